@@ -1,0 +1,36 @@
+# Two commands are all a newcomer needs: `make run` and `make test`. Both install what is missing into .venv.
+
+PYTHON ?= python3
+BIN := .venv/bin
+.DEFAULT_GOAL := run
+
+.PHONY: run test lint seeds bench lock clean
+
+run: .venv/.installed
+	$(BIN)/drivetwin identify --machine scara --out out/identify
+
+test: .venv/.installed
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/pytest
+
+seeds: .venv/.installed
+	$(BIN)/python scripts/seeds.py --seeds 20 --out out/seeds
+
+bench: .venv/.installed
+	$(BIN)/python scripts/bench.py
+
+.venv/.installed: requirements.lock pyproject.toml
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch $@
+
+# Renew the lock file (needs uv); hashes only, no index host.
+lock:
+	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --generate-hashes \
+		--no-emit-index-url --no-header --no-annotate --output-file requirements.lock
+
+clean:
+	rm -rf .venv out

@@ -1,0 +1,117 @@
+"""From power-on to operational: NMT, identity, scaling, parameters, PDO mapping, all read back."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Sequence
+
+from controller.drive_node import DriveNode
+from controller.link import NMT_COB_ID, Link
+from controller.machine import Machine
+from drive_profiles import DriveProfile
+from drivetwin.errors import UserError
+
+logger = logging.getLogger(__name__)
+
+START, PRE_OPERATIONAL, RESET_COMMUNICATION = 0x01, 0x80, 0x82
+OPERATIONAL_STATE = 0x05
+BOOT_TIMEOUT = 2.0
+
+
+def connect(link: Link, machine: Machine, profile: DriveProfile) -> list[DriveNode]:
+    """The machine's drives on this link, not yet spoken to."""
+    return [DriveNode(link, name, axis, profile) for name, axis in machine.axes.items()]
+
+
+def bring_up(link: Link, drives: Sequence[DriveNode], cycle_time: float) -> None:
+    """Reset communication, check who is there, configure every drive and start it.
+
+    Raises UserError naming the axis and the object for a missing node, another device, a refused or silently changed value.
+    """
+    boots = _watch_boots(link, drives)
+    link.send(NMT_COB_ID, bytes((RESET_COMMUNICATION, 0)))
+    _await_boots(link, drives, boots)
+    for drive in drives:
+        _check_device(drive)
+        _configure(drive, cycle_time)
+    for drive in drives:
+        link.send(NMT_COB_ID, bytes((START, drive.node_id)))
+    for drive in drives:
+        drive.read(0x6041)
+        drive.statusword = int(drive.read(0x6041))
+    link.drain()
+
+
+def _watch_boots(link: Link, drives: Sequence[DriveNode]) -> set[int]:
+    boots: set[int] = set()
+
+    def watch(node_id: int) -> None:
+        def boot(data: bytes) -> None:
+            if len(data) == 1 and data[0] == 0:
+                boots.add(node_id)
+
+        link.fast[0x700 + node_id] = boot
+
+    for drive in drives:
+        watch(drive.node_id)
+    return boots
+
+
+def _await_boots(link: Link, drives: Sequence[DriveNode], boots: set[int]) -> None:
+    deadline = time.monotonic() + BOOT_TIMEOUT
+    while len(boots) < len(drives):
+        left = deadline - time.monotonic()
+        if not link.pump(min(left, 0.1)) and left <= 0.0:
+            missing = next(drive for drive in drives if drive.node_id not in boots)
+            present = ", ".join(str(node) for node in sorted(boots)) or "none"
+            raise UserError(
+                f"{missing.where()} sent no boot-up message on {link.wire.channel_info} within {BOOT_TIMEOUT:g} s "
+                f"(nodes that did: {present}): is the drive powered, and is {missing.node_id} its node-ID?"
+            )
+
+
+def _check_device(drive: DriveNode) -> None:
+    device_type = int(drive.read(0x1000))
+    if device_type & 0xFFFF != 402:
+        raise UserError(
+            f"{drive.where()} is no servo drive: device type 1000h is {device_type:08X}h, expected ....0192h (CiA 402)"
+        )
+    modes = int(drive.read(0x6502))
+    if not modes & 1 << drive.profile.streaming_mode - 1:
+        raise UserError(
+            f"{drive.where()} does not support mode {drive.profile.streaming_mode} (6502h is {modes:08X}h); "
+            "choose the --profile that this drive is"
+        )
+    vendor, product = int(drive.read(0x1018, 1)), int(drive.read(0x1018, 2))
+    if (vendor, product) != (drive.profile.vendor_id, drive.profile.product_code):
+        logger.warning(
+            "%s is vendor %Xh product %Xh, profile %s expects %Xh %Xh",
+            drive.where(),
+            vendor,
+            product,
+            drive.profile.name,
+            drive.profile.vendor_id,
+            drive.profile.product_code,
+        )
+
+
+def _configure(drive: DriveNode, cycle_time: float) -> None:
+    drive.write_scaling()
+    drive.write(round(cycle_time * 1e6), 0x1006)
+    drive.write(round(cycle_time * 1e3), 0x60C2, 1)
+    drive.write(-3, 0x60C2, 2)
+    spline = drive.profile.interpolation_codes.get("cubic_spline")
+    if spline is not None:
+        drive.write_role("interpolation_type", spline)
+    deceleration = drive.in_units(2.0 * drive.axis.max_acceleration)
+    drive.write(deceleration, 0x6085)
+    for index in (0x6083, 0x6084):
+        drive.write(drive.in_units(drive.axis.max_acceleration), index)
+    drive.write(drive.in_units(drive.axis.max_speed * 1.2), 0x607F)
+    drive.write_role("following_error_limit", drive.in_units(drive.axis.max_speed * FOLLOWING_ERROR_TIME))
+    drive.map_pdos()
+
+
+FOLLOWING_ERROR_TIME = 0.05
+"""Following error that a drive may have, as time at the axis's full speed [s]."""

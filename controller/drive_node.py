@@ -1,0 +1,209 @@
+"""One drive as the controller knows it: its objects by SDO, its scaling, its two cyclic PDOs and its statusword."""
+
+from __future__ import annotations
+
+import logging
+import struct
+from dataclasses import dataclass
+from math import pi
+
+import canopen
+from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
+
+from controller.dictionary import object_dictionary
+from controller.link import Link, PumpedNode
+from controller.machine import POSITION_UNIT, Axis
+from drive_profiles import DriveProfile, Role
+from drivetwin.errors import UserError
+
+logger = logging.getLogger(__name__)
+
+OUTPUT = struct.Struct("<Hih")
+"""RPDO 1: controlword, position set-point, torque offset."""
+
+INPUT = struct.Struct("<if")
+"""TPDO 2: position actual value, torque actual value as float32."""
+
+SYNCHRONOUS, EVENT_DRIVEN = 1, 255
+
+
+@dataclass(frozen=True)
+class Emergency:
+    """An EMCY of a drive: error code and manufacturer bytes."""
+
+    code: int
+    data: bytes
+
+
+class DriveNode:
+    """A drive on a node-ID, of a drive type, moving a machine's axis."""
+
+    def __init__(self, link: Link, name: str, axis: Axis, profile: DriveProfile) -> None:
+        self.name = name
+        self.axis = axis
+        self.profile = profile
+        self.node_id = axis.node_id
+        self.controlword = 0
+        self.setpoint = 0
+        self.torque_offset = 0
+        self.statusword = 0
+        self.position = 0
+        self.torque = 0.0
+        self.received = 0
+        self.emergencies: list[Emergency] = []
+        self._link = link
+        self._node = PumpedNode(axis.node_id, object_dictionary(profile))
+        link.add_node(self._node)
+        self._node.emcy.add_callback(lambda error: self.emergencies.append(Emergency(error.code, bytes(error.data))))
+        self._rpdo_cob_id = 0x200 + axis.node_id
+
+    # -- SDO ----------------------------------------------------------------------------------------------------------
+
+    def read(self, index: int, subindex: int = 0) -> int | float | str:
+        """Raw value of an object.
+
+        Raises UserError where the drive is silent or aborts, naming axis, object and reason.
+        """
+        try:
+            value = self._variable(index, subindex).raw
+        except (SdoAbortedError, SdoCommunicationError) as error:
+            raise self._sdo_error("reading", index, subindex, error) from None
+        return value.decode() if isinstance(value, bytes) else value
+
+    def write(self, value: float, index: int, subindex: int = 0) -> None:
+        """Write a raw value and read it back.
+
+        Raises UserError as `read`, and where another value comes back.
+        """
+        try:
+            self._variable(index, subindex).raw = value
+        except (SdoAbortedError, SdoCommunicationError) as error:
+            raise self._sdo_error(f"writing {value} to", index, subindex, error) from None
+        back = float(self.read(index, subindex))
+        if abs(back - value) > 1e-6 * abs(value):
+            raise UserError(
+                f"{self.where()}: wrote {value} to {place(index, subindex)} and read back {back}; the drive refused it silently"
+            )
+
+    def role(self, name: str) -> Role | None:
+        """Where this drive type keeps a quantity, None where it does not."""
+        return self.profile.roles.get(name)
+
+    def read_role(self, name: str) -> float | None:
+        """SI value on the motor side of a quantity, None where the drive type does not have it."""
+        role = self.role(name)
+        return None if role is None else float(self.read(role.index, role.subindex)) * role.si_per_unit
+
+    def write_role(self, name: str, raw: float) -> None:
+        """Write the raw value of a quantity that the drive type may or may not have."""
+        role = self.role(name)
+        if role is not None:
+            self.write(raw, role.index, role.subindex)
+
+    def where(self) -> str:
+        """How errors name this drive."""
+        return f"axis {self.name} (node {self.node_id})"
+
+    # -- PDO ----------------------------------------------------------------------------------------------------------
+
+    def map_pdos(self) -> None:
+        """RPDO 1 and TPDO 2 at each SYNC, 8 bytes each; TPDO 1 with the statusword on change; nothing else.
+
+        With SYNC that is what three axes can carry on 1 Mbit/s in 1 ms.
+        Raises UserError where a mapping is refused or read back different.
+        """
+        setpoint, torque = self.profile.roles["position_setpoint"], self.profile.roles["torque_actual"]
+        outputs = [(0x6040, 0), (setpoint.index, setpoint.subindex), (0x60B2, 0)]
+        inputs = [(0x6064, 0), (torque.index, torque.subindex)]
+        self._map(self._node.rpdo[1], outputs, SYNCHRONOUS)
+        self._map(self._node.tpdo[1], [(0x6041, 0)], EVENT_DRIVEN)
+        self._map(self._node.tpdo[2], inputs, SYNCHRONOUS)
+        for unused in (self._node.rpdo[2], self._node.rpdo[3], self._node.rpdo[4], self._node.tpdo[3], self._node.tpdo[4]):
+            self._disable(unused)
+        self._link.fast[0x180 + self.node_id] = self._take_status
+        self._link.fast[0x280 + self.node_id] = self._take_input
+
+    def send_output(self) -> None:
+        """Send RPDO 1; it takes effect at the next SYNC."""
+        self._link.send(self._rpdo_cob_id, OUTPUT.pack(self.controlword, self.setpoint, self.torque_offset))
+
+    def _take_status(self, data: bytes) -> None:
+        self.statusword = data[0] | data[1] << 8
+
+    def _take_input(self, data: bytes) -> None:
+        self.position, self.torque = INPUT.unpack(data)
+        self.received += 1
+
+    def _map(self, pdo: canopen.pdo.base.PdoMap, objects: list[tuple[int, int]], transmission_type: int) -> None:
+        try:
+            pdo.read()
+            pdo.clear()
+            for index, subindex in objects:
+                pdo.add_variable(index, subindex)
+            pdo.trans_type = transmission_type
+            pdo.cob_id = pdo.predefined_cob_id
+            pdo.enabled = True
+            pdo.save()
+            pdo.read()
+        except (SdoAbortedError, SdoCommunicationError) as error:
+            raise UserError(f"{self.where()}: mapping {pdo.name} failed: {error}") from None
+        mapped = [(variable.index, variable.subindex) for variable in pdo.map]
+        if mapped != objects or pdo.trans_type != transmission_type or not pdo.enabled:
+            wanted = ", ".join(place(*entry) for entry in objects)
+            came = ", ".join(place(*entry) for entry in mapped)
+            raise UserError(f"{self.where()}: {pdo.name} was mapped to {wanted} and reads back {came or 'empty'}")
+
+    def _disable(self, pdo: canopen.pdo.base.PdoMap) -> None:
+        try:
+            pdo.read()
+            if pdo.enabled:
+                pdo.enabled = False
+                pdo.save()
+        except (SdoAbortedError, SdoCommunicationError) as error:
+            raise UserError(f"{self.where()}: disabling {pdo.name} failed: {error}") from None
+
+    # -- scaling ------------------------------------------------------------------------------------------------------
+
+    def write_scaling(self) -> None:
+        """Factor group: positions in `POSITION_UNIT`, velocities and accelerations in that a second (squared)."""
+        axis = self.axis
+        self.write(axis.gear[0], 0x6091, 1)
+        self.write(axis.gear[1], 0x6091, 2)
+        self.write(round(axis.feed_constant / POSITION_UNIT), 0x6092, 1)
+        self.write(1, 0x6092, 2)
+
+    @property
+    def unit(self) -> float:
+        """Joint travel of one position unit [m or rad], as the integers of the factor group make it."""
+        return self.axis.feed_constant / round(self.axis.feed_constant / POSITION_UNIT)
+
+    def in_units(self, value: float) -> int:
+        """A position [m or rad], speed or acceleration in the drive's user units."""
+        return round(value / self.unit)
+
+    def joint_torque(self, motor: float) -> float:
+        """Joint torque or force of a motor torque [N·m]: times the gear ratio, no efficiency taken off."""
+        return motor * self.axis.gear_ratio
+
+    def motor_velocity(self, joint: float) -> float:
+        """Motor speed [rpm] of a joint's speed; for messages."""
+        return joint * self.axis.gear_ratio * 60.0 / (2.0 * pi)
+
+    # -- inside -------------------------------------------------------------------------------------------------------
+
+    def _variable(self, index: int, subindex: int) -> canopen.variable.Variable:
+        entry = self._node.sdo[index]
+        return entry if isinstance(entry, canopen.variable.Variable) else entry[subindex]
+
+    def _sdo_error(self, doing: str, index: int, subindex: int, error: Exception) -> UserError:
+        if isinstance(error, SdoCommunicationError):
+            return UserError(
+                f"{self.where()} does not answer on {self._link.wire.channel_info}: is the drive powered, "
+                f"and is {self.node_id} its node-ID?"
+            )
+        return UserError(f"{self.where()}: {doing} {place(index, subindex)} was aborted by the drive: {error}")
+
+
+def place(index: int, subindex: int) -> str:
+    """How an object is named in messages: 6040h, 60C1h:01."""
+    return f"{index:04X}h" if subindex == 0 else f"{index:04X}h:{subindex:02X}"

@@ -1,0 +1,52 @@
+"""The one low-pass filter: measured torque and every regressor go through it, so that neither lags the other.
+
+Zero-phase 4th-order Butterworth, forward and backward (Gautier 1997; Janot, Vandanjon, Gautier 2014: "parallel
+filtering" of the inverse dynamic identification model).
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy import signal
+
+from drivetwin.errors import UserError
+from drivetwin.recording.recording import Samples
+
+_ORDER = 4
+_HIGHEST_SHARE_OF_RATE = 0.4
+
+
+def effective_cutoff(period: float, cutoff_hz: float) -> float:
+    """The cut-off that a recording of this sample period [s] can have: at most 0.4 of its sample rate [Hz]."""
+    if not cutoff_hz > 0:
+        raise UserError(f"a cut-off of {cutoff_hz:g} Hz filters everything away: give a positive one with --cutoff")
+    return min(cutoff_hz, _HIGHEST_SHARE_OF_RATE / period)
+
+
+@lru_cache(maxsize=64)
+def _sections(period: float, cutoff_hz: float) -> Samples:
+    """Second-order sections of the filter, (2, 6)."""
+    return np.asarray(signal.butter(_ORDER, cutoff_hz, fs=1.0 / period, output="sos"), dtype=np.float64)
+
+
+@lru_cache(maxsize=64)
+def reach(period: float, cutoff_hz: float) -> int:
+    """Samples after which the response to an impulse has fallen below 2 % of its peak for good."""
+    half = int(np.ceil(2.0 / (cutoff_hz * period)))
+    impulse = np.zeros(2 * half + 1)
+    impulse[half] = 1.0
+    response = np.abs(signal.sosfiltfilt(_sections(period, cutoff_hz), impulse, padtype=None))
+    return int(np.flatnonzero(response[half:] > 0.02 * response.max()).max()) + 1
+
+
+def zero_phase(samples: Samples, period: float, cutoff_hz: float) -> Samples:
+    """Low-pass `samples` (n,) taken every `period` [s] without shifting them in time."""
+    padding = min(3 * reach(period, cutoff_hz), len(samples) - 1)
+    return np.asarray(signal.sosfiltfilt(_sections(period, cutoff_hz), samples, padlen=padding), dtype=np.float64)
+
+
+def derivative(samples: Samples, period: float) -> Samples:
+    """Central difference (x[k+1] - x[k-1]) / (2 period), one-sided at the two ends; (n,)."""
+    return np.asarray(np.gradient(samples, period), dtype=np.float64)

@@ -1,0 +1,342 @@
+"""The way of the data: recordings -> filtered motion -> regression -> parameters with intervals and verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.identification.covariance import Covariance, hac_covariance
+from controller.identification.delay import delay_column, with_delay
+from controller.identification.excitation import speed_changes
+from controller.identification.friction_law import FrictionLaw
+from controller.identification.least_squares import Solution, identifiable, relative_error, reweighted, solve
+from controller.identification.model import JointKind, Model
+from controller.identification.motion import AxisMotion, AxisSamples, axis_motions, select, standstill_velocity
+from controller.identification.regressors import SYMMETRIC, Design, Stribeck, Term, build_design
+from controller.identification.result import UNITS, AxisIdentification, Identification, Parameter, Test, Trace
+from controller.identification.settings import Settings
+from controller.identification.stribeck import (
+    StribeckTest,
+    cross_validated_gain,
+    find_stribeck,
+    stribeck_jacobian,
+    with_stribeck,
+)
+from controller.identification.strokes import find_strokes
+from drivetwin.errors import UserError
+from drivetwin.recording.recording import Recording
+
+_LEAST_MOTION = 0.25
+_WHY_NOT = {
+    Term.COULOMB: "the axis hardly moves",
+    Term.VISCOUS: "the axis has one speed only, where viscous and Coulomb friction look alike: record another speed",
+    Term.INERTIA: "the speed never changes within a recording: record a move that accelerates",
+    Term.OFFSET: "the axis moves in one direction only, where an offset looks like Coulomb friction: record both",
+}
+
+
+def identify(
+    model: Model,
+    recordings: Sequence[Recording],
+    validation: Sequence[Recording] = (),
+    settings: Settings | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Identification:
+    """Identify friction, inertia and offset of every axis that moves in `recordings`.
+
+    Inverse dynamic identification model with least squares (IDIM-LS; Gautier 1997), errors on `validation` beside it.
+    `progress` is told the name of each axis before it is fitted. Raises UserError where a joint is not in the model, a
+    recording is too short or nothing moves.
+    """
+    chosen = settings or Settings()
+    if not recordings:
+        raise UserError("no recording to identify from: name at least one")
+    trained = _by_axis([axis_motions(model, recording, chosen.cutoff_hz) for recording in recordings])
+    checked = _by_axis([axis_motions(model, recording, chosen.cutoff_hz) for recording in validation])
+    joints = {axis: info.joint for recording in recordings for axis, info in recording.info.axes.items()}
+    axes: dict[str, AxisIdentification] = {}
+    skipped: dict[str, str] = {}
+    for axis, motions in trained.items():
+        if progress:
+            progress(axis)
+        threshold = chosen.standstill_velocity.get(axis) or standstill_velocity(motions)
+        samples = [select(motion, threshold, chosen) for motion in motions] if threshold else []
+        if threshold is None or _seconds(samples) < _LEAST_MOTION:
+            skipped[axis] = "it stands still in every recording"
+            continue
+        held = [select(motion, threshold, chosen) for motion in checked.get(axis, [])]
+        joint = joints[axis]
+        data = _AxisData(joint, model.kind(joint), model.inertia(joint), threshold, samples, held)
+        axes[axis] = _identify_axis(data, chosen)
+    if not axes:
+        names = ", ".join(recording.name for recording in recordings)
+        raise UserError(
+            f"nothing moves in {names}: at least {_LEAST_MOTION:g} s above the standstill velocity are needed; "
+            "record a motion, or lower the threshold with --standstill"
+        )
+    return Identification(
+        machine=recordings[0].info.machine,
+        axes=axes,
+        skipped=skipped,
+        cutoff_hz=chosen.cutoff_hz,
+        lowered_cutoffs={
+            motion.recording: motion.cutoff_hz
+            for motions in (*trained.values(), *checked.values())
+            for motion in motions
+            if motion.cutoff_hz < chosen.cutoff_hz
+        },
+        reversal_margin=chosen.reversal_margin,
+        confidence=chosen.confidence,
+    )
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """A solved regression: `covariance` is of (terms..., stribeck_velocity where there is one)."""
+
+    design: Design
+    solution: Solution
+    covariance: Covariance
+    stribeck: Stribeck | None
+
+    def law(self) -> FrictionLaw:
+        """The friction part of it."""
+        value = self.solution.value
+        return FrictionLaw(
+            coulomb=value(Term.COULOMB),
+            viscous=value(Term.VISCOUS),
+            offset=value(Term.OFFSET),
+            viscous_difference=value(Term.VISCOUS_DIFFERENCE),
+            static_rise=value(Term.STATIC_RISE),
+            stribeck_velocity=self.stribeck.velocity if self.stribeck else None,
+            stribeck_exponent=self.stribeck.exponent if self.stribeck else 2.0,
+        )
+
+    def combination(self, weights: dict[Term, float], unit: str, confidence: float) -> Parameter:
+        """The parameter sum(weight * term), with its interval."""
+        row = np.zeros((1, len(self.covariance.matrix)))
+        for term, weight in weights.items():
+            row[0, self.design.terms.index(term)] = weight
+        value = sum(weight * self.solution.value(term) for term, weight in weights.items())
+        half = self.covariance.quantile(confidence) * self.covariance.transformed(row).standard_error(0)
+        return Parameter(float(value), unit, (float(value - half), float(value + half)))
+
+    def stribeck_velocity(self, unit: str, confidence: float) -> Parameter:
+        """With an interval that is symmetric in its logarithm: a speed is positive."""
+        assert self.stribeck is not None
+        value = self.stribeck.velocity
+        last = len(self.covariance.matrix) - 1
+        factor = float(np.exp(self.covariance.quantile(confidence) * self.covariance.standard_error(last) / value))
+        return Parameter(value, unit, (value / factor, value * factor))
+
+
+@dataclass(frozen=True)
+class _AxisData:
+    """One axis: `inertia` of the model at qpos0 [kg·m² or kg], `threshold` of motion, what is fitted, what is held."""
+
+    joint: str
+    kind: JointKind
+    inertia: float
+    threshold: float
+    samples: list[AxisSamples]
+    held: list[AxisSamples]
+
+
+def _identify_axis(data: _AxisData, settings: Settings) -> AxisIdentification:
+    """All fits, tests and errors of one axis."""
+    samples, held = data.samples, data.held
+    design, unidentifiable, offered = _usable_design(samples, data.inertia, settings)
+    stribeck = find_stribeck(design, samples, settings)
+    law_form = stribeck.stribeck if stribeck.real else None
+    fewer = [term for term in design.terms if term is not Term.VISCOUS_DIFFERENCE]
+    symmetric = _fit(design.pick(fewer), samples, law_form)
+    directional = _fit(design, samples, law_form) if Term.VISCOUS_DIFFERENCE in design.terms else None
+    parameters = _parameters(symmetric, data.kind, settings.confidence)
+    traces = _traces(samples, symmetric, offered, False)
+    held_traces = _traces(held, symmetric, offered, True)
+    directional_error = held_directional_error = None
+    if directional:
+        parameters |= _directional_parameters(directional, data.kind, settings.confidence)
+        directional_error = _error(_traces(samples, directional, offered, False))
+        held_directional_error = _error(_traces(held, directional, offered, True))
+    law = symmetric.law()
+    return AxisIdentification(
+        axis=samples[0].motion.axis,
+        joint=data.joint,
+        kind=data.kind,
+        parameters=parameters,
+        unidentifiable=unidentifiable,
+        relative_error=_error(traces) or 0.0,
+        relative_error_directional=directional_error,
+        validation_relative_error=_error(held_traces),
+        validation_relative_error_directional=held_directional_error,
+        direction=_direction_test(directional, settings) if directional else None,
+        stribeck=_stribeck_verdict(stribeck, settings),
+        minimum_velocity=law.minimum_velocity(_top_speed(samples)),
+        standstill_velocity=data.threshold,
+        law=law,
+        directional_law=directional.law() if directional else None,
+        strokes=find_strokes(samples, (offered, symmetric.solution.value(Term.INERTIA))),
+        traces=(*traces, *held_traces),
+    )
+
+
+def _usable_design(
+    samples: Sequence[AxisSamples], inertia: float, settings: Settings
+) -> tuple[Design, dict[str, str], float]:
+    """The regression with the terms that the data can tell, and why the others are missing.
+
+    The third result is the inertia [kg·m² or kg] that was taken off the model's torque to be fitted: zero where the
+    data cannot tell it, for then the model's own stays.
+    """
+    wanted = (*SYMMETRIC, Term.VISCOUS_DIFFERENCE)
+    excited = speed_changes(samples)
+    offered = inertia if excited else 0.0
+    design = build_design(samples, [term for term in wanted if excited or term is not Term.INERTIA], offered)
+    kept = identifiable(design)
+    if excited and Term.INERTIA not in kept:
+        offered = 0.0
+        design = build_design(samples, kept, offered)
+    if Term.OFFSET not in kept:
+        kept = tuple(term for term in kept if term is not Term.VISCOUS_DIFFERENCE)
+    missing = {term.value: _WHY_NOT[term] for term in SYMMETRIC if term not in kept}
+    design = design.pick(kept)
+    design = reweighted(design, solve(design).residual)
+    if settings.estimate_delay and Term.INERTIA in kept:
+        design = with_delay(design, samples)
+    return design, missing, offered
+
+
+def _fit(design: Design, samples: Sequence[AxisSamples], stribeck: Stribeck | None) -> _Fit:
+    """Solve, and find the covariance, the Stribeck velocity's uncertainty included."""
+    full = with_stribeck(design, samples, stribeck) if stribeck else design
+    solution = solve(full)
+    jacobian = stribeck_jacobian(full, samples, solution, stribeck) if stribeck else full.matrix
+    return _Fit(full, solution, hac_covariance(full, jacobian, solution.residual), stribeck)
+
+
+def _parameters(fit: _Fit, kind: JointKind, confidence: float) -> dict[str, Parameter]:
+    """The parameters of the symmetric law, in the contract's order."""
+    units = UNITS[kind]
+    unit = {Term.INERTIA: units.inertia, Term.VISCOUS: units.viscous}
+    order = (Term.INERTIA, Term.COULOMB, Term.VISCOUS, Term.OFFSET)
+    found = {
+        term.value: fit.combination({term: 1.0}, unit.get(term, units.torque), confidence)
+        for term in order
+        if term in fit.design.terms
+    }
+    if Term.DELAY in fit.design.terms:
+        found["delay"] = fit.combination({Term.DELAY: 1.0}, "s", confidence)
+    if fit.stribeck:
+        static = {Term.COULOMB: 1.0, Term.STATIC_RISE: 1.0}
+        found["static_torque"] = fit.combination(static, units.torque, confidence)
+        found["stribeck_velocity"] = fit.stribeck_velocity(units.velocity, confidence)
+    return found
+
+
+def _directional_parameters(fit: _Fit, kind: JointKind, confidence: float) -> dict[str, Parameter]:
+    """The parameters of the direction-dependent law, which holds the offset as a difference of the Coulomb torques.
+
+    coulomb_positive/negative = coulomb +/- offset, viscous_positive/negative = viscous +/- viscous_difference.
+    """
+    torque, viscous = UNITS[kind].torque, UNITS[kind].viscous
+    found = {}
+    for name, sign in (("positive", 1.0), ("negative", -1.0)):
+        coulomb = {Term.COULOMB: 1.0, Term.OFFSET: sign}
+        found[f"coulomb_{name}"] = fit.combination(coulomb, torque, confidence)
+    for name, sign in (("positive", 1.0), ("negative", -1.0)):
+        slope = {Term.VISCOUS: 1.0, Term.VISCOUS_DIFFERENCE: sign}
+        found[f"viscous_{name}"] = fit.combination(slope, viscous, confidence)
+    return found
+
+
+def _direction_test(fit: _Fit, settings: Settings) -> Test:
+    """Is friction really different by direction, beyond what an offset explains?
+
+    The direction-dependent law is the symmetric law with offset plus viscous_difference |v|; the test is on that term.
+    """
+    index = fit.design.terms.index(Term.VISCOUS_DIFFERENCE)
+    value = fit.solution.value(Term.VISCOUS_DIFFERENCE)
+    p_value = fit.covariance.p_value(value, index)
+    gain = cross_validated_gain(fit.design, [term for term in fit.design.terms if term is not Term.VISCOUS_DIFFERENCE])
+    real = p_value < settings.significance and gain >= settings.direction_gain
+    offset = fit.combination({Term.OFFSET: 1.0}, "", settings.confidence)
+    load = (
+        "The offset is not zero: a load, gravity that the model lacks, or Coulomb torques that differ: one "
+        "and the same"
+        if offset.interval[0] * offset.interval[1] > 0
+        else "Coulomb torques that differ by direction are an offset, and there is none"
+    )
+    verdict = (
+        "friction depends on the direction: the viscous coefficients differ beyond doubt"
+        if real
+        else "no proof that friction depends on the direction: one viscous coefficient does for both"
+    )
+    return Test(
+        real=real,
+        name="Wald test of viscous_positive = viscous_negative, HAC covariance",
+        statistic=value / fit.covariance.standard_error(index),
+        p_value=p_value,
+        gain=gain,
+        note=f"{verdict}. {load}.",
+    )
+
+
+def _stribeck_verdict(found: StribeckTest, settings: Settings) -> Test:
+    """The Stribeck test in words."""
+    note = (
+        "friction rises towards low speed: coulomb and viscous are those of the law with the Stribeck term"
+        if found.real
+        else "no rise of friction towards low speed that pays: the law is Coulomb and viscous friction alone "
+        f"(a Stribeck term needs a positive rise, p < {settings.significance:g} and {settings.stribeck_gain:.0%} gain)"
+    )
+    name = "t-test of static_torque = coulomb, HAC covariance with the Stribeck velocity estimated"
+    return Test(found.real, name, found.statistic, found.p_value, found.gain, note)
+
+
+def _traces(samples: Sequence[AxisSamples], fit: _Fit, offered: float, validation: bool) -> tuple[Trace, ...]:
+    """The residual of each recording under `fit`."""
+    at_once = [term for term in fit.design.terms if term not in (Term.STATIC_RISE, Term.DELAY)]
+    traces = []
+    for entry in samples:
+        design = build_design([entry], at_once, offered)
+        if fit.stribeck:
+            design = with_stribeck(design, [entry], fit.stribeck)
+        values = np.array([fit.solution.value(term) for term in design.terms])
+        residual = design.target - design.matrix @ values
+        residual = residual - fit.solution.value(Term.DELAY) * delay_column(entry.motion, residual)
+        traces.append(Trace(entry, residual, validation))
+    return tuple(traces)
+
+
+def _error(traces: Sequence[Trace]) -> float | None:
+    """Relative error over the samples in motion; None where there are none."""
+    moving = [trace for trace in traces if trace.samples.moving.any()]
+    if not moving:
+        return None
+    return relative_error(
+        [trace.samples.motion.torque[trace.samples.moving] for trace in moving],
+        [trace.residual[trace.samples.moving] for trace in moving],
+        [trace.samples.motion.period for trace in moving],
+    )
+
+
+def _by_axis(recordings: Sequence[Sequence[AxisMotion]]) -> dict[str, list[AxisMotion]]:
+    """The motions of each axis, in order of recording."""
+    axes: dict[str, list[AxisMotion]] = {}
+    for motions in recordings:
+        for motion in motions:
+            axes.setdefault(motion.axis, []).append(motion)
+    return axes
+
+
+def _seconds(samples: Sequence[AxisSamples]) -> float:
+    """Time that counts in the fit [s]."""
+    return sum(entry.motion.period * float(entry.fitted.sum()) for entry in samples)
+
+
+def _top_speed(samples: Sequence[AxisSamples]) -> float:
+    """Greatest speed in motion [rad/s or m/s]."""
+    return max(float(np.abs(entry.motion.velocity[entry.moving]).max(initial=0.0)) for entry in samples)

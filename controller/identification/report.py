@@ -1,0 +1,180 @@
+"""report.html: one file that a browser shows without a network."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping
+from pathlib import Path
+
+import plotly.graph_objects as go
+from plotly.offline import get_plotlyjs
+
+from controller.identification.figures import residual_figure, torque_speed_figure
+from controller.identification.result import AxisIdentification, Identification, Test, Truth
+from controller.identification.truth import percent_error, true_law
+from controller.identification.wording import LABELS, number, summary_lines
+from drivetwin.files import new_file
+
+_STYLE = """
+:root { --ink: #1b2630; --soft: #5d6b78; --line: #d9e0e6; --accent: #00506b; --good: #2c7a4b; --bad: #b3362b; }
+* { box-sizing: border-box; }
+body { font: 15px/1.55 system-ui, -apple-system, "Segoe UI", sans-serif; color: var(--ink); }
+body { margin: 0; background: #f4f6f8; }
+main { max-width: 1080px; margin: 0 auto; padding: 32px 24px 64px; }
+header h1 { margin: 0 0 4px; font-size: 28px; } header p { margin: 0; color: var(--soft); }
+section { background: #fff; border: 1px solid var(--line); border-radius: 8px; padding: 20px 24px; margin-top: 20px; }
+h2 { margin: 0 0 8px; font-size: 20px; color: var(--accent); } h3 { margin: 20px 0 4px; font-size: 15px; }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; margin: 8px 0; }
+th { text-align: left; font-weight: 600; color: var(--soft); font-size: 13px; }
+th, td { padding: 5px 12px 5px 0; border-bottom: 1px solid var(--line); white-space: nowrap; }
+td.n, th.n { text-align: right; } td.in { color: var(--good); } td.out { color: var(--bad); font-weight: 600; }
+ul { margin: 8px 0; padding-left: 20px; } .note { color: var(--soft); }
+"""
+
+
+def write_report(identification: Identification, path: Path, truth: Truth, title: str) -> None:
+    """Write the report to `path`, whole or not at all."""
+    body = [
+        f"<header><h1>{html.escape(title)}</h1><p>Machine {html.escape(identification.machine)}</p></header>",
+        _summary(identification, truth),
+        *(_axis(result, truth.get(name)) for name, result in identification.axes.items()),
+        _method(identification),
+    ]
+    page = (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{html.escape(title)}</title><style>{_STYLE}</style><script>{get_plotlyjs()}</script></head>"
+        f"<body><main>{''.join(body)}</main></body></html>\n"
+    )
+    with new_file(path) as part:
+        part.write_text(page, encoding="utf-8")
+
+
+def _summary(identification: Identification, truth: Truth) -> str:
+    lines = "".join(f"<li>{html.escape(line)}</li>" for line in summary_lines(identification, truth))
+    return (
+        f"<section><h2>Summary</h2><ul>{lines}</ul>"
+        '<p class="note">Torque is modelled as inverse dynamics plus friction, linear in the parameters, and fitted by '
+        "weighted least squares on samples in motion, with measured torque and regressors through the same zero-phase "
+        "low-pass filter. Intervals are two-sided at "
+        f"{identification.confidence:.0%} and allow for autocorrelated residuals.</p></section>"
+    )
+
+
+def _axis(result: AxisIdentification, truth: Mapping[str, float] | None) -> str:
+    figures = (
+        ("Friction over speed", torque_speed_figure(result, true_law(truth))),
+        ("Residual over time, in motion", residual_figure(result)),
+    )
+    plots = "".join(f"<h3>{title}</h3>{_div(figure)}" for title, figure in figures)
+    return (
+        f"<section><h2>Axis {html.escape(result.axis)}</h2>{_parameters(result, truth)}{_errors(result)}"
+        f"{_verdicts(result)}{plots}</section>"
+    )
+
+
+def _parameters(result: AxisIdentification, truth: Mapping[str, float] | None) -> str:
+    """The table identified vs true; the last three columns only where there is a truth."""
+    known = truth or {}
+    head = ["Parameter", "Identified", "90 % interval", "Unit"] + (["True", "Error", "In interval"] if known else [])
+    rows = []
+    for name, parameter in result.parameters.items():
+        low, high = parameter.interval
+        cells = [
+            f"<td>{LABELS.get(name, name)}</td>",
+            f'<td class="n">{number(parameter.value)}</td>',
+            f'<td class="n">{number(low)} &hellip; {number(high)}</td>',
+            f"<td>{html.escape(parameter.unit)}</td>",
+        ]
+        rows.append(
+            "<tr>" + "".join(cells) + (_truth_cells(parameter.value, low, high, known.get(name)) if known else "")
+        )
+    missing = "".join(
+        f"<tr><td>{LABELS.get(name, name)}</td><td colspan={len(head) - 1} class=note>not identifiable: "
+        f"{html.escape(why)}</td></tr>"
+        for name, why in result.unidentifiable.items()
+    )
+    titles = "".join(f'<th class="{"n" if title in _NUMERIC else ""}">{title}</th>' for title in head)
+    return f'<div class="scroll"><table><tr>{titles}</tr>{"</tr>".join(rows)}</tr>{missing}</table></div>'
+
+
+_NUMERIC = ("Identified", "90 % interval", "True", "Error")
+
+
+def _truth_cells(value: float, low: float, high: float, true: float | None) -> str:
+    if true is None:
+        return "<td></td><td></td><td></td>"
+    error = percent_error(value, true)
+    shown = f"{error:+.2f} %" if error is not None else "&ndash;"
+    inside = low <= true <= high
+    verdict = '<td class="in">yes</td>' if inside else '<td class="out">no</td>'
+    return f'<td class="n">{number(true)}</td><td class="n">{shown}</td>{verdict}'
+
+
+def _errors(result: AxisIdentification) -> str:
+    """Relative errors of both laws on both kinds of recording."""
+    rows = [
+        ("symmetric friction", result.relative_error, result.validation_relative_error),
+        ("friction by direction", result.relative_error_directional, result.validation_relative_error_directional),
+    ]
+    validated = result.validation_relative_error is not None
+    head = '<tr><th>Relative error |measured - model| / |measured|</th><th class="n">fitted recordings</th>' + (
+        '<th class="n">validation recordings</th></tr>' if validated else "</tr>"
+    )
+    body = "".join(
+        f"<tr><td>{name}</td>{_percent(fitted)}{_percent(held) if validated else ''}</tr>"
+        for name, fitted, held in rows
+        if fitted is not None
+    )
+    return f'<div class="scroll"><table>{head}{body}</table></div>'
+
+
+def _percent(value: float | None) -> str:
+    return f'<td class="n">{value:.2%}</td>' if value is not None else '<td class="n">&ndash;</td>'
+
+
+def _verdicts(result: AxisIdentification) -> str:
+    items = [_verdict("Direction", result.direction)] if result.direction else []
+    items.append(_verdict("Stribeck", result.stribeck))
+    if result.minimum_velocity is not None:
+        items.append(f"<li>Least friction at {number(result.minimum_velocity)} {result.units.velocity}.</li>")
+    return f"<ul>{''.join(items)}</ul>"
+
+
+def _verdict(name: str, test: Test) -> str:
+    figures = f"p = {test.p_value:.2g}, cross-validated gain {test.gain:.0%}"
+    return f"<li><b>{name}:</b> {html.escape(test.note)} <span class=note>({figures})</span></li>"
+
+
+def _method(identification: Identification) -> str:
+    thresholds = ", ".join(
+        f"{name} {number(axis.standstill_velocity)} {axis.units.velocity}" for name, axis in identification.axes.items()
+    )
+    lowered = (
+        f"<li>Cut-off lowered to 0.4 of the sample rate in {len(identification.lowered_cutoffs)} recordings.</li>"
+        if identification.lowered_cutoffs
+        else ""
+    )
+    skipped = "".join(
+        f"<li>Axis {html.escape(name)} has no result: {html.escape(why)}.</li>"
+        for name, why in identification.skipped.items()
+    )
+    return (
+        "<section><h2>How it was done</h2><ul>"
+        f"<li>Filter: zero-phase 4th-order Butterworth at {identification.cutoff_hz:g} Hz, forward and backward.</li>"
+        f"{lowered}"
+        f"<li>In motion means faster than: {html.escape(thresholds)}.</li>"
+        f"<li>Left out on either side of a reversal: {identification.reversal_margin * 1e3:g} ms.</li>{skipped}"
+        "<li>Intervals: heteroskedasticity- and autocorrelation-consistent covariance (Newey and West 1987, bandwidth "
+        "of Andrews 1991).</li>"
+        "<li>Least squares on the inverse dynamic identification model: Gautier 1997; Janot, Vandanjon, Gautier 2014."
+        "</li>"
+        "</ul></section>"
+    )
+
+
+def _div(figure: go.Figure) -> str:
+    return str(
+        figure.to_html(full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True})
+    )

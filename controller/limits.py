@@ -1,0 +1,75 @@
+"""What a controller may do on a bus that may be copper: travel, speed and torque of every axis, from a file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import yaml
+from pydantic import BaseModel, ConfigDict, PositiveFloat, ValidationError
+
+from controller.drive_node import DriveNode
+from controller.machine import Machine
+from drivetwin.errors import UserError
+
+
+class AxisLimits(BaseModel):
+    """Joint side: travel [m or rad], speed [m/s or rad/s], torque [N or N·m]."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    travel: tuple[float, float]
+    speed: PositiveFloat
+    torque: PositiveFloat
+
+
+class Limits(BaseModel):
+    """A limits file: `axes: {name: {travel: [low, high], speed: ..., torque: ...}}`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    axes: dict[str, AxisLimits]
+
+
+def read_limits(path: Path, machine: Machine) -> Limits:
+    """Limits for every axis of the machine.
+
+    Raises UserError naming the file and what is missing or wrong.
+    """
+    try:
+        limits = Limits.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        raise UserError(f"no limits file {path}") from None
+    except yaml.YAMLError as error:
+        raise UserError(f"{path} is not YAML: {error}") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise UserError(f"{path}: {where}: {first['msg']}; an axis needs travel: [low, high], speed and torque") from None
+    if set(limits.axes) != set(machine.axes):
+        raise UserError(
+            f"{path} has limits for {', '.join(limits.axes)}; machine {machine.machine} has {', '.join(machine.axes)}"
+        )
+    return limits
+
+
+def within(machine: Machine, limits: Limits) -> Machine:
+    """The machine with travel and speed narrowed to the limits.
+
+    Raises UserError where an axis's rest position lies outside its limits.
+    """
+    axes = {}
+    for name, axis in machine.axes.items():
+        limit = limits.axes[name]
+        travel = (max(axis.travel[0], limit.travel[0]), min(axis.travel[1], limit.travel[1]))
+        if not travel[0] < axis.rest < travel[1]:
+            raise UserError(f"limits of {name}: travel {limit.travel} leaves out its rest position {axis.rest}")
+        axes[name] = axis.model_copy(update={"travel": travel, "max_speed": min(axis.max_speed, limit.speed)})
+    return machine.model_copy(update={"axes": axes})
+
+
+def apply_torque_limits(drives: Sequence[DriveNode], limits: Limits) -> None:
+    """Write the torque limits to the drives (6072h, thousandths of rated torque)."""
+    for drive in drives:
+        rated = drive.joint_torque(float(drive.read(0x6076)) * 1e-3)
+        drive.write(int(1000.0 * limits.axes[drive.name].torque / rated), 0x6072)

@@ -1,0 +1,86 @@
+"""The controller's end of the bus: one thread that sends, receives and hands each frame to whom it is for."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from types import TracebackType
+
+import can
+import canopen
+from canopen.sdo.client import SdoClient
+from canopen.sdo.exceptions import SdoCommunicationError
+
+SYNC_COB_ID = 0x80
+NMT_COB_ID = 0x000
+
+SDO_TIMEOUT = 1.0
+"""Longest wait for an SDO answer [s]; a drive answers within milliseconds, a loaded host may not."""
+
+
+class PumpedSdoClient(SdoClient):
+    """canopen's SDO client without a receiving thread: waiting for an answer is pumping the bus."""
+
+    RESPONSE_TIMEOUT = SDO_TIMEOUT
+    network: Link
+
+    def read_response(self) -> bytes:
+        """Next answer of the server, as `SdoClient.read_response`."""
+        deadline = time.monotonic() + self.RESPONSE_TIMEOUT
+        while self.responses.empty():
+            left = deadline - time.monotonic()
+            if not self.network.pump(left) and left <= 0.0:
+                raise SdoCommunicationError("No SDO response received")
+        response: bytes = super().read_response()  # type: ignore[no-untyped-call]  # canopen
+        return response
+
+
+class PumpedNode(canopen.RemoteNode):
+    """A remote node whose SDO client pumps."""
+
+    def add_sdo(self, rx_cobid: int, tx_cobid: int) -> SdoClient:
+        """Create an SDO channel; called by RemoteNode for its default one."""
+        client = PumpedSdoClient(rx_cobid, tx_cobid, self.object_dictionary)  # type: ignore[no-untyped-call]  # canopen
+        self.sdo_channels.append(client)
+        if self.has_network():
+            self.network.subscribe(client.tx_cobid, client.on_response)
+        return client
+
+
+class Link(canopen.Network):
+    """A canopen network on an open python-can bus, pumped by its owner instead of by a thread.
+
+    Frames of `fast` COB-IDs go straight to their handler; all others through canopen.
+    """
+
+    def __init__(self, bus: can.BusABC) -> None:
+        super().__init__(bus)
+        self.wire = bus
+        self.fast: dict[int, Callable[[bytes], None]] = {}
+
+    def __enter__(self) -> Link:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        self.wire.shutdown()
+
+    def send(self, cob_id: int, data: bytes) -> None:
+        """Send one data frame."""
+        self.wire.send(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False))
+
+    def pump(self, timeout: float) -> bool:
+        """Take one frame from the bus, waiting up to `timeout` seconds; whether one came."""
+        message = self.wire.recv(max(timeout, 0.0))
+        if message is None:
+            return False
+        handler = self.fast.get(message.arbitration_id)
+        if handler is not None:
+            handler(bytes(message.data))
+        elif not message.is_error_frame:
+            self.notify(message.arbitration_id, message.data, message.timestamp)
+        return True
+
+    def drain(self) -> None:
+        """Take what has already come."""
+        while self.pump(0.0):
+            pass

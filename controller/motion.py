@@ -1,0 +1,144 @@
+"""Moving the drives: enable, home, stream set-points, stop. Every wait is counted in cycles, never in wall-clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.cycle import Cycle
+from controller.drive_node import DriveNode
+from drivetwin.errors import UserError
+
+SHUTDOWN, SWITCH_ON, ENABLE_OPERATION, QUICK_STOP, DISABLE_VOLTAGE = 0x06, 0x07, 0x0F, 0x02, 0x00
+FAULT_RESET = 0x80
+MODE_BIT_4 = 0x10
+
+STATE_MASK = 0x6F
+SWITCH_ON_DISABLED, READY_TO_SWITCH_ON, SWITCHED_ON, OPERATION_ENABLED = 0x40, 0x21, 0x23, 0x27
+FAULT = 0x08
+
+HOMING_MODE, PROFILE_VELOCITY_MODE = 6, 3
+HOMING_ATTAINED, HOMING_ERROR, TARGET_REACHED = 1 << 12, 1 << 13, 1 << 10
+
+STATE_TIMEOUT = 1.0
+"""Simulated or real seconds that a state change may take (a quick-stop ramp included)."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """What came back while streaming: per drive, (n, axes) position [joint, m or rad] and torque [joint, N·m or N]."""
+
+    position: NDArray[np.float64]
+    torque: NDArray[np.float64]
+
+
+def enable(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:
+    """Take every drive to operation enabled in `mode`, holding where it stands.
+
+    Raises UserError where a drive does not follow the state machine.
+    """
+    cycle.run()
+    for drive in drives:
+        drive.controlword = FAULT_RESET if drive.statusword & STATE_MASK & ~0x20 == FAULT else DISABLE_VOLTAGE
+    _await_state(cycle, drives, SWITCH_ON_DISABLED)
+    for drive in drives:
+        drive.write(mode, 0x6060)
+        drive.setpoint = drive.position
+        drive.torque_offset = 0
+    for word, state in ((SHUTDOWN, READY_TO_SWITCH_ON), (SWITCH_ON, SWITCHED_ON), (ENABLE_OPERATION, OPERATION_ENABLED)):
+        for drive in drives:
+            drive.controlword = word
+        _await_state(cycle, drives, state)
+
+
+def enable_streaming(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
+    """Operation enabled in each drive's streaming mode, following its set-point (interpolated position needs bit 4)."""
+    enable(cycle, drives, drives[0].profile.streaming_mode)
+    for drive in drives:
+        drive.setpoint = drive.position
+        drive.controlword = ENABLE_OPERATION | MODE_BIT_4
+    cycle.run()
+
+
+def disable(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
+    """Quick-stop and take the voltage off."""
+    for drive in drives:
+        drive.controlword = QUICK_STOP
+    _await_state(cycle, drives, SWITCH_ON_DISABLED)
+    for drive in drives:
+        drive.controlword = DISABLE_VOLTAGE
+    cycle.run()
+
+
+def home(cycle: Cycle, drives: Sequence[DriveNode], timeout: float = 60.0) -> None:
+    """Home all axes at once; positions are the model's joint positions afterwards.
+
+    Raises UserError naming the axes that did not get there.
+    """
+    for drive in drives:
+        homing = drive.axis.homing
+        drive.write(homing.method, 0x6098)
+        drive.write(drive.in_units(homing.search_speed), 0x6099, 1)
+        drive.write(drive.in_units(homing.edge_speed), 0x6099, 2)
+        drive.write(drive.in_units(homing.acceleration), 0x609A)
+        drive.write(drive.in_units(homing.switch_position), 0x607C)
+    enable(cycle, drives, HOMING_MODE)
+    for drive in drives:
+        drive.controlword = ENABLE_OPERATION | MODE_BIT_4
+    cycle.run_for(0.01)
+    for _ in range(round(timeout / cycle.period)):
+        if failed := [drive.where() for drive in drives if drive.statusword & HOMING_ERROR]:
+            raise UserError(f"homing error on {', '.join(failed)}: method {drives[0].axis.homing.method} is not possible there")
+        if all(drive.statusword & HOMING_ATTAINED and drive.statusword & TARGET_REACHED for drive in drives):
+            break
+        cycle.run()
+    else:
+        waiting = [drive.where() for drive in drives if not drive.statusword & HOMING_ATTAINED]
+        raise UserError(f"homing did not end within {timeout:g} s on {', '.join(waiting)}: does the limit switch work?")
+
+
+def stream(
+    cycle: Cycle,
+    drives: Sequence[DriveNode],
+    positions: NDArray[np.float64],
+    progress: Callable[[int], None] | None = None,
+) -> Samples:
+    """Stream joint positions (n, axes) [m or rad], one row a cycle, and return what came back.
+
+    Row k of the samples was taken at the SYNC at which row k of the set-points took effect.
+    """
+    setpoints = [[int(value) for value in np.rint(positions[:, axis] / drive.unit)] for axis, drive in enumerate(drives)]
+    raw_position = np.zeros((len(positions), len(drives)))
+    raw_torque = np.zeros((len(positions), len(drives)))
+    for row in range(len(positions)):
+        for axis, drive in enumerate(drives):
+            drive.setpoint = setpoints[axis][row]
+        cycle.run()
+        for axis, drive in enumerate(drives):
+            raw_position[row, axis] = drive.position
+            raw_torque[row, axis] = drive.torque
+        if progress is not None and row % 100 == 99:
+            progress(100)
+    units = np.array([drive.unit for drive in drives])
+    gears = np.array([drive.axis.gear_ratio for drive in drives])
+    return Samples(raw_position * units, raw_torque * gears)
+
+
+def positions_now(drives: Sequence[DriveNode]) -> NDArray[np.float64]:
+    """Set-points as they stand (axes,) [m or rad]: where the next trajectory starts."""
+    return np.array([drive.setpoint * drive.unit for drive in drives])
+
+
+def _await_state(cycle: Cycle, drives: Sequence[DriveNode], state: int) -> None:
+    for _ in range(round(STATE_TIMEOUT / cycle.period)):
+        cycle.run()
+        if all(drive.statusword & STATE_MASK == state for drive in drives):
+            return
+    stuck = next(drive for drive in drives if drive.statusword & STATE_MASK != state)
+    raise UserError(
+        f"{stuck.where()} did not reach state {state:02X}h within {STATE_TIMEOUT:g} s after controlword "
+        f"{stuck.controlword:04X}h; its statusword is {stuck.statusword:04X}h"
+    )

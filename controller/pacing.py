@@ -1,0 +1,49 @@
+"""When the next cycle starts: at once where SYNC drives the plant, on the wall clock where time is real."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+
+class Pacing(ABC):
+    """Waits between communication cycles."""
+
+    late_cycles = 0
+    worst_lateness = 0.0
+
+    @abstractmethod
+    def wait(self, cycle: float) -> None:
+        """Return when the next cycle of `cycle` seconds is due."""
+
+
+class Lockstep(Pacing):
+    """Every cycle starts when the last one has been answered; the plant's time is the number of SYNCs."""
+
+    def wait(self, cycle: float) -> None:
+        return
+
+
+class Realtime(Pacing):
+    """Cycles on the wall clock. A cycle that is late by more than half of one is counted, and the grid moves by it."""
+
+    def __init__(self, now: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep) -> None:
+        self._now = now
+        self._sleep = sleep
+        self._due: float | None = None
+
+    def wait(self, cycle: float) -> None:
+        now = self._now()
+        due = now if self._due is None else self._due + cycle
+        if due > now:
+            self._sleep(due - now)
+        lateness = self._now() - due
+        if lateness > 0.5 * cycle:
+            self.late_cycles += 1
+            self.worst_lateness = max(self.worst_lateness, lateness)
+            due += lateness
+        self._due = due
+
+
+PACINGS: dict[str, type[Pacing]] = {"sync": Lockstep, "realtime": Realtime}

@@ -1,0 +1,163 @@
+"""The identification procedure, from a powered machine to recordings: bring up, home, move, capture, stop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import can
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.bring_up import bring_up, connect
+from controller.capture import describe, record
+from controller.cycle import Cycle
+from controller.drive_node import DriveNode
+from controller.excitation import SPEED_LEVELS, VALIDATION_LEVELS, excitation, strokes, with_held
+from controller.limits import Limits, apply_torque_limits
+from controller.link import Link
+from controller.machine import Machine
+from controller.motion import QUICK_STOP, disable, enable_streaming, home, positions_now, stream
+from controller.pacing import Pacing
+from controller.sdo_check import FrictionPoint, friction_by_sdo
+from controller.trajectory import move, side_by_side
+from drive_profiles import DriveProfile
+from drivetwin.errors import UserError
+from drivetwin.recording.recording import AxisInfo, Recording
+
+
+@dataclass
+class Captured:
+    """What the procedure brings home."""
+
+    recordings: list[Recording] = field(default_factory=list)
+    validation: list[Recording] = field(default_factory=list)
+    sdo_points: list[FrictionPoint] = field(default_factory=list)
+    cycles: int = 0
+    late_cycles: int = 0
+    worst_lateness: float = 0.0
+
+
+class Progress:
+    """Where the procedure says how far it is; this one is silent."""
+
+    def phase(self, name: str, seconds: float) -> None:
+        """A phase of about `seconds` of motion begins."""
+
+    def advance(self, seconds: float) -> None:
+        """So much of it is done."""
+
+
+def capture_machine(
+    bus: can.BusABC,
+    machine: Machine,
+    profile: DriveProfile,
+    pacing: Pacing,
+    limits: Limits | None,
+    seed: int,
+    progress: Progress,
+) -> Captured:
+    """Run the whole procedure on the machine that answers on `bus`.
+
+    Raises UserError for whatever the bench has to set right; every axis is then stopped and without voltage.
+    """
+    with Link(bus) as link:
+        drives = connect(link, machine, profile)
+        cycle = Cycle(link, drives, pacing)
+        progress.phase("bring up", 0.1)
+        bring_up(link, drives, cycle.period)
+        if limits is not None:
+            apply_torque_limits(drives, limits)
+        axes = describe(drives)
+        cycle.start()
+        with _stopped_at_the_end(cycle, drives):
+            captured = _capture(cycle, drives, machine, axes, seed, progress)
+        captured.cycles = cycle.count
+        captured.late_cycles, captured.worst_lateness = pacing.late_cycles, pacing.worst_lateness
+        return captured
+
+
+def _capture(
+    cycle: Cycle, drives: Sequence[DriveNode], machine: Machine, axes: dict[str, AxisInfo], seed: int, progress: Progress
+) -> Captured:
+    progress.phase("home", 5.0)
+    home(cycle, drives)
+    enable_streaming(cycle, drives)
+    session = _Session(cycle, drives, machine, axes, progress)
+    session.go_to({name: axis.rest for name, axis in machine.axes.items()})
+    captured = Captured()
+    for group in machine.groups:
+        _identify_group(session, group, seed, captured)
+    return captured
+
+
+def _identify_group(session: _Session, group: Sequence[str], seed: int, captured: Captured) -> None:
+    axes = {name: session.machine.axes[name] for name in group}
+    period = session.cycle.period
+    label = "_".join(group)
+    session.go_to({name: 0.5 * (axis.travel[0] + axis.travel[1]) for name, axis in axes.items()})
+    paths = {name: strokes(axis, SPEED_LEVELS, period) for name, axis in axes.items()}
+    captured.recordings.append(session.capture(f"strokes_{label}", paths))
+    paths = {name: excitation(axis, seed, period) for name, axis in axes.items()}
+    captured.recordings.append(session.capture(f"excitation_{label}", paths))
+    paths = {name: strokes(axis, VALIDATION_LEVELS, period) for name, axis in axes.items()}
+    captured.validation.append(session.capture(f"validation_{label}", paths))
+    moving = [drive for drive in session.drives if drive.name in group]
+    session.progress.phase(f"torque by SDO, {', '.join(group)}", 2.0)
+    captured.sdo_points += friction_by_sdo(session.cycle, moving)
+    enable_streaming(session.cycle, moving)
+    session.go_to({name: axis.rest for name, axis in axes.items()})
+
+
+@dataclass
+class _Session:
+    """Drives that are enabled and stream."""
+
+    cycle: Cycle
+    drives: Sequence[DriveNode]
+    machine: Machine
+    axes: dict[str, AxisInfo]
+    progress: Progress
+
+    def go_to(self, targets: dict[str, float]) -> None:
+        """Move the named axes [m or rad]; the others hold."""
+        start = positions_now(self.drives)
+        paths = []
+        for drive, position in zip(self.drives, start, strict=True):
+            target = targets.get(drive.name, float(position))
+            axis = drive.axis
+            paths.append(move(float(position), target, axis.max_speed, 0.5 * axis.max_acceleration, self.cycle.period))
+        stream(self.cycle, self.drives, side_by_side(paths))
+        self.cycle.run_for(0.1)
+
+    def capture(self, name: str, paths: dict[str, NDArray[np.float64]]) -> Recording:
+        """Stream the paths of the named axes, the others holding, and record every axis."""
+        held = dict(zip(self.axes, (float(value) for value in positions_now(self.drives)), strict=True))
+        demand = with_held(paths, held)
+        self.progress.phase(name.replace("_", " "), len(demand) * self.cycle.period)
+        samples = stream(self.cycle, self.drives, demand, lambda cycles: self.progress.advance(cycles * self.cycle.period))
+        return record(name, self.machine.machine, self.cycle.period, self.axes, demand, samples)
+
+
+@contextmanager
+def _stopped_at_the_end(cycle: Cycle, drives: Sequence[DriveNode]) -> Iterator[None]:
+    """Every axis quick-stopped and without voltage afterwards, however the block ends (Ctrl-C too)."""
+    try:
+        yield
+    except BaseException:
+        _stop_whatever_answers(cycle, drives)
+        raise
+    disable(cycle, drives)
+
+
+def _stop_whatever_answers(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
+    for drive in drives:
+        drive.controlword = QUICK_STOP
+        drive.emergencies.clear()
+    try:
+        disable(cycle, drives)
+    except UserError:
+        for drive in drives:  # a drive that is silent or in fault must not keep the others from being stopped
+            drive.controlword = 0
+            drive.send_output()

@@ -1,0 +1,21 @@
+"""Drive types as data: one folder a type, read by `load_profile`."""
+
+from drive_profiles.profile import (
+    Access,
+    DataType,
+    DriveProfile,
+    ObjectEntry,
+    Role,
+    available_profiles,
+    load_profile,
+)
+
+__all__ = [
+    "Access",
+    "DataType",
+    "DriveProfile",
+    "ObjectEntry",
+    "Role",
+    "available_profiles",
+    "load_profile",
+]

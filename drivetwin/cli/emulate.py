@@ -1,0 +1,67 @@
+"""`drivetwin emulate`: virtual drives on a bus for other processes to command."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from drive_profiles import load_profile
+from drivetwin.bus import host_bus
+from drivetwin.errors import UserError
+from emulator.clock import CLOCKS
+from emulator.effects import read_effects
+from emulator.machine import load_machine
+from emulator.plant import truth_path
+from emulator.virtual_machine import VirtualMachine
+
+POLL = 0.2
+"""How long to wait for a frame before looking whether to stop [s], where only SYNC moves time."""
+
+
+def emulate_command(
+    machine: Annotated[str, typer.Option(help="Machine: scara, stage or arm.")] = "scara",
+    profile: Annotated[str, typer.Option(help="Drive type: servoone or cia402-full.")] = "servoone",
+    bus: Annotated[str, typer.Option(help="vcan0, can0 or ws://127.0.0.1:PORT (port 0: a free one).")] = "ws://127.0.0.1:54701",
+    clock: Annotated[str, typer.Option(help="realtime follows the wall clock; sync moves only with SYNC.")] = "realtime",
+    truth: Annotated[
+        Path | None, typer.Option(help="True effects of the plant (effects/1); default: the machine's own.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the sensors' noise.")] = 0,
+) -> None:
+    """Put a virtual machine's drives on a bus and let any master command them.
+
+    Example: drivetwin emulate --machine scara --profile servoone --bus ws://127.0.0.1:54701
+
+    Nodes have the IDs of the machine's file (scara: 1 lift, 2 rotate, 3 stretch). Ctrl-C ends it.
+    """
+    if clock not in CLOCKS:
+        raise UserError(f"unknown clock {clock!r}; expected {' or '.join(CLOCKS)}")
+    chosen = load_machine(machine)
+    effects = read_effects(truth_path(chosen, truth))
+    hosted = host_bus(bus)
+    try:
+        virtual = VirtualMachine(chosen, load_profile(profile), effects, CLOCKS[clock](), seed, hosted.bus.send)
+        nodes = ", ".join(f"{axis.node_id} {name}" for name, axis in chosen.axes.items())
+        Console().print(
+            f"{machine}: {profile} drives, nodes {nodes}, on {hosted.name}, clock {clock}. Ctrl-C ends.", highlight=False
+        )
+        virtual.power_on()
+        _serve(virtual, hosted.bus)
+    finally:
+        hosted.close()
+
+
+def _serve(virtual: VirtualMachine, bus) -> None:  # type: ignore[no-untyped-def]
+    ended = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: ended.append(True))
+    while not ended:
+        pause = virtual.wait()
+        message = bus.recv(POLL if pause is None else pause)
+        if message is not None:
+            virtual.receive(message)
+        virtual.poll()

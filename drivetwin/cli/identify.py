@@ -1,0 +1,168 @@
+"""`drivetwin identify`: bring up the drives, move the axes, capture torque, hand back the friction."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import can
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bars
+
+from controller.identification import identify, load_model, write_results
+from controller.identification.result import Truth
+from controller.limits import Limits, read_limits, within
+from controller.machine import Machine, load_machine
+from controller.pacing import PACINGS
+from controller.procedure import Captured, Progress, capture_machine
+from drive_profiles import load_profile
+from drivetwin.bus import INPROC, InprocBus, is_copper, open_bus
+from drivetwin.errors import UserError
+from drivetwin.files import new_directory
+from drivetwin.recording.writer import write_into
+from emulator.clock import CLOCKS
+from emulator.effects import read_effects
+from emulator.machine import load_machine as load_virtual_machine
+from emulator.plant import truth_path
+from emulator.virtual_machine import VirtualMachine
+
+logger = logging.getLogger(__name__)
+
+console = Console()
+
+
+def identify_command(
+    machine: Annotated[str, typer.Option(help="Machine the controller knows: scara, stage or arm.")] = "scara",
+    profile: Annotated[str, typer.Option(help="Drive type on the bus: servoone or cia402-full.")] = "servoone",
+    bus: Annotated[str, typer.Option(help="inproc (starts the emulator here), vcan0, can0 or ws://127.0.0.1:PORT.")] = INPROC,
+    clock: Annotated[
+        str, typer.Option(help="sync: as fast as it goes, moved by SYNC; realtime: 1 kHz on the wall clock.")
+    ] = "sync",
+    out: Annotated[Path, typer.Option(help="Directory for recordings, identified.json, report.html and plots.")] = Path(
+        "out/identify"
+    ),
+    truth: Annotated[
+        Path | None, typer.Option(help="inproc only: true effects of the plant (effects/1); default: the machine's own.")
+    ] = None,
+    limits: Annotated[Path | None, typer.Option(help="Limits file (travel, speed, torque); required on can0.")] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask before moving axes on can0.")] = False,
+    seed: Annotated[int, typer.Option(help="Seed of the exciting move, and inproc of the sensors' noise.")] = 0,
+) -> None:
+    """Identify the friction of every axis over the bus.
+
+    Brings up the drives, homes, streams strokes and an exciting move, captures torque by PDO and SDO at 1 kHz, and fits
+    inertia, Coulomb and viscous friction and the Stribeck curve by least squares, with 90 % intervals.
+
+    Example: drivetwin identify --machine scara --bus ws://127.0.0.1:54701 --clock realtime --out out/identify
+
+    Ctrl-C quick-stops and disables every axis.
+    """
+    if clock not in PACINGS:
+        raise UserError(f"unknown clock {clock!r}; expected {' or '.join(PACINGS)}")
+    known, allowed = _within_limits(load_machine(machine), limits, bus, yes)
+    joined = _join(bus, known, profile, clock, truth, seed)
+    with Bars(
+        TextColumn("{task.description:<34}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+        console=console,
+    ) as bars:
+        progress = _RichProgress(bars)
+        captured = capture_machine(joined.bus, known, load_profile(profile), PACINGS[clock](), allowed, seed, progress)
+        progress.phase("fit and report", 1.0)
+        with new_directory(out) as staged:
+            _write(staged, known, captured, joined.truth(), seed)
+        progress.finish()
+    _print_summary(captured, out)
+
+
+@dataclass(frozen=True)
+class _Joined:
+    """The bus as the controller sees it, and who can tell the truth after the fit."""
+
+    bus: can.BusABC
+    truth: Callable[[], Truth | None]
+
+
+def _join(bus: str, machine: Machine, profile: str, clock: str, truth: Path | None, seed: int) -> _Joined:
+    """Join the named bus; for inproc build the emulator on its other end."""
+    if bus != INPROC:
+        if truth is not None:
+            raise UserError("--truth is for the emulator: give it to `drivetwin emulate`, not to a controller on another bus")
+        return _Joined(open_bus(bus), lambda: None)
+    virtual = load_virtual_machine(machine.machine)
+    effects = read_effects(truth_path(virtual, truth))
+    built: list[VirtualMachine] = []
+
+    def connect(transmit: Callable[[can.Message], None]) -> VirtualMachine:
+        built.append(VirtualMachine(virtual, load_profile(profile), effects, CLOCKS[clock](), seed, transmit))
+        built[0].power_on()
+        return built[0]
+
+    return _Joined(InprocBus(connect), built[0].plant.truth)
+
+
+def _within_limits(machine: Machine, path: Path | None, bus: str, yes: bool) -> tuple[Machine, Limits | None]:
+    """The machine narrowed to its limits file; on a bus that may be copper both the file and a yes are needed."""
+    if path is None:
+        if is_copper(bus):
+            raise UserError(
+                f"{bus} may be a real machine: give --limits FILE with travel, speed and torque of {', '.join(machine.axes)}"
+            )
+        return machine, None
+    limits = read_limits(path, machine)
+    if is_copper(bus) and not yes:
+        for name, limit in limits.axes.items():
+            console.print(
+                f"{name}: travel {limit.travel}, speed {limit.speed}, torque {limit.torque} (joint, SI)", highlight=False
+            )
+        if not typer.confirm(f"Axes on {bus} will move. Is the machine clear?"):
+            raise UserError("not confirmed; nothing was moved")
+    return within(machine, limits), limits
+
+
+def _write(staged: Path, machine: Machine, captured: Captured, truth: Truth | None, seed: int) -> None:
+    """Recordings, fit, report and plots into a staged directory."""
+    for recording in (*captured.recordings, *captured.validation):
+        write_into(recording, staged / "recordings" / recording.name, seed=seed)
+    model = load_model(machine.model_path)
+    identification = identify(model, captured.recordings, captured.validation)
+    write_results(identification, captured.recordings, staged, truth=truth, seed=seed)
+
+
+class _RichProgress(Progress):
+    """A bar a phase."""
+
+    def __init__(self, bars: Bars) -> None:
+        self._bars = bars
+        self._task: TaskID | None = None
+
+    def phase(self, name: str, seconds: float) -> None:
+        self.finish()
+        self._task = self._bars.add_task(name, total=seconds)
+
+    def advance(self, seconds: float) -> None:
+        if self._task is not None:
+            self._bars.advance(self._task, seconds)
+
+    def finish(self) -> None:
+        """Fill the bar of the phase that has ended."""
+        if self._task is not None:
+            total = self._bars.tasks[self._task].total
+            self._bars.update(self._task, completed=total)
+
+
+def _print_summary(captured: Captured, out: Path) -> None:
+    console.print(f"{captured.cycles} cycles of 1 ms captured", highlight=False)
+    if captured.late_cycles:
+        console.print(
+            f"{captured.late_cycles} cycles were late, by {1e3 * captured.worst_lateness:.1f} ms at worst", highlight=False
+        )
+    console.print(f"{out / 'report.html'}, {out / 'identified.json'}", highlight=False)
+

@@ -1,0 +1,108 @@
+"""How the node says that something is wrong: EMCY, 1001h and 1003h (CiA 301, 7.2.7, 7.5.2.2, 7.5.2.4)."""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from collections.abc import Callable
+from enum import IntFlag
+from functools import partial
+
+from emulator.canopen.abort_codes import AbortCode, SdoAbort
+from emulator.canopen.can_identifier import CAN_ID, INVALID, check_change, check_cob_id, exists
+from emulator.canopen.data_types import Value
+from emulator.canopen.nmt import Nmt, NmtState
+from emulator.canopen.object_dictionary import ObjectDictionary
+
+NO_ERROR = 0x0000
+PDO_TOO_SHORT = 0x8210
+"""PDO not processed due to length error (CiA 301, table 26)."""
+PDO_TOO_LONG = 0x8220
+"""PDO length exceeded (CiA 301, table 26)."""
+
+_FRAME = struct.Struct("<HB5s")
+
+
+class ErrorRegister(IntFlag):
+    """Bits of 1001h (CiA 301, 7.5.2.2)."""
+
+    GENERIC = 0x01
+    CURRENT = 0x02
+    VOLTAGE = 0x04
+    TEMPERATURE = 0x08
+    COMMUNICATION = 0x10
+    DEVICE_PROFILE = 0x20
+    MANUFACTURER = 0x80
+
+
+class Emergency:
+    """EMCY producer of one node, with the errors that are present and the list of past ones."""
+
+    def __init__(self, od: ObjectDictionary, nmt: Nmt, transmit: Callable[[int, bytes], None]) -> None:
+        self._nmt = nmt
+        self._transmit = transmit
+        self._cob_id = od[0x1014]
+        self._cob_id.on_write = self._check_cob_id
+        self._present: dict[int, int] = {}
+        self._history: deque[int] = deque(maxlen=sum(1 for variable in od if variable.index == 0x1003) - 1)
+        od[0x1001].on_read = lambda: self.register
+        self._publish_history(od)
+
+    @property
+    def register(self) -> int:
+        """1001h: the bits of all errors that are present; the generic bit with any of them."""
+        bits = 0
+        for error_bits in self._present.values():
+            bits |= error_bits | ErrorRegister.GENERIC
+        return int(bits)
+
+    def raise_error(self, code: int, register_bits: int, manufacturer: bytes = bytes(5)) -> None:
+        """Send EMCY `code` (CiA 301 table 26, CiA 402-2) with 1001h and 5 manufacturer bytes; keep it in 1003h."""
+        self._present[code] = register_bits
+        self._history.appendleft(code | int.from_bytes(manufacturer[:2], "little") << 16)
+        self._send(code, manufacturer)
+
+    def clear(self) -> None:
+        """All errors are gone: tell 'error reset or no error', if there was one."""
+        if self._present:
+            self._present.clear()
+            self._send(NO_ERROR, bytes(5))
+
+    def clear_error(self, code: int) -> None:
+        """One error is gone; 1001h in the frame tells what remains (CiA 301, 7.2.7.1)."""
+        if self._present.pop(code, None) is not None:
+            self._send(NO_ERROR, bytes(5))
+
+    def reset(self) -> None:
+        """Forget present and past errors, as a power cycle does."""
+        self._present.clear()
+        self._history.clear()
+
+    def _send(self, code: int, manufacturer: bytes) -> None:
+        cob_id = self._cob_id.number
+        allowed = self._nmt.state in (NmtState.PRE_OPERATIONAL, NmtState.OPERATIONAL)
+        if allowed and exists(cob_id):
+            self._transmit(cob_id & CAN_ID, _FRAME.pack(code, self.register, manufacturer))
+
+    def _check_cob_id(self, value: Value) -> None:
+        check_cob_id(int(value) & ~INVALID)
+        if int(value) & ~INVALID & ~CAN_ID:
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+        check_change(self._cob_id.number, int(value))
+
+    def _publish_history(self, od: ObjectDictionary) -> None:
+        count = od[0x1003, 0]
+        count.on_read = lambda: len(self._history)
+        count.on_write = self._clear_history
+        for subindex in range(1, (self._history.maxlen or 0) + 1):
+            od[0x1003, subindex].on_read = partial(self._past_error, subindex)
+
+    def _past_error(self, subindex: int) -> int:
+        if subindex > len(self._history):
+            raise SdoAbort(AbortCode.NO_DATA)
+        return self._history[subindex - 1]
+
+    def _clear_history(self, value: Value) -> None:
+        if value != 0:
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+        self._history.clear()

@@ -1,0 +1,186 @@
+"""What a master reads and writes: every object of the drive with its type, range and hooks (CiA 301, 7.4).
+
+Services and the drive meet here: a service or the drive binds `on_read` and `on_write` of the variables it owns.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator
+
+from drive_profiles import DataType, DriveProfile, ObjectEntry
+from emulator.canopen.abort_codes import AbortCode, SdoAbort
+from emulator.canopen.data_types import Value, decode, encode, is_number, saturate, size, type_range
+
+COMMUNICATION_AREA = range(0x1000, 0x2000)
+"""Communication profile area (CiA 301, 7.4.1): what 'reset communication' takes back to its power-on values."""
+
+
+class Variable:
+    """One entry of the dictionary.
+
+    `value` is the raw value as stored. `on_read` gives the value where it is not a stored one; `on_write` is asked
+    before a value is stored and may raise SdoAbort. `default` is the power-on value, `low` and `high` the profile's
+    limits.
+    """
+
+    __slots__ = (
+        "_high",
+        "_low",
+        "access",
+        "data_type",
+        "default",
+        "high",
+        "index",
+        "low",
+        "name",
+        "on_read",
+        "on_write",
+        "rpdo",
+        "size",
+        "subindex",
+        "tpdo",
+        "value",
+    )
+
+    def __init__(self, entry: ObjectEntry, default: Value) -> None:
+        self.index = entry.index
+        self.subindex = entry.subindex
+        self.name = entry.name
+        self.data_type = entry.data_type
+        self.access = entry.access
+        self.rpdo = entry.rpdo
+        self.tpdo = entry.tpdo
+        self.low = entry.low
+        self.high = entry.high
+        self.default = default
+        self.value = default
+        self.size = size(entry.data_type)
+        self.on_read: Callable[[], Value] | None = None
+        self.on_write: Callable[[Value], None] | None = None
+        if self.size is not None:
+            least, most = type_range(entry.data_type)
+            self._low = least if entry.low is None else entry.low
+            self._high = most if entry.high is None else entry.high
+
+    def __repr__(self) -> str:
+        return f"<{self.index:04X}h:{self.subindex:02X} {self.name}>"
+
+    @property
+    def number(self) -> int:
+        """The stored value of an integer object."""
+        return int(self.value)
+
+    def read(self) -> Value:
+        """The raw value now."""
+        return self.value if self.on_read is None else self.on_read()
+
+    def write(self, value: Value) -> None:
+        """Check the range, ask `on_write`, store. Raises SdoAbort for a wrong value, or what `on_write` refuses."""
+        self.check(value)
+        if self.on_write is not None:
+            self.on_write(value)
+        self.value = value
+
+    def commission(self, value: Value) -> None:
+        """Make `value` the stored and the power-on value, as if saved by a commissioning engineer; calls no hook."""
+        self.value = self.default = value
+
+    def encode(self) -> bytes:
+        """The bytes of the value now; one beyond its type is told as the nearest that the type has."""
+        value = self.read()
+        try:
+            return encode(self.data_type, value)
+        except (struct.error, OverflowError):
+            return encode(self.data_type, saturate(self.data_type, value))
+
+    def decode_and_write(self, data: bytes) -> None:
+        """Write the value that the bytes say. Raises SdoAbort for a wrong length, and as `write`."""
+        if self.size is not None:
+            check_length(len(data), self.size)
+        self.write(decode(self.data_type, data))
+
+    def check(self, value: Value) -> None:
+        """Raise SdoAbort where the value is outside the limits of the object or its type."""
+        if self.size is None or isinstance(value, str):
+            return
+        if not is_number(value):
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+        if value > self._high:
+            raise SdoAbort(AbortCode.VALUE_TOO_HIGH)
+        if value < self._low:
+            raise SdoAbort(AbortCode.VALUE_TOO_LOW)
+
+    def writer(self) -> Callable[[Value], None]:
+        """How a PDO writes this variable: `write`, without the range check where no value of the type can fail it."""
+        least_and_most = type_range(self.data_type)
+        unlimited = (self._low, self._high) == least_and_most and self.data_type is not DataType.R32
+        return self._store if unlimited else self.write
+
+    def _store(self, value: Value) -> None:
+        if self.on_write is not None:
+            self.on_write(value)
+        self.value = value
+
+
+def check_length(length: int, expected: int) -> None:
+    """Raise SdoAbort where a parameter is longer or shorter than its type."""
+    if length > expected:
+        raise SdoAbort(AbortCode.LENGTH_TOO_HIGH)
+    if length < expected:
+        raise SdoAbort(AbortCode.LENGTH_TOO_LOW)
+
+
+Key = int | tuple[int, int]
+
+
+class ObjectDictionary:
+    """All variables by address: `od[0x6041]` is sub-index 0, `od[0x60C1, 1]` any other."""
+
+    def __init__(self, variables: list[Variable]) -> None:
+        self._variables = {(variable.index, variable.subindex): variable for variable in variables}
+        self._indices = frozenset(variable.index for variable in variables)
+
+    @classmethod
+    def from_profile(cls, profile: DriveProfile, node_id: int) -> ObjectDictionary:
+        """The dictionary of a drive of that type with that node-ID."""
+        return cls([Variable(entry, _default(entry, node_id)) for entry in profile.objects])
+
+    def __getitem__(self, key: Key) -> Variable:
+        return self._variables[(key, 0) if isinstance(key, int) else key]
+
+    def __contains__(self, key: Key) -> bool:
+        return ((key, 0) if isinstance(key, int) else key) in self._variables
+
+    def __iter__(self) -> Iterator[Variable]:
+        return iter(self._variables.values())
+
+    def __len__(self) -> int:
+        return len(self._variables)
+
+    def find(self, index: int, subindex: int) -> Variable:
+        """The variable at an address that a master gave. Raises SdoAbort where there is none."""
+        variable = self._variables.get((index, subindex))
+        if variable is None:
+            raise SdoAbort(AbortCode.NO_SUCH_SUBINDEX if index in self._indices else AbortCode.NO_SUCH_OBJECT)
+        return variable
+
+    def reset_communication(self) -> None:
+        """Power-on values in the communication profile area (CiA 301, 7.3.2.2.1)."""
+        for variable in self:
+            if variable.index in COMMUNICATION_AREA:
+                variable.value = variable.default
+
+    def reset_application(self) -> None:
+        """Power-on values in the manufacturer-specific and the standardised device profile area."""
+        for variable in self:
+            if variable.index not in COMMUNICATION_AREA:
+                variable.value = variable.default
+
+
+def _default(entry: ObjectEntry, node_id: int) -> Value:
+    if entry.default is None:
+        return "" if size(entry.data_type) is None else 0
+    if entry.default_node_relative and not isinstance(entry.default, str):
+        return entry.default + node_id
+    return entry.default

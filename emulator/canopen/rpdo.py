@@ -1,0 +1,88 @@
+"""Process data from the master: a receive PDO (CiA 301, 7.2.2, 1400h.. and 1600h..)."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+from emulator.canopen.abort_codes import SdoAbort
+from emulator.canopen.data_types import Value
+from emulator.canopen.emergency import PDO_TOO_LONG, PDO_TOO_SHORT, Emergency, ErrorRegister
+from emulator.canopen.object_dictionary import ObjectDictionary
+from emulator.canopen.pdo_mapping import maps_to_rpdo
+from emulator.canopen.pdo_parameters import SYNCHRONOUS, PdoParameters
+
+logger = logging.getLogger(__name__)
+
+TRANSMISSION_TYPES = frozenset((*SYNCHRONOUS, 254, 255))
+
+
+class Rpdo:
+    """Receive PDO `number` (1..). `receive` gets a frame's data; what is synchronous acts at the next `take_effect`."""
+
+    def __init__(self, od: ObjectDictionary, number: int, emergency: Emergency, changed: Callable[[], None]) -> None:
+        self._number = number
+        self._emergency = emergency
+        self._changed = changed
+        self._pending: bytes | None = None
+        self._length_error = 0
+        self._writers: tuple[Callable[[Value], None], ...] = ()
+        self.parameters = PdoParameters(
+            od,
+            0x13FF + number,
+            0x15FF + number,
+            types=TRANSMISSION_TYPES,
+            rule=maps_to_rpdo,
+            changed=self._configure,
+        )
+        self.start()
+
+    @property
+    def receive(self) -> Callable[[bytes], None]:
+        """What to do with a frame: keep it for the SYNC, or act on it now."""
+        return self._keep if self.parameters.synchronous else self._act
+
+    def start(self) -> None:
+        """Begin anew with the parameters as they stand: nothing is waiting for a SYNC."""
+        mapping = self.parameters.mapping
+        self._pending = None
+        self._writers = tuple(variable.writer() for variable in mapping.variables)
+        self._length = mapping.layout.size
+        self._unpack = mapping.layout.unpack_from
+
+    def take_effect(self) -> None:
+        """A SYNC came: act on what was received since the last one."""
+        data = self._pending
+        if data is not None:
+            self._pending = None
+            self._act(data)
+
+    def _configure(self) -> None:
+        self.start()
+        self._changed()
+
+    def _keep(self, data: bytes) -> None:
+        self._pending = data
+
+    def _act(self, data: bytes) -> None:
+        if len(data) != self._length or self._length_error:
+            self._judge_length(len(data))
+            if len(data) < self._length:
+                return
+        for write, value in zip(self._writers, self._unpack(data), strict=True):
+            try:
+                write(value)
+            except SdoAbort as refusal:
+                # a PDO has no answer: the object keeps its value, the others of the frame are taken
+                logger.debug("RPDO %d: %s refused: %s", self._number, value, refusal)
+
+    def _judge_length(self, length: int) -> None:
+        """Tell a wrong length once, and when it is right again (CiA 301, 7.2.2.5.1)."""
+        error = PDO_TOO_SHORT if length < self._length else PDO_TOO_LONG if length > self._length else 0
+        if error == self._length_error:
+            return
+        if self._length_error:
+            self._emergency.clear_error(self._length_error)
+        self._length_error = error
+        if error:
+            self._emergency.raise_error(error, ErrorRegister.COMMUNICATION, bytes((self._number, 0, 0, 0, 0)))

@@ -1,0 +1,35 @@
+"""Cyclic synchronous position mode (8): the controller interpolates, the drive follows 607Ah (CiA 402-2, clause 'csp')."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from emulator.drive.interpolation import Interpolator
+from emulator.drive.mode import Axis, Mode
+from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
+from emulator.drive.state_machine import Statusword
+
+
+class CyclicSynchronousPosition(Mode):
+    """Target position 607Ah, velocity offset 60B1h and torque offset 60B2h, each cycle."""
+
+    code: ClassVar[int] = 8
+
+    def __init__(self, axis: Axis) -> None:
+        super().__init__(axis)
+        self._interpolator = Interpolator()
+        self._target = axis.dictionary[0x607A]
+
+    def enter(self) -> None:
+        self._interpolator.start_at(float(self.axis.servo.state["position"]))
+
+    def plan(self, controlword: int) -> Loop:
+        axis = self.axis
+        demand = axis.servo.demand
+        self._interpolator.cycle(axis.scaling.angle(float(self._target.value)), axis.interpolation, demand)
+        demand[:, VELOCITY_OFFSET] = axis.velocity_offset()
+        demand[:, TORQUE_OFFSET] = axis.torque_offset()
+        return Loop.POSITION
+
+    def status_bits(self) -> int:
+        return Statusword.MODE_BIT_12

@@ -1,0 +1,42 @@
+"""Interpolated position mode (7): set-points from 60C1h, smoothed between SYNCs (CiA 402-2, clause 'Interpolated position')."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from emulator.drive.interpolation import Interpolator
+from emulator.drive.mode import Axis, Mode
+from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
+from emulator.drive.state_machine import Controlword, Statusword
+
+
+class InterpolatedPosition(Mode):
+    """Follows 60C1h:01 while controlword bit 4 enables it; else holds the last demand."""
+
+    code: ClassVar[int] = 7
+
+    def __init__(self, axis: Axis) -> None:
+        super().__init__(axis)
+        self._interpolator = Interpolator()
+        self._setpoint = axis.dictionary[0x60C1, 1]
+        self._hold = 0.0
+        self._active = False
+
+    def enter(self) -> None:
+        self._hold = float(self.axis.servo.state["position"])
+        self._interpolator.start_at(self._hold)
+        self._active = False
+
+    def plan(self, controlword: int) -> Loop:
+        axis = self.axis
+        self._active = bool(controlword & Controlword.MODE_BIT_4)
+        if self._active:
+            self._hold = axis.scaling.angle(float(self._setpoint.value))
+        demand = axis.servo.demand
+        self._interpolator.cycle(self._hold, axis.interpolation, demand)
+        demand[:, VELOCITY_OFFSET] = axis.velocity_offset()
+        demand[:, TORQUE_OFFSET] = axis.torque_offset()
+        return Loop.POSITION
+
+    def status_bits(self) -> int:
+        return Statusword.MODE_BIT_12 if self._active else 0

@@ -1,0 +1,71 @@
+"""Which object of the dictionary is which quantity of the drive: hooks that read the loops and act on what is written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import pi
+
+from drive_profiles import DataType, DriveProfile
+from emulator.canopen.object_dictionary import ObjectDictionary, Variable
+from emulator.drive.interpolation import Interpolation
+from emulator.drive.servo import SERVO_PERIOD
+from emulator.machine import Axis as MachineAxis
+
+
+def role(dictionary: ObjectDictionary, profile: DriveProfile, name: str) -> Variable | None:
+    """The variable that plays a role on this drive type, None where the type has none."""
+    place = profile.roles.get(name)
+    return None if place is None else dictionary[place.index, place.subindex]
+
+
+def commission(dictionary: ObjectDictionary, profile: DriveProfile, axis: MachineAxis) -> None:
+    """Put motor data and tuned gains where this drive type keeps them, as its stored parameters."""
+    loops, gear = axis.loops, axis.gear_ratio
+    values = {
+        "rated_torque": axis.motor.rated_torque,
+        "motor_inertia": axis.motor.inertia,
+        "position_gain": loops.position_gain,
+        "velocity_gain": loops.velocity_gain / gear**2,
+        "integral_time": loops.integral_time or 0.0,
+        "velocity_feedforward": loops.velocity_feedforward,
+        "velocity_filter_time": 1.0 / (2.0 * pi * loops.velocity_filter_hz),
+        "torque_limit": axis.motor.peak_torque,
+        "servo_period": SERVO_PERIOD,
+        "current_loop_time_constant": axis.current_loop_time_constant,
+    }
+    for name, value in values.items():
+        variable = role(dictionary, profile, name)
+        if variable is not None:
+            store(variable, value / profile.roles[name].si_per_unit)
+    store(dictionary[0x6076], axis.motor.rated_torque * 1000.0)
+    store(dictionary[0x6072], 1000.0 * axis.motor.peak_torque / axis.motor.rated_torque)
+    increments = axis.encoder.increments_per_revolution
+    store(dictionary[0x608F, 1], increments)
+    store(dictionary[0x6092, 1], increments)  # until a master scales it, a position unit is an encoder increment
+
+
+def store(variable: Variable, value: float) -> None:
+    """Make `value` the variable's stored value: what it holds now and after a reset."""
+    variable.commission(value if variable.data_type is DataType.R32 else round(value))
+
+
+def on_read(dictionary: ObjectDictionary, index: int, read: Callable[[], int | float]) -> None:
+    """Let `read` answer for an object, where this drive type has it."""
+    if index in dictionary:
+        dictionary[index].on_read = read
+
+
+def on_change(variable: Variable | None, act: Callable[[float], None]) -> None:
+    """Call `act` with each value that is about to be stored, where the variable exists."""
+    if variable is not None:
+        variable.on_write = lambda value: act(float(value))
+
+
+def per_mille(value: float, rated: float) -> int:
+    """`value` in thousandths of `rated`, within 16 bits."""
+    return max(-32768, min(32767, round(1000.0 * value / rated)))
+
+
+def interpolation_of(profile: DriveProfile, raw: int) -> Interpolation:
+    """Interpolation kind that this drive type means by `raw`; whatever is not the cubic spline is linear."""
+    return Interpolation.CUBIC_SPLINE if raw == profile.interpolation_codes.get("cubic_spline") else Interpolation.LINEAR

@@ -1,0 +1,29 @@
+"""Coulomb friction that differs with the direction: a worn screw, a tilted seal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.effects.base import TORQUE, Effect, FrictionLaw, Parameter
+
+
+@dataclass(frozen=True)
+class CoulombAsymmetry(Effect):
+    """torque = -(coulomb + asymmetry) for v > 0, +(coulomb - asymmetry) for v < 0 (Janot, Gautier, Brunot 2019, sec. 4)."""
+
+    name: ClassVar[str] = "coulomb_asymmetry"
+    family: ClassVar[str] = "friction"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("asymmetry", TORQUE),)
+
+    asymmetry: float
+
+    def add_to(self, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
+        return replace(law, coulomb_asymmetry=self.asymmetry)
+
+    def predict(self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self.asymmetry * np.abs(np.sign(velocity))

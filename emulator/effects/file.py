@@ -1,0 +1,80 @@
+"""Reads effects/1: the true effects of a plant, or the effects that a diagnosis added to a simulation."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from drivetwin.errors import UserError
+from emulator.effects.base import Effect
+from emulator.effects.library import library
+
+
+class _Value(BaseModel):
+    value: float
+    unit: str
+
+
+class _Entry(BaseModel):
+    effect: str
+    axis: str
+    parameters: dict[str, _Value]
+
+
+class _File(BaseModel):
+    model_config = ConfigDict(extra="ignore")
+
+    schema_: Literal["effects/1"] = Field(alias="schema")
+    effects: list[_Entry]
+
+
+@dataclass(frozen=True)
+class PlacedEffect:
+    """An effect and the axis it acts on, with the units that its file states for each parameter."""
+
+    axis: str
+    effect: Effect
+    units: dict[str, str]
+
+
+def read_effects(path: Path) -> tuple[PlacedEffect, ...]:
+    """Effects of an effects/1 file, in its order.
+
+    Raises UserError naming the file and the entry for an unknown effect, a missing, unknown or out-of-range parameter.
+    """
+    try:
+        content = _File.model_validate(json.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        raise UserError(f"no effects file {path}; give an effects/1 JSON file") from None
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{path} is not JSON: {error}") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise UserError(f"{path}: {where}: {first['msg']} (expected format effects/1)") from None
+    return tuple(_place(path, number, entry) for number, entry in enumerate(content.effects))
+
+
+def _place(path: Path, number: int, entry: _Entry) -> PlacedEffect:
+    where = f"{path}: effects[{number}]"
+    known = library()
+    if entry.effect not in known:
+        raise UserError(f"{where}: unknown effect {entry.effect!r}; the library has {', '.join(known)}")
+    kind = known[entry.effect]
+    names = {parameter.name for parameter in kind.parameters}
+    if unknown := set(entry.parameters) - names:
+        raise UserError(f"{where}: {entry.effect} has no parameter {sorted(unknown)[0]!r}; it has {', '.join(sorted(names))}")
+    for parameter in kind.parameters:
+        given = entry.parameters.get(parameter.name)
+        if given is not None and not parameter.low <= given.value <= parameter.high:
+            raise UserError(f"{where}: {parameter.name} = {given.value} is outside {parameter.low} .. {parameter.high}")
+    try:
+        effect = kind(**{name: given.value for name, given in entry.parameters.items()})
+    except TypeError:
+        missing = sorted(names - set(entry.parameters))
+        raise UserError(f"{where}: {entry.effect} needs {', '.join(missing)}") from None
+    return PlacedEffect(entry.axis, effect, {name: given.unit for name, given in entry.parameters.items()})

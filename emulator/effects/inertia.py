@@ -1,0 +1,30 @@
+"""Inertia of an axis that differs from the model's: a heavier coupling, a motor of another series."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.effects.base import Effect, FrictionLaw, Parameter, Unit
+
+
+@dataclass(frozen=True)
+class Inertia(Effect):
+    """torque = difference * acceleration: added to the joint's `armature`, on the joint side."""
+
+    name: ClassVar[str] = "inertia"
+    family: ClassVar[str] = "rigid body"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("difference", Unit("kg·m²", "kg")),)
+
+    difference: float
+
+    def add_to(self, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
+        joint.armature += self.difference
+        return law
+
+    def predict(self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self.difference * acceleration

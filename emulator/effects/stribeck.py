@@ -1,0 +1,44 @@
+"""Stribeck effect: friction that falls from its static level to Coulomb's as the lubricant film builds up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.effects.base import NUMBER, TORQUE, VELOCITY, Effect, FrictionLaw, Parameter
+
+
+@dataclass(frozen=True)
+class Stribeck(Effect):
+    """torque = -(static_torque - coulomb) exp(-(|v|/stribeck_velocity)^exponent) sgn(v), beside the model's `coulomb`.
+
+    Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994, eq. 4 (exponent 2: the Gaussian form).
+    """
+
+    name: ClassVar[str] = "stribeck"
+    family: ClassVar[str] = "friction"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("static_torque", TORQUE, low=0.0),
+        Parameter("stribeck_velocity", VELOCITY, low=1e-6),
+        Parameter("exponent", NUMBER, low=0.3, high=4.0),
+    )
+
+    static_torque: float
+    stribeck_velocity: float
+    exponent: float = 2.0
+
+    def add_to(self, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
+        return replace(
+            law,
+            static_torque=self.static_torque,
+            stribeck_velocity=self.stribeck_velocity,
+            exponent=self.exponent,
+        )
+
+    def predict(self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The curve above zero Coulomb friction: what the plant's own Coulomb level takes off depends on the plant."""
+        return self.static_torque * np.exp(-((np.abs(velocity) / self.stribeck_velocity) ** self.exponent)) * np.sign(velocity)

@@ -1,0 +1,111 @@
+"""A machine as configured: its MuJoCo model, and what stands on the motor side of each axis (machine.yaml)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError
+
+from drivetwin.errors import UserError
+
+MACHINES = Path(__file__).parent / "machines"
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Motor(_Strict):
+    """Motor shaft: rated and peak torque [N·m], rotor inertia [kg·m²], holding brake torque [N·m] (0: no brake)."""
+
+    rated_torque: PositiveFloat
+    peak_torque: PositiveFloat
+    inertia: PositiveFloat
+    holding_brake: float = Field(default=0.0, ge=0.0)
+
+
+class Encoder(_Strict):
+    """Encoder on the motor shaft."""
+
+    increments_per_revolution: PositiveInt
+
+
+class CurrentSensor(_Strict):
+    """Torque-producing current as measured, in fractions of rated torque: noise (rms at the servo rate) and resolution."""
+
+    noise: float = Field(ge=0.0)
+    resolution: PositiveFloat
+
+
+class Loops(_Strict):
+    """Commissioned gains: 1/s; N·m·s/rad or N·s/m on the joint side; s (None: a P velocity loop); 0..1; Hz."""
+
+    position_gain: PositiveFloat
+    velocity_gain: PositiveFloat
+    integral_time: PositiveFloat | None
+    velocity_feedforward: float = Field(ge=0.0, le=1.0)
+    velocity_filter_hz: PositiveFloat
+
+
+class LimitSwitches(_Strict):
+    """Joint positions [rad or m] beyond which the negative and the positive limit switch are actuated."""
+
+    negative: float
+    positive: float
+
+
+class Axis(_Strict):
+    """One motor-driven joint. `gear_ratio` is motor turns a joint turn, or rad/m on a prismatic joint."""
+
+    node_id: int = Field(ge=1, le=127)
+    joint: str
+    actuator: str
+    gear_ratio: PositiveFloat
+    motor: Motor
+    encoder: Encoder
+    current_sensor: CurrentSensor
+    current_loop_time_constant: PositiveFloat
+    loops: Loops
+    limit_switches: LimitSwitches
+    power_on_position: float
+
+
+class Machine(_Strict):
+    """machine.yaml, with the directory it stands in."""
+
+    machine: str
+    model: str
+    axes: dict[str, Axis]
+    directory: Path
+
+    @property
+    def model_path(self) -> Path:
+        """The MJCF file of the plant."""
+        return self.directory / self.model
+
+    @property
+    def effects_path(self) -> Path:
+        """The machine's own true effects (effects/1)."""
+        return self.directory / "effects.json"
+
+
+def available_machines() -> tuple[str, ...]:
+    """Names that `load_machine` knows."""
+    return tuple(sorted(path.parent.name for path in MACHINES.glob("*/machine.yaml")))
+
+
+def load_machine(name: str) -> Machine:
+    """The machine of that name.
+
+    Raises UserError naming the known machines, or the key of machine.yaml that is wrong.
+    """
+    path = MACHINES / name / "machine.yaml"
+    if not path.is_file():
+        raise UserError(f"unknown machine {name!r}; known are {', '.join(available_machines())}")
+    try:
+        return Machine(**yaml.safe_load(path.read_text(encoding="utf-8")), directory=path.parent)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise UserError(f"{path}: {where}: {first['msg']}") from None

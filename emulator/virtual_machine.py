@@ -1,0 +1,103 @@
+"""A machine's drives and plant on one CAN bus: frames in, frames out, time moved by the clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import can
+
+from drive_profiles import DriveProfile
+from emulator.clock import DEFAULT_CYCLE, Clock
+from emulator.drive.drive import Drive
+from emulator.drive.servo import SERVO_PERIOD, Servo, ServoBank
+from emulator.effects import PlacedEffect
+from emulator.machine import Machine
+from emulator.plant import Plant
+
+
+class VirtualMachine:
+    """Drives of one type on a machine's axes, joined to a bus by `receive` (frames in) and `transmit` (frames out).
+
+    Single-threaded: whoever owns the bus calls `receive` for each frame and `poll` when none comes.
+    """
+
+    def __init__(
+        self,
+        machine: Machine,
+        profile: DriveProfile,
+        effects: tuple[PlacedEffect, ...],
+        clock: Clock,
+        seed: int,
+        transmit: Callable[[can.Message], None],
+    ) -> None:
+        self.machine = machine
+        self.plant = Plant(machine, effects)
+        self._servos = ServoBank(len(machine.axes), seed)
+        self._clock = clock
+        self._transmit = transmit
+        self._time = 0.0
+        self.drives = [
+            Drive(profile, axis, Servo(self._servos, index), float(self.plant.motor_position[index]), self._send, self.now)
+            for index, axis in enumerate(machine.axes.values())
+        ]
+        self._devices = [drive.device for drive in self.drives]
+
+    def power_on(self) -> None:
+        """Every drive boots and says so on the bus."""
+        for drive in self.drives:
+            drive.power_on()
+
+    def now(self) -> float:
+        """Simulated time [s]."""
+        return self._time
+
+    def receive(self, message: can.Message) -> None:
+        """Handle one frame of the bus. Error frames, extended and FD frames are not CANopen's."""
+        if message.is_error_frame or message.is_extended_id or message.is_fd:
+            return
+        cob_id = message.arbitration_id
+        if cob_id == self._devices[0].sync_cob_id and not message.is_remote_frame:
+            self._sync(message)
+            return
+        data, remote = bytes(message.data), message.is_remote_frame
+        for device in self._devices:
+            device.receive(cob_id, data, remote)
+
+    def poll(self) -> None:
+        """Run the cycles that are due without a SYNC; call it often."""
+        for _ in range(self._clock.cycles_due(self.cycle())):
+            self._run_cycle()
+
+    def wait(self) -> float | None:
+        """Seconds until `poll` is to be called again, None if it need not be."""
+        return self._clock.wait()
+
+    def cycle(self) -> float:
+        """Communication cycle [s]: 1006h of the first drive that has one, or 1 ms."""
+        for drive in self.drives:
+            period = int(drive.dictionary[0x1006].value)
+            if period > 0:
+                return period * 1e-6
+        return DEFAULT_CYCLE
+
+    def _sync(self, message: can.Message) -> None:
+        counter = message.data[0] if message.dlc else None
+        for device in self._devices:
+            device.sync(counter)
+        for _ in range(self._clock.cycles_at_sync(self.cycle())):
+            self._run_cycle()
+
+    def _run_cycle(self) -> None:
+        cycle = self.cycle()
+        self._servos.start_cycle(max(1, round(cycle / SERVO_PERIOD)))
+        for drive in self.drives:
+            drive.plan()
+        self.plant.advance(self._servos)
+        self._time += cycle
+        for drive in self.drives:
+            drive.after()
+        for device in self._devices:
+            device.tick()
+
+    def _send(self, cob_id: int, data: bytes) -> None:
+        self._transmit(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False, timestamp=self._time))

@@ -1,0 +1,1 @@
+"""The acceptance suite that a bench runs against a controller release: not built yet."""
