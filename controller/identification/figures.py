@@ -35,9 +35,7 @@ def torque_speed_figure(result: AxisIdentification, true_law: FrictionLaw | None
             name="steady strokes, 90 % interval",
             marker={"size": 7, "color": STROKE},
         )
-    figure.update_layout(
-        xaxis_title=f"velocity [{units.velocity}]", yaxis_title=f"friction {units.word} [{units.torque}]"
-    )
+    figure.update_layout(xaxis_title=f"velocity [{units.velocity}]", yaxis_title=f"friction {units.word} [{units.torque}]")
     return _styled(figure, 430)
 
 

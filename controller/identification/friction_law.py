@@ -35,9 +35,7 @@ class FrictionLaw:
         speed, sign = np.abs(velocity), np.sign(velocity)
         torque = self.coulomb * sign + self.viscous * velocity + self.offset + self.viscous_difference * speed
         if self.stribeck_velocity is not None:
-            torque = torque + self.static_rise * sign * stribeck_decay(
-                speed, self.stribeck_velocity, self.stribeck_exponent
-            )
+            torque = torque + self.static_rise * sign * stribeck_decay(speed, self.stribeck_velocity, self.stribeck_exponent)
         return np.asarray(torque, dtype=np.float64)
 
     def minimum_velocity(self, top_speed: float) -> float | None:

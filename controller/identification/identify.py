@@ -183,9 +183,7 @@ def _identify_axis(data: _AxisData, settings: Settings) -> AxisIdentification:
     )
 
 
-def _usable_design(
-    samples: Sequence[AxisSamples], inertia: float, settings: Settings
-) -> tuple[Design, dict[str, str], float]:
+def _usable_design(samples: Sequence[AxisSamples], inertia: float, settings: Settings) -> tuple[Design, dict[str, str], float]:
     """The regression with the terms that the data can tell, and why the others are missing.
 
     The third result is the inertia [kg·m² or kg] that was taken off the model's torque to be fitted: zero where the
@@ -264,10 +262,9 @@ def _direction_test(fit: _Fit, settings: Settings) -> Test:
     real = p_value < settings.significance and gain >= settings.direction_gain
     offset = fit.combination({Term.OFFSET: 1.0}, "", settings.confidence)
     load = (
-        "The offset is not zero: a load, gravity that the model lacks, or Coulomb torques that differ: one "
-        "and the same"
+        "In this fit the Coulomb torques differ, which is the same thing as an offset: a load, or gravity that the model lacks"
         if offset.interval[0] * offset.interval[1] > 0
-        else "Coulomb torques that differ by direction are an offset, and there is none"
+        else "In this fit the Coulomb torques do not differ"
     )
     verdict = (
         "friction depends on the direction: the viscous coefficients differ beyond doubt"

@@ -49,9 +49,7 @@ class Model:
         self._mj = _frictionless(mj_model)
         self._data = mujoco.MjData(self._mj)
         self._joints = {
-            mj_model.joint(index).name: index
-            for index in range(mj_model.njnt)
-            if int(mj_model.jnt_type[index]) in _ONE_DEGREE
+            mj_model.joint(index).name: index for index in range(mj_model.njnt) if int(mj_model.jnt_type[index]) in _ONE_DEGREE
         }
         self._home: Samples = mj_model.qpos0.copy()
 
@@ -159,8 +157,7 @@ class Model:
     def _index(self, joint: str) -> int:
         if joint not in self._joints:
             raise UserError(
-                f"the model {self.path or self.name} has no hinge or slide joint '{joint}'; "
-                f"it has: {', '.join(self._joints)}"
+                f"the model {self.path or self.name} has no hinge or slide joint '{joint}'; it has: {', '.join(self._joints)}"
             )
         return self._joints[joint]
 

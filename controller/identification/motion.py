@@ -21,6 +21,8 @@ Mask = NDArray[np.bool_]
 _SHARE_OF_TOP_SPEED = 0.002
 _NOISE_FACTOR = 5.0
 _MOVES_ABOVE_NOISE = 20.0
+_STANDSTILL_REACH = 1.5
+"""Filter's reaches left out around a standstill: breaking away is a jump of the torque, of which 2 % still bias."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ def select(motion: AxisMotion, threshold: float, settings: Settings) -> AxisSamp
     """Mark the samples that count.
 
     Moving: |v| > threshold, the filter's reach at both ends left out. Fitted: moving, and further from a standstill
-    than the filter's reach, for a standing axis holds an arbitrary torque that the filter smears into the motion, and
+    than 1.5 times the filter's reach, for a standing axis holds an arbitrary torque that the filter smears into the motion, and
     further from a reversal than `settings.reversal_margin`. An axis whose velocity changes sign twice within twice the
     reach counts as standing: it sticks, or is too slow for its encoder.
     """
@@ -116,7 +118,7 @@ def select(motion: AxisMotion, threshold: float, settings: Settings) -> AxisSamp
     standing = _runs_of_at_least(slow, width) | _dithering(motion.velocity, 2 * width)
     reversal = _sign_changes(motion.velocity) | (slow & ~standing)
     margin = round(settings.reversal_margin / motion.period)
-    excluded = _widen(standing, width)
+    excluded = _widen(standing, round(_STANDSTILL_REACH * width))
     if margin:
         excluded |= _widen(reversal, margin)
     moving = inside & ~slow

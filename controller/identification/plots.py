@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from controller.identification.friction_law import FrictionLaw
-from controller.identification.result import AxisIdentification
+from controller.identification.result import AxisIdentification, Identification
 from controller.identification.view import (
     friction_points,
     motion_seconds,
@@ -41,6 +42,19 @@ def draw_axis(result: AxisIdentification, directory: Path, true_law: FrictionLaw
         _residual(figure.subplots(), result)
         figure.savefig(paths[1])
     return paths
+
+
+def draw_overview(identification: Identification, directory: Path, true_laws: Mapping[str, FrictionLaw | None]) -> Path:
+    """Write friction.png: torque against speed of every axis, side by side; its path."""
+    path = directory / "friction.png"
+    with mpl.rc_context(rc=_STYLE):  # type: ignore[arg-type]
+        count = len(identification.axes)
+        figure = Figure(figsize=(1.2 + 4.0 * count, 3.6), dpi=150, layout="constrained")
+        panels = figure.subplots(1, count, squeeze=False)[0]
+        for panel, (name, result) in zip(panels, identification.axes.items(), strict=True):
+            _torque_speed(panel, result, true_laws.get(name))
+        figure.savefig(path)
+    return path
 
 
 def _torque_speed(axes: Axes, result: AxisIdentification, true_law: FrictionLaw | None) -> None:

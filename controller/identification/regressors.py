@@ -111,9 +111,7 @@ def build_design(samples: Sequence[AxisSamples], terms: Sequence[Term], inertia:
     """
     motions = [entry.motion for entry in samples]
     matrix = np.vstack([np.column_stack([column(motion, term) for term in terms]) for motion in motions])
-    target = np.concatenate(
-        [motion.torque - (motion.model_torque - inertia * motion.acceleration) for motion in motions]
-    )
+    target = np.concatenate([motion.torque - (motion.model_torque - inertia * motion.acceleration) for motion in motions])
     weight = np.concatenate([entry.fitted * entry.motion.period for entry in samples])
     piece = np.repeat(np.arange(len(motions)), [len(motion.time) for motion in motions])
     seconds = [np.arange(len(motion.time)) * motion.period for motion in motions]

@@ -11,7 +11,7 @@ from plotly.offline import get_plotlyjs
 
 from controller.identification.figures import residual_figure, torque_speed_figure
 from controller.identification.result import AxisIdentification, Identification, Test, Truth
-from controller.identification.truth import percent_error, true_law
+from controller.identification.truth import percent_error, true_law, true_value
 from controller.identification.wording import LABELS, number, summary_lines
 from drivetwin.files import new_file
 
@@ -64,7 +64,7 @@ def _summary(identification: Identification, truth: Truth) -> str:
 
 def _axis(result: AxisIdentification, truth: Mapping[str, float] | None) -> str:
     figures = (
-        ("Friction over speed", torque_speed_figure(result, true_law(truth))),
+        ("Friction over speed", torque_speed_figure(result, true_law(truth, result.law.offset))),
         ("Residual over time, in motion", residual_figure(result)),
     )
     plots = "".join(f"<h3>{title}</h3>{_div(figure)}" for title, figure in figures)
@@ -88,7 +88,7 @@ def _parameters(result: AxisIdentification, truth: Mapping[str, float] | None) -
             f"<td>{html.escape(parameter.unit)}</td>",
         ]
         rows.append(
-            "<tr>" + "".join(cells) + (_truth_cells(parameter.value, low, high, known.get(name)) if known else "")
+            "<tr>" + "".join(cells) + (_truth_cells(parameter.value, low, high, true_value(known, name)) if known else "")
         )
     missing = "".join(
         f"<tr><td>{LABELS.get(name, name)}</td><td colspan={len(head) - 1} class=note>not identifiable: "
@@ -143,7 +143,8 @@ def _verdicts(result: AxisIdentification) -> str:
 
 
 def _verdict(name: str, test: Test) -> str:
-    figures = f"p = {test.p_value:.2g}, cross-validated gain {test.gain:.0%}"
+    p_value = f"p = {test.p_value:.2g}" if test.p_value > 1e-12 else "p < 1e-12"
+    figures = f"{p_value}, cross-validated gain {test.gain:.0%}"
     return f"<li><b>{name}:</b> {html.escape(test.note)} <span class=note>({figures})</span></li>"
 
 
@@ -157,8 +158,7 @@ def _method(identification: Identification) -> str:
         else ""
     )
     skipped = "".join(
-        f"<li>Axis {html.escape(name)} has no result: {html.escape(why)}.</li>"
-        for name, why in identification.skipped.items()
+        f"<li>Axis {html.escape(name)} has no result: {html.escape(why)}.</li>" for name, why in identification.skipped.items()
     )
     return (
         "<section><h2>How it was done</h2><ul>"
@@ -175,6 +175,4 @@ def _method(identification: Identification) -> str:
 
 
 def _div(figure: go.Figure) -> str:
-    return str(
-        figure.to_html(full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True})
-    )
+    return str(figure.to_html(full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True}))

@@ -146,8 +146,13 @@ class Identification:
     reversal_margin: float
     confidence: float
 
-    def to_json(self, truth: Truth | None = None, seed: int = 0, inputs: Sequence[Path] = ()) -> dict[str, Any]:
-        """The `identified/1` object. `truth` is by axis and parameter; `inputs` are the files the fit read."""
+    def to_json(
+        self, truth: Truth | None = None, seed: int = 0, inputs: Sequence[Path] = (), root: Path | None = None
+    ) -> dict[str, Any]:
+        """The `identified/1` object.
+
+        `truth` is by axis and parameter; `inputs` are the files that the fit read, named relative to `root`.
+        """
         known = truth or {}
         filtering: dict[str, Any] = {
             "name": "zero-phase 4th-order Butterworth, forward and backward",
@@ -159,7 +164,7 @@ class Identification:
             filtering["lowered_cutoff_hz"] = self.lowered_cutoffs
         payload: dict[str, Any] = {
             "schema": SCHEMA,
-            **provenance(seed, inputs),
+            **provenance(seed, inputs, root),
             "machine": self.machine,
             "filter": filtering,
             "confidence": self.confidence,

@@ -16,7 +16,7 @@ class Settings:
     reversal_margin: time left out of the fit on either side of a reversal [s]. With 0 the reversals count, as in the
         published EMPS figures; a machine that sticks for some milliseconds at each reversal needs more than that plus
         the filter's reach (about 0.02 s at 48 Hz), because the sign of the velocity is not its friction there. Around
-        a standstill the filter's reach is always left out.
+        a standstill 1.5 times the filter's reach is always left out.
     estimate_delay: fit the time by which the torque precedes the motion in the recording as well. Off, as in the
         published EMPS figures; a capture over a bus needs it (delay.py says why).
     confidence: of the intervals, two-sided.

@@ -51,9 +51,7 @@ def with_stribeck(design: Design, samples: Sequence[AxisSamples], stribeck: Stri
     return design.extend(Term.STATIC_RISE, _stacked(samples, stribeck))
 
 
-def stribeck_jacobian(
-    design: Design, samples: Sequence[AxisSamples], solution: Solution, stribeck: Stribeck
-) -> Samples:
+def stribeck_jacobian(design: Design, samples: Sequence[AxisSamples], solution: Solution, stribeck: Stribeck) -> Samples:
     """Derivatives of the torque by all parameters, that of the Stribeck velocity last; (n, p + 1)."""
     rise = solution.value(Term.STATIC_RISE)
     last = np.concatenate([stribeck_velocity_column(entry.motion, rise, stribeck) for entry in samples])

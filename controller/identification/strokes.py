@@ -11,10 +11,10 @@ import numpy as np
 from controller.identification.motion import AxisSamples, Mask
 from drivetwin.recording.recording import Samples
 
-_LEAST_SECONDS = 0.2
+_LEAST_SECONDS = 0.1
 _LEAST_SAMPLES = 20
 _SPEED_TOLERANCE = 0.05
-_WINDOW = 0.1
+_WINDOW = 0.04
 _WINDOW_SAMPLES = 10
 
 
@@ -88,7 +88,7 @@ def _joined(runs: list[tuple[int, int]], velocity: Samples) -> list[tuple[int, i
 
 
 def _steady(samples: AxisSamples) -> Mask:
-    """Samples in which the speed, averaged over 0.1 s or 10 samples, changes by less than 5 % in twice that time."""
+    """Samples in which the speed, averaged over 0.04 s or 10 samples, changes by less than 5 % in twice that time."""
     motion = samples.motion
     half = max(_WINDOW_SAMPLES, round(_WINDOW / motion.period))
     if len(motion.velocity) <= 4 * half:

@@ -56,6 +56,4 @@ def _axis_line(axis: AxisIdentification) -> str:
     stribeck = "; friction rises towards low speed (Stribeck)" if axis.stribeck.real else ""
     checked = axis.validation_relative_error
     validation = f", {checked:.2%} on validation" if checked is not None else ""
-    return (
-        f"{axis.axis}: {', '.join(named)}; relative error {axis.relative_error:.2%}{validation}{direction}{stribeck}."
-    )
+    return f"{axis.axis}: {', '.join(named)}; relative error {axis.relative_error:.2%}{validation}{direction}{stribeck}."

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from controller.identification.plots import draw_axis
+from controller.identification.plots import draw_axis, draw_overview
 from controller.identification.report import write_report
 from controller.identification.result import Identification, Truth
 from controller.identification.truth import true_law
@@ -24,7 +24,7 @@ def write_results(
     inputs: Sequence[Path] = (),
     progress: Callable[[str], None] | None = None,
 ) -> None:
-    """Write identified.json, report.html and two pictures an axis into `directory`, which exists.
+    """Write identified.json, report.html, friction.png and two pictures an axis into `directory`, which exists.
 
     `recordings` are those that were fitted and validated on: the sha256 of their files goes into the JSON, with that of
     `inputs` (the model). `truth` is by axis and parameter. `progress` is told the name of each file before it is made.
@@ -33,9 +33,15 @@ def write_results(
     known = truth or {}
     files = [*inputs, *(file for recording in recordings for file in recording.files)]
     told("identified.json")
-    write_json(directory / "identified.json", identification.to_json(truth, seed, files))
+    write_json(directory / "identified.json", identification.to_json(truth, seed, files, directory))
     for name, axis in identification.axes.items():
         told(f"{name} plots")
-        draw_axis(axis, directory, true_law(known.get(name)))
+        draw_axis(axis, directory, true_law(known.get(name), axis.law.offset))
+    told("friction.png")
+    draw_overview(
+        identification,
+        directory,
+        {name: true_law(known.get(name), axis.law.offset) for name, axis in identification.axes.items()},
+    )
     told("report.html")
     write_report(identification, directory / "report.html", known, title)

@@ -24,9 +24,7 @@ STRIBECK_TRUTH = PLAIN_TRUTH | {"static_torque": 2.4, "stribeck_velocity": 0.05}
     [(synthetic.PLAIN, PLAIN_TRUTH), (synthetic.STRIBECK, STRIBECK_TRUTH)],
     ids=["coulomb and viscous", "stribeck"],
 )
-@pytest.mark.parametrize(
-    "settings", [Settings(), Settings(reversal_margin=0.03, estimate_delay=True)], ids=["default", "bus"]
-)
+@pytest.mark.parametrize("settings", [Settings(), Settings(reversal_margin=0.03, estimate_delay=True)], ids=["default", "bus"])
 def test_intervals_cover_the_truth(law: synthetic.FrictionLaw, truth: Mapping[str, float], settings: Settings) -> None:
     motions = synthetic.strokes(), synthetic.sweep()
     found = [_identify(law, motions, seed, settings) for seed in range(REPETITIONS)]
@@ -66,7 +64,6 @@ def _identify(
 ) -> Identification:
     rng = np.random.default_rng(seed)
     recordings = [
-        synthetic.record(motion, law, rng, name=name)
-        for motion, name in zip(motions, ("strokes", "sweep"), strict=True)
+        synthetic.record(motion, law, rng, name=name) for motion, name in zip(motions, ("strokes", "sweep"), strict=True)
     ]
     return identify(synthetic.turntable(), recordings, settings=settings)
