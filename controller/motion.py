@@ -9,16 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.cycle import Cycle
-from controller.drive_node import DriveNode
+from controller.drive_node import FAULT, OPERATION_ENABLED, READY_TO_SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON, DriveNode
 from drivetwin.errors import UserError
 
 SHUTDOWN, SWITCH_ON, ENABLE_OPERATION, QUICK_STOP, DISABLE_VOLTAGE = 0x06, 0x07, 0x0F, 0x02, 0x00
 FAULT_RESET = 0x80
 MODE_BIT_4 = 0x10
-
-STATE_MASK = 0x6F
-SWITCH_ON_DISABLED, READY_TO_SWITCH_ON, SWITCHED_ON, OPERATION_ENABLED = 0x40, 0x21, 0x23, 0x27
-FAULT = 0x08
 
 HOMING_MODE, PROFILE_VELOCITY_MODE = 6, 3
 HOMING_ATTAINED, HOMING_ERROR, TARGET_REACHED = 1 << 12, 1 << 13, 1 << 10
@@ -40,9 +36,11 @@ def enable(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:
 
     Raises UserError where a drive does not follow the state machine.
     """
+    for drive in drives:
+        drive.operating = False
     cycle.run()
     for drive in drives:
-        drive.controlword = FAULT_RESET if drive.statusword & STATE_MASK & ~0x20 == FAULT else DISABLE_VOLTAGE
+        drive.controlword = FAULT_RESET if drive.state == FAULT else DISABLE_VOLTAGE
     _await_state(cycle, drives, SWITCH_ON_DISABLED)
     for drive in drives:
         drive.write(mode, 0x6060)
@@ -52,6 +50,8 @@ def enable(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:
         for drive in drives:
             drive.controlword = word
         _await_state(cycle, drives, state)
+    for drive in drives:
+        drive.operating = True
 
 
 def enable_streaming(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
@@ -64,8 +64,12 @@ def enable_streaming(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
 
 
 def disable(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
-    """Quick-stop and take the voltage off."""
+    """Quick-stop and take the voltage off.
+
+    Raises UserError where a drive does not follow the state machine.
+    """
     for drive in drives:
+        drive.operating = False
         drive.controlword = QUICK_STOP
     _await_state(cycle, drives, SWITCH_ON_DISABLED)
     for drive in drives:
@@ -84,7 +88,7 @@ def home(cycle: Cycle, drives: Sequence[DriveNode], timeout: float = 60.0) -> No
         drive.write(drive.in_units(homing.search_speed), 0x6099, 1)
         drive.write(drive.in_units(homing.edge_speed), 0x6099, 2)
         drive.write(drive.in_units(homing.acceleration), 0x609A)
-        drive.write(drive.in_units(homing.switch_position), 0x607C)
+        drive.write(drive.in_units(-homing.switch_position), 0x607C)  # zero position = home position + home offset
     enable(cycle, drives, HOMING_MODE)
     for drive in drives:
         drive.controlword = ENABLE_OPERATION | MODE_BIT_4
@@ -135,9 +139,9 @@ def positions_now(drives: Sequence[DriveNode]) -> NDArray[np.float64]:
 def _await_state(cycle: Cycle, drives: Sequence[DriveNode], state: int) -> None:
     for _ in range(round(STATE_TIMEOUT / cycle.period)):
         cycle.run()
-        if all(drive.statusword & STATE_MASK == state for drive in drives):
+        if all(drive.state == state for drive in drives):
             return
-    stuck = next(drive for drive in drives if drive.statusword & STATE_MASK != state)
+    stuck = next(drive for drive in drives if drive.state != state)
     raise UserError(
         f"{stuck.where()} did not reach state {state:02X}h within {STATE_TIMEOUT:g} s after controlword "
         f"{stuck.controlword:04X}h; its statusword is {stuck.statusword:04X}h"

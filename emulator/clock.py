@@ -43,11 +43,15 @@ class RealtimeClock(Clock):
     """Follows the wall clock, and locks its cycles to SYNC as a drive's PLL does.
 
     While SYNCs come, each is one cycle: a master's jitter moves the instant of a sample but not the set-points' spacing.
-    SYNCs that outrun the wall clock run nothing; without a SYNC for `HOLD_OFF` the plant goes on by itself.
+    SYNCs that outrun the wall clock run nothing; without a SYNC for `HOLD_OFF` the plant goes on by itself. What was missed
+    for longer than `MAKE_UP` is dropped: no jump after a master that was slow or a host that slept.
     """
 
     HOLD_OFF = 0.05
     """How late a SYNC may be before the drives run free [s]: a loaded host stalls a process for some 10 ms."""
+
+    MAKE_UP = 0.06
+    """How far the plant may stay behind the wall clock [s]: a hold-off, and a stall while polling."""
 
     AHEAD = 0.005
     """How far a burst of SYNCs may outrun the wall clock [s]."""
@@ -58,28 +62,31 @@ class RealtimeClock(Clock):
         self._now = now
         self._reached = now()
         self._locked_until = self._reached
-        self._ahead = 0.0
 
     def cycles_at_sync(self, cycle: float) -> int:
-        now = self._now()
-        self._ahead = max(-self.HOLD_OFF, self._ahead - (now - self._reached))
-        self._reached = now
+        now = self._look()
         self._locked_until = now + self.HOLD_OFF
-        if self._ahead + cycle > self.AHEAD + cycle:
+        if self._reached > now + self.AHEAD:
             return 0
-        self._ahead += cycle
+        self._reached += cycle
         return 1
 
     def cycles_due(self, cycle: float) -> int:
-        now = self._now()
+        now = self._look()
         if now < self._locked_until:
             return 0
-        due = int((now - self._reached) / cycle)
+        due = max(0, int((now - self._reached) / cycle))
         self._reached += due * cycle
         return due
 
     def wait(self) -> float | None:
         return self.POLL
+
+    def _look(self) -> float:
+        """The wall clock's time; `_reached`, the one that the plant has got to, follows it at `MAKE_UP` at the latest."""
+        now = self._now()
+        self._reached = max(self._reached, now - self.MAKE_UP)
+        return now
 
 
 CLOCKS: dict[str, type[Clock]] = {"realtime": RealtimeClock, "sync": SyncClock}

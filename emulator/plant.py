@@ -61,8 +61,7 @@ class Plant:
         self._dof_index = np.array([joint.dofadr[0] for joint in joints])
         self._actuator_index = np.array([self.model.actuator(axis.actuator).id for axis in axes])
         self._laws = _pack(laws, machine, self._dof_index)
-        self._names = list(machine.axes)
-        self.friction_laws = dict(zip(self._names, laws, strict=True))
+        self._laws_by_axis = dict(zip(machine.axes, laws, strict=True))
         self.motor_position = np.zeros(len(joints))
         self.motor_torque = np.zeros(len(joints))
         self._place(machine)
@@ -98,21 +97,7 @@ class Plant:
         """
         inertia = self._axis_inertia()
         return {
-            name: {
-                "inertia": float(inertia[axis]),
-                "coulomb": law.coulomb,
-                "viscous": law.viscous,
-                **(
-                    {"static_torque": law.static_torque, "stribeck_velocity": law.stribeck_velocity}
-                    if law.stribeck_velocity > 0.0
-                    else {}
-                ),
-                "coulomb_positive": law.coulomb + law.coulomb_asymmetry,
-                "coulomb_negative": law.coulomb - law.coulomb_asymmetry,
-                "viscous_positive": law.viscous + law.viscous_asymmetry,
-                "viscous_negative": law.viscous - law.viscous_asymmetry,
-            }
-            for axis, (name, law) in enumerate(self.friction_laws.items())
+            name: {"inertia": float(inertia[axis]), **told(law)} for axis, (name, law) in enumerate(self._laws_by_axis.items())
         }
 
     def _axis_inertia(self) -> NDArray[np.float64]:
@@ -147,8 +132,31 @@ def followers(model: mujoco.MjModel) -> NDArray[np.float64]:
     return motion
 
 
+def told(law: FrictionLaw) -> dict[str, float]:
+    """A friction law by the names that an identification uses; Stribeck's only where the law has it."""
+    names = {
+        "coulomb": law.coulomb,
+        "viscous": law.viscous,
+        "coulomb_positive": law.coulomb + law.coulomb_asymmetry,
+        "coulomb_negative": law.coulomb - law.coulomb_asymmetry,
+        "viscous_positive": law.viscous + law.viscous_asymmetry,
+        "viscous_negative": law.viscous - law.viscous_asymmetry,
+    }
+    if law.stribeck_velocity > 0.0:
+        names |= {
+            "static_torque": law.static_torque,
+            "stribeck_velocity": law.stribeck_velocity,
+            "exponent": law.exponent,
+        }
+    return names
+
+
 def _prepare(spec: mujoco.MjSpec, machine: Machine, effects: tuple[PlacedEffect, ...]) -> list[FrictionLaw]:
     """Put motors, gears and effects into the specification; the friction law of each axis, in the machine's order."""
+    if unknown := {placed.axis for placed in effects} - set(machine.axes):
+        raise UserError(
+            f"the effects name axis {sorted(unknown)[0]!r}; machine {machine.machine} has {', '.join(machine.axes)}"
+        )
     laws = []
     for name, axis in machine.axes.items():
         joint = spec.joint(axis.joint)
@@ -157,15 +165,31 @@ def _prepare(spec: mujoco.MjSpec, machine: Machine, effects: tuple[PlacedEffect,
         law = FrictionLaw()
         for placed in effects:
             if placed.axis == name:
+                _check_units(placed, joint)
                 law = placed.effect.add_to(joint, law)
+        _check_resists(name, law)
         joint.damping[0] = law.viscous
         joint.frictionloss = law.coulomb
         laws.append(law)
-    if unknown := {placed.axis for placed in effects} - set(machine.axes):
-        raise UserError(
-            f"the effects name axis {sorted(unknown)[0]!r}; machine {machine.machine} has {', '.join(machine.axes)}"
-        )
     return laws
+
+
+def _check_units(placed: PlacedEffect, joint: mujoco.MjsJoint) -> None:
+    for parameter in placed.effect.parameters:
+        expected = parameter.unit.on(joint.type)
+        given = placed.units.get(parameter.name, expected)
+        if given != expected:
+            raise UserError(
+                f"{placed.effect.name} on axis {placed.axis!r}: {parameter.name} is given in {given!r}, expected {expected!r}"
+            )
+
+
+def _check_resists(axis: str, law: FrictionLaw) -> None:
+    """Friction that is negative in one direction would drive the joint."""
+    for name in ("coulomb", "viscous"):
+        level, asymmetry = getattr(law, name), getattr(law, f"{name}_asymmetry")
+        if abs(asymmetry) > level:
+            raise UserError(f"axis {axis}: {name}_asymmetry {asymmetry:g} is more than {name} {level:g}: it would push")
 
 
 def _pack(laws: list[FrictionLaw], machine: Machine, dofs: NDArray[np.int64]) -> NDArray[np.void]:

@@ -14,6 +14,9 @@ from emulator.effects import PlacedEffect
 from emulator.machine import Machine
 from emulator.plant import Plant
 
+LONGEST_CYCLE = 10.0
+"""A larger 1006h counts as this [s]."""
+
 
 class VirtualMachine:
     """Drives of one type on a machine's axes, joined to a bus by `receive` (frames in) and `transmit` (frames out).
@@ -73,12 +76,8 @@ class VirtualMachine:
         return self._clock.wait()
 
     def cycle(self) -> float:
-        """Communication cycle [s]: 1006h of the first drive that has one, or 1 ms."""
-        for drive in self.drives:
-            period = int(drive.dictionary[0x1006].value)
-            if period > 0:
-                return period * 1e-6
-        return DEFAULT_CYCLE
+        """Communication cycle [s]: 1006h of the first drive that has one, or 1 ms; in whole servo periods, 10 s at most."""
+        return self._periods() * SERVO_PERIOD
 
     def _sync(self, message: can.Message) -> None:
         counter = message.data[0] if message.dlc else None
@@ -87,13 +86,17 @@ class VirtualMachine:
         for _ in range(self._clock.cycles_at_sync(self.cycle())):
             self._run_cycle()
 
+    def _periods(self) -> int:
+        given = (int(drive.dictionary[0x1006].value) * 1e-6 for drive in self.drives)
+        cycle = next((period for period in given if period > 0.0), DEFAULT_CYCLE)
+        return max(1, round(min(cycle, LONGEST_CYCLE) / SERVO_PERIOD))
+
     def _run_cycle(self) -> None:
-        cycle = self.cycle()
-        self._servos.start_cycle(max(1, round(cycle / SERVO_PERIOD)))
+        self._servos.start_cycle(self._periods())
         for drive in self.drives:
             drive.plan()
         self.plant.advance(self._servos)
-        self._time += cycle
+        self._time += self._servos.periods * SERVO_PERIOD
         for drive in self.drives:
             drive.after()
         for device in self._devices:

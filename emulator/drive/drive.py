@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import floor, inf
 
 from drive_profiles import DriveProfile
 from emulator.canopen.abort_codes import AbortCode, SdoAbort
@@ -18,8 +19,18 @@ from emulator.drive.mode import Axis, Mode
 from emulator.drive.profile_velocity import ProfileVelocity
 from emulator.drive.ramp import ramp_cycle
 from emulator.drive.scaling import FACTOR_GROUP, Scaling, default_increments_per_radian, to_int32
-from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop, Servo, encoder_quantum, filter_share
-from emulator.drive.state_machine import Controlword, State, StateMachine, Stop
+from emulator.drive.servo import (
+    POSITION,
+    SERVO_PERIOD,
+    TORQUE_OFFSET,
+    VELOCITY,
+    VELOCITY_OFFSET,
+    Loop,
+    Servo,
+    encoder_quantum,
+    filter_share,
+)
+from emulator.drive.state_machine import Controlword, State, StateMachine, Statusword, Stop
 from emulator.machine import Axis as MachineAxis
 
 MODES: tuple[type[Mode], ...] = (ProfileVelocity, Homing, InterpolatedPosition, CyclicSynchronousPosition)
@@ -32,7 +43,9 @@ ERROR_REGISTER_MOTION = 0x21
 
 COAST = 0
 SLOW_DOWN_RAMP = 1
+SLOW_DOWN_RAMP_AND_STAY = 5
 STAY_IN_QUICK_STOP = (5, 6, 7, 8)
+"""Values of the option codes 605Ah..605Eh; the other ramps are all 6085h here."""
 
 
 @dataclass(frozen=True)
@@ -70,22 +83,24 @@ class Drive:
         self.machine = StateMachine()
         self.device = Device(axis.node_id, self.dictionary, transmit, now)
         self._increments_per_radian = default_increments_per_radian(axis.encoder.increments_per_revolution)
-        self._power_on_angle = power_on_angle
-        setpoint = profile.roles["position_setpoint"]
+        quantum = encoder_quantum(axis.encoder.increments_per_revolution)
+        self._power_on_angle = floor(power_on_angle / quantum) * quantum
         gear, switches = axis.gear_ratio, axis.limit_switches
         self.axis = Axis(
             dictionary=self.dictionary,
             servo=servo,
             switches=_Switches(switches.negative * gear, switches.positive * gear),
-            scaling=Scaling(1.0, power_on_angle),
+            scaling=Scaling(1.0, 1.0, self._power_on_angle),
             interpolation=Interpolation.LINEAR,
-            position_setpoint=(setpoint.index, setpoint.subindex),
         )
         self._modes = {mode.code: mode(self.axis) for mode in MODES if mode.code in profile.modes}
         self._mode: Mode | None = None
         self._scaling_is_old = True
+        self._torque_limit_is_old = True
         self._controlword = 0
-        self._at = (0.0, 0.0)
+        self._at = (self._power_on_angle, 0.0)
+        self._beyond_window = 0.0
+        self._peak_torque = axis.motor.peak_torque
         self._set_hardware(axis)
         self._install_reads()
         self._install_writes()
@@ -100,21 +115,22 @@ class Drive:
     def plan(self) -> None:
         """Decide the demand and the loops of the coming cycle."""
         self._refresh_scaling()
-        servo = self.axis.servo
+        self._refresh_torque_limit()
         if self.machine.state not in POWERED:
-            self._mode = None
-            servo.loop = Loop.OFF
+            self._coast()
             return
         if self.machine.stop is not None:
             self._plan_stop(self.machine.stop)
         elif self.machine.state is State.QUICK_STOP_ACTIVE:
-            self._hold()
+            self._ramp_down(0x6085)
         elif self._controlword & Controlword.HALT:
-            self._ramp_down(self._deceleration(0x6084))
+            gentle = int(self.dictionary[0x605D].value) == SLOW_DOWN_RAMP
+            self._ramp_down(0x6084 if gentle else 0x6085)
         else:
             self._plan_mode()
-        row = servo.demand[-1]
-        self._at = (float(row[0]), float(row[1]))
+        servo = self.axis.servo
+        if servo.loop is not Loop.OFF:
+            self._at = (float(servo.demand[-1, POSITION]), float(servo.demand[-1, VELOCITY]))
 
     def after(self) -> None:
         """Look at what the cycle brought: mode progress, following error."""
@@ -131,67 +147,77 @@ class Drive:
             if wanted is not None:
                 wanted.enter()
         if self._mode is None:
-            self._begin_at_rest()
-            self._hold()
+            self._ramp_down(0x6084)
         else:
             self.axis.servo.loop = self._mode.plan(self._controlword)
 
     def _plan_stop(self, stop: Stop) -> None:
         option = int(self.dictionary[stop.value].value)
         if option == COAST:
-            self.axis.servo.loop = Loop.OFF
-            self.axis.servo.demand[:] = 0.0
+            self._coast()
             self._end_stop(stop, option)
             return
-        gentle = option in (SLOW_DOWN_RAMP, 5)
-        self._ramp_down(self._deceleration(0x6084 if gentle else 0x6085))
-        if self.axis.servo.demand[-1, 1] == 0.0:
+        gentle = option in (SLOW_DOWN_RAMP, SLOW_DOWN_RAMP_AND_STAY)
+        self._ramp_down(0x6084 if gentle else 0x6085)
+        if self.axis.servo.demand[-1, VELOCITY] == 0.0:
             self._end_stop(stop, option)
 
     def _end_stop(self, stop: Stop, option: int) -> None:
-        self._at = (float(self.axis.servo.demand[-1, 0]), 0.0)
         self.machine.stopped()
         if stop is Stop.QUICK_STOP and option not in STAY_IN_QUICK_STOP:
             self.machine.release_quick_stop()
 
-    def _ramp_down(self, deceleration: float) -> None:
-        """Slow down on the position loop, from where the last demand was; the mode starts anew afterwards."""
+    def _coast(self) -> None:
+        """No torque. A ramp that follows starts from what the axis does then."""
+        servo = self.axis.servo
+        self._mode = None
+        servo.loop = Loop.OFF
+        self._at = self._measured()
+
+    def _ramp_down(self, index: int) -> None:
+        """Slow down on the position loop by the deceleration of an object, and hold; the mode starts anew afterwards."""
         self._mode = None
         servo = self.axis.servo
         position, velocity = self._at
         if servo.loop is not Loop.POSITION:
             position = float(servo.state["position"])
+        deceleration = self.axis.ramp(index)
         ramp_cycle(position, velocity, 0.0, deceleration, deceleration, servo.demand)
         servo.demand[:, VELOCITY_OFFSET] = 0.0
         servo.demand[:, TORQUE_OFFSET] = 0.0
         servo.loop = Loop.POSITION
 
-    def _hold(self) -> None:
-        self._at = (self._at[0], 0.0)
-        self._ramp_down(1.0)
-
-    def _begin_at_rest(self) -> None:
-        if self.axis.servo.loop is Loop.OFF:
-            self._at = (float(self.axis.servo.state["position"]), 0.0)
-
-    def _deceleration(self, index: int) -> float:
-        """Motor deceleration [rad/s²] of an object in user units; one that is 0 stops within a period."""
-        value = abs(self.axis.scaling.angular(float(self.dictionary[index].value)))
-        return value if value > 0.0 else 1e9
+    def _measured(self) -> tuple[float, float]:
+        state = self.axis.servo.state
+        return float(state["position"]), float(state["velocity"])
 
     # -- supervision --------------------------------------------------------------------------------------------------
 
     def _watch_following_error(self) -> None:
-        if self.axis.servo.loop is not Loop.POSITION or self.machine.state is not State.OPERATION_ENABLED:
+        """A fault when the following error has been beyond its limit for longer than 6066h (at once where there is none)."""
+        servo = self.axis.servo
+        watched = servo.loop is Loop.POSITION and self.machine.state is State.OPERATION_ENABLED
+        error = abs(self.axis.scaling.distance(float(servo.state["following_error"])))
+        if not watched or error <= self._following_error_limit():
+            self._beyond_window = 0.0
             return
-        variable = objects.role(self.dictionary, self.profile, "following_error_limit")
-        limit = float(variable.value) if variable is not None else 0.0
-        error = abs(float(self.axis.servo.state["following_error"]) * self.axis.scaling.user_per_radian)
-        if 0.0 < limit < error and limit != 0xFFFFFFFF:
+        self._beyond_window += len(servo.demand) * SERVO_PERIOD
+        timeout = float(self.dictionary[0x6066].value) / 1000.0 if 0x6066 in self.dictionary else 0.0
+        if self._beyond_window > timeout:
             self.fault(FOLLOWING_ERROR)
 
+    def _following_error_limit(self) -> float:
+        """In user units; 0 and FFFFFFFFh switch the supervision off."""
+        variable = objects.role(self.dictionary, self.profile, "following_error_limit")
+        limit = float(variable.value) if variable is not None else 0.0
+        return limit if 0.0 < limit < 0xFFFFFFFF else inf
+
     def fault(self, code: int) -> None:
-        """Enter the fault reaction with an EMCY of `code` (CiA 402-2, table 'Error codes')."""
+        """Enter the fault reaction with an EMCY of `code` (CiA 402-2, table 'Error codes').
+
+        Its ramp starts from what the axis does, not from a demand that may be what went wrong.
+        """
+        self._at = self._measured()
         if 0x603F in self.dictionary:
             self.dictionary[0x603F].value = code
         self.machine.fault()
@@ -212,7 +238,13 @@ class Drive:
         word = self.machine.statusword()
         if self._mode is not None:
             word |= self._mode.status_bits()
+        elif self._halted():
+            word |= Statusword.TARGET_REACHED
         return word
+
+    def _halted(self) -> bool:
+        halting = self.machine.state is State.OPERATION_ENABLED and self._controlword & Controlword.HALT
+        return bool(halting) and self._at[1] == 0.0
 
     def _install_reads(self) -> None:
         dictionary, servo = self.dictionary, self.axis.servo
@@ -226,7 +258,7 @@ class Drive:
             0x6064: lambda: self._scaling().position(float(state["position"])),
             0x606B: lambda: self._scaling().velocity(float(state["velocity_demand"])),
             0x606C: lambda: self._scaling().velocity(float(state["velocity"])),
-            0x60F4: lambda: self._scaling().velocity(float(state["following_error"])),
+            0x60F4: lambda: self._scaling().distance(float(state["following_error"])),
             0x6074: lambda: objects.per_mille(float(state["torque_demand"]), rated()),
             0x6077: lambda: objects.per_mille(float(state["torque_actual"]), rated()),
             0x6078: lambda: objects.per_mille(float(state["torque_actual"]), rated()),
@@ -243,12 +275,13 @@ class Drive:
         dictionary[0x6040].on_write = lambda value: self._write_controlword(int(value))
         dictionary[0x6060].on_write = lambda value: self._check_mode(int(value))
         for index, sub in (*FACTOR_GROUP, (0x607E, 0)):
-            objects.on_change(dictionary[index, sub], lambda _: self._mark_scaling())
+            objects.before_change(dictionary[index, sub], self._mark_scaling)
         for name, (field, convert) in self._loop_parameters().items():
             variable = objects.role(dictionary, self.profile, name)
             objects.on_change(variable, self._setter(name, field, convert))
-        objects.on_change(dictionary[0x6072], lambda raw: self._set_torque_limit(max_torque=raw))
-        objects.on_change(objects.role(dictionary, profile, "torque_limit"), lambda raw: self._set_torque_limit(own=raw))
+        objects.link_rated_torque(dictionary, profile)
+        for variable in (dictionary[0x6072], dictionary[0x6076], objects.role(dictionary, profile, "torque_limit")):
+            objects.before_change(variable, self._mark_torque_limit)
         objects.on_change(
             objects.role(dictionary, profile, "interpolation_type"),
             lambda raw: setattr(self.axis, "interpolation", objects.interpolation_of(profile, int(raw))),
@@ -278,18 +311,24 @@ class Drive:
             variable = objects.role(self.dictionary, self.profile, name)
             if variable is not None:
                 self._setter(name, field, convert)(float(variable.value))
-        self._set_torque_limit()
+        self._torque_limit_is_old = True
         kind = objects.role(self.dictionary, self.profile, "interpolation_type")
         self.axis.interpolation = objects.interpolation_of(self.profile, int(kind.value) if kind is not None else 0)
 
-    def _set_torque_limit(self, max_torque: float | None = None, own: float | None = None) -> None:
-        """The smaller of 6072h (thousandths of rated torque) and the drive's own limit [N·m]."""
-        variable = objects.role(self.dictionary, self.profile, "torque_limit")
-        per_mille = float(self.dictionary[0x6072].value) if max_torque is None else max_torque
-        limit = per_mille * self.axis.rated_torque() / 1000.0
-        if variable is not None:
-            limit = min(limit, float(variable.value) if own is None else own)
+    def _mark_torque_limit(self) -> None:
+        self._torque_limit_is_old = True
+
+    def _refresh_torque_limit(self) -> None:
+        """The smallest of 6072h (thousandths of rated torque), the drive's own limit and the motor's peak torque [N·m]."""
+        if not self._torque_limit_is_old:
+            return
+        limit = float(self.dictionary[0x6072].value) * self.axis.rated_torque() / 1000.0
+        own = objects.role(self.dictionary, self.profile, "torque_limit")
+        if own is not None:
+            limit = min(limit, float(own.value))
+        limit = min(limit, self._peak_torque)
         self.axis.servo.parameters["torque_limit"] = limit
+        self._torque_limit_is_old = False
 
     def _set_hardware(self, axis: MachineAxis) -> None:
         """What no bus can change: encoder, current sensor, current loop."""

@@ -28,7 +28,8 @@ class Phase(Enum):
 class Homing(Mode):
     """Methods 17 and 18: run into the limit switch at 6099h:01, leave it at 6099h:02, home where it releases.
 
-    The edge is caught at the servo period, not at the communication cycle. Home then reads 607Ch (home offset).
+    The edge is caught at the servo period, not at the communication cycle. The zero is then 607Ch (home offset)
+    beyond it: zero position = home position + home offset.
     """
 
     code: ClassVar[int] = 6
@@ -41,8 +42,8 @@ class Homing(Mode):
         self._velocity = 0.0
 
     def enter(self) -> None:
-        self._position = float(self.axis.servo.state["position"])
-        self._velocity = 0.0
+        state = self.axis.servo.state
+        self._position, self._velocity = float(state["position"]), float(state["velocity"])
         self._phase = Phase.IDLE
         self._started = False
 
@@ -55,7 +56,7 @@ class Homing(Mode):
         self._started = start
         axis = self.axis
         demand = axis.servo.demand
-        acceleration = abs(axis.scaling.angular(float(axis.dictionary[0x609A].value)))
+        acceleration = axis.ramp(0x609A)
         ramp_cycle(self._position, self._velocity, self._speed(), acceleration, acceleration, demand)
         demand[:, VELOCITY_OFFSET] = 0.0
         demand[:, TORQUE_OFFSET] = 0.0
@@ -76,7 +77,7 @@ class Homing(Mode):
 
     def status_bits(self) -> int:
         if self._phase is Phase.ERROR:
-            return Statusword.MODE_BIT_13
+            return Statusword.MODE_BIT_13 | (Statusword.TARGET_REACHED if self._velocity == 0.0 else 0)
         if self._phase is Phase.DONE:
             return Statusword.MODE_BIT_12 | Statusword.TARGET_REACHED
         return Statusword.TARGET_REACHED if self._phase is Phase.IDLE else 0
@@ -90,8 +91,8 @@ class Homing(Mode):
             self._phase = Phase.SEARCH if method in METHODS else Phase.ERROR
 
     def _home_at(self, angle: float) -> None:
-        offset = self.axis.scaling.angular(float(self.axis.dictionary[0x607C].value))
-        self.axis.move_origin(angle - offset)
+        offset = self.axis.scaling.angular_distance(float(self.axis.dictionary[0x607C].value))
+        self.axis.move_origin(angle + offset)
 
     def _method(self) -> int:
         return int(self.axis.dictionary[0x6098].value)
@@ -99,7 +100,7 @@ class Homing(Mode):
     def _direction(self) -> float:
         """Sign of motor motion towards the switch."""
         towards = -1.0 if self._method() == ON_NEGATIVE_SWITCH else 1.0
-        return towards if self.axis.scaling.user_per_radian > 0.0 else -towards
+        return towards if self.axis.scaling.position_per_radian > 0.0 else -towards
 
     def _on_switch(self, angle: float) -> bool:
         switches = self.axis.switches

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf
 from typing import ClassVar, Protocol
 
 from emulator.canopen.object_dictionary import ObjectDictionary
@@ -33,11 +34,15 @@ class Axis:
     switches: LimitSwitches
     scaling: Scaling
     interpolation: Interpolation
-    position_setpoint: tuple[int, int]
 
     def move_origin(self, angle: float) -> None:
         """Make motor angle `angle` [rad] the zero of positions."""
-        self.scaling = Scaling(self.scaling.user_per_radian, angle)
+        self.scaling = replace(self.scaling, origin=angle)
+
+    def ramp(self, index: int) -> float:
+        """Motor acceleration [rad/s²] that an object gives; one that is 0 is no limit: the speed changes within a period."""
+        value = abs(self.scaling.angular(float(self.dictionary[index].value)))
+        return value if value > 0.0 else inf
 
     def torque_offset(self) -> float:
         """60B2h [N·m]."""

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from math import pi
 
 from drive_profiles import DataType, DriveProfile
+from emulator.canopen.data_types import Value
 from emulator.canopen.object_dictionary import ObjectDictionary, Variable
 from emulator.drive.interpolation import Interpolation
 from emulator.drive.servo import SERVO_PERIOD
@@ -61,8 +62,34 @@ def on_change(variable: Variable | None, act: Callable[[float], None]) -> None:
         variable.on_write = lambda value: act(float(value))
 
 
+def before_change(variable: Variable | None, act: Callable[[], None]) -> None:
+    """Call `act` before each value is stored, after what the variable does already; where the variable exists."""
+    if variable is None:
+        return
+    earlier = variable.on_write
+
+    def both(value: Value) -> None:
+        if earlier is not None:
+            earlier(value)
+        act()
+
+    variable.on_write = both
+
+
+def link_rated_torque(dictionary: ObjectDictionary, profile: DriveProfile) -> None:
+    """6076h [mN·m] and the drive type's own rated torque are one quantity: a write to either is seen in both."""
+    own, standard = role(dictionary, profile, "rated_torque"), dictionary[0x6076]
+    if own is None or own is standard:
+        return
+    per_unit = 1000.0 * profile.roles["rated_torque"].si_per_unit
+    on_change(own, lambda raw: setattr(standard, "value", round(raw * per_unit)))
+    on_change(standard, lambda raw: setattr(own, "value", raw / per_unit))
+
+
 def per_mille(value: float, rated: float) -> int:
-    """`value` in thousandths of `rated`, within 16 bits."""
+    """`value` in thousandths of `rated`, within 16 bits; 0 where nothing is rated."""
+    if rated <= 0.0:
+        return 0
     return max(-32768, min(32767, round(1000.0 * value / rated)))
 
 

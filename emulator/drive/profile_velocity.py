@@ -31,10 +31,9 @@ class ProfileVelocity(Mode):
         limit = abs(axis.scaling.angular(float(dictionary[0x607F].value)))
         target = axis.scaling.angular(float(dictionary[0x60FF].value))
         self._target = max(-limit, min(limit, target)) if limit > 0.0 else target
-        up = abs(axis.scaling.angular(float(dictionary[0x6083].value)))
-        down = abs(axis.scaling.angular(float(dictionary[0x6084].value)))
         demand = axis.servo.demand
-        ramp_cycle(float(axis.servo.state["position"]), self._velocity, self._target, up, down, demand)
+        position = float(axis.servo.state["position"])
+        ramp_cycle(position, self._velocity, self._target, axis.ramp(0x6083), axis.ramp(0x6084), demand)
         demand[:, VELOCITY_OFFSET] = axis.velocity_offset()
         demand[:, TORQUE_OFFSET] = axis.torque_offset()
         self._velocity = float(demand[-1, 1])

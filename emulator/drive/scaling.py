@@ -8,46 +8,59 @@ from math import pi
 from emulator.canopen.object_dictionary import ObjectDictionary
 
 FACTOR_GROUP = ((0x608F, 1), (0x608F, 2), (0x6091, 1), (0x6091, 2), (0x6092, 1), (0x6092, 2))
-POSITION_POLARITY = 1 << 7
+POSITION_POLARITY, VELOCITY_POLARITY = 1 << 7, 1 << 6
+"""Bits of 607Eh."""
 
 
 @dataclass(frozen=True)
 class Scaling:
-    """position [user] = (motor angle - origin) * user_per_radian; velocity in user units a second."""
+    """position [user] = (motor angle - origin) * position_per_radian; velocity likewise, a second. Signs are by 607Eh."""
 
-    user_per_radian: float
+    position_per_radian: float
+    velocity_per_radian: float
     origin: float
 
     @classmethod
     def of(cls, dictionary: ObjectDictionary, increments_per_radian: float, origin: float) -> Scaling:
         """Scaling by 608Fh, 6091h, 6092h and 607Eh as they stand.
 
-        position = increments * feed constant / (encoder resolution * gear ratio). A zero counts as one, as in a drive fresh
-        from its box.
+        position = increments * feed constant / (encoder resolution * gear ratio).
         """
         increments, revolutions, motor, shaft, feed, feed_shaft = (
-            float(dictionary[index, sub].value) or 1.0 for index, sub in FACTOR_GROUP
+            float(dictionary[index, sub].value) for index, sub in FACTOR_GROUP
         )
         resolution = increments / revolutions
         user = increments_per_radian * (feed / feed_shaft) / (resolution * (motor / shaft))
-        sign = -1.0 if int(dictionary[0x607E].value) & POSITION_POLARITY else 1.0
-        return cls(sign * user, origin)
+        polarity = int(dictionary[0x607E].value)
+        return cls(
+            position_per_radian=-user if polarity & POSITION_POLARITY else user,
+            velocity_per_radian=-user if polarity & VELOCITY_POLARITY else user,
+            origin=origin,
+        )
 
     def position(self, angle: float) -> int:
         """Position in user units of a motor angle [rad], within 32 bits."""
-        return to_int32((angle - self.origin) * self.user_per_radian)
+        return self.distance(angle - self.origin)
 
     def angle(self, position: float) -> float:
         """Motor angle [rad] of a position in user units."""
-        return position / self.user_per_radian + self.origin
+        return self.angular_distance(position) + self.origin
+
+    def distance(self, angular: float) -> int:
+        """Difference of positions in user units, of a difference of motor angles [rad]."""
+        return to_int32(angular * self.position_per_radian)
+
+    def angular_distance(self, distance: float) -> float:
+        """Difference of motor angles [rad], of a difference of positions in user units."""
+        return distance / self.position_per_radian
 
     def velocity(self, angular: float) -> int:
         """Velocity in user units a second of a motor speed [rad/s]."""
-        return to_int32(angular * self.user_per_radian)
+        return to_int32(angular * self.velocity_per_radian)
 
     def angular(self, velocity: float) -> float:
         """Motor speed [rad/s] or acceleration [rad/s²] of one in user units."""
-        return velocity / self.user_per_radian
+        return velocity / self.velocity_per_radian
 
 
 def to_int32(value: float) -> int:

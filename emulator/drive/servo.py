@@ -142,22 +142,21 @@ class Servo:
 class ServoBank:
     """The loops of all axes of a machine, in arrays that the compiled period works on."""
 
-    MAX_PERIODS = 800
-
     def __init__(self, axes: int, seed: int) -> None:
         self.periods = 8
         self.parameters = np.zeros(axes, dtype=PARAMETERS)
         self.state = np.zeros(axes, dtype=STATE)
         self.loops = np.zeros(axes, dtype=np.int64)
-        self.demand = np.zeros((self.MAX_PERIODS, axes, 4))
-        self.trace = np.zeros((self.MAX_PERIODS, axes))
+        self._make_room(self.periods)
         self._random = np.random.default_rng(seed)
         self._noise = np.zeros((0, axes))
         self._next_noise = 0
 
     def start_cycle(self, periods: int) -> None:
-        """Make the demand views `periods` long; more than MAX_PERIODS (100 ms) is no cycle of a servo drive."""
-        self.periods = min(periods, self.MAX_PERIODS)
+        """Make the demand views `periods` long."""
+        if periods > len(self.demand):
+            self._make_room(periods)
+        self.periods = periods
 
     def run(self, period: int, motor_position: NDArray[np.float64], motor_torque: NDArray[np.float64]) -> None:
         """Run the loops for one period: read motor positions (n,) [rad], write motor torques (n,) [N·m]."""
@@ -165,6 +164,11 @@ class ServoBank:
             self.parameters, self.state, self.loops, self.demand[period], self._noise_row(), motor_position, motor_torque
         )
         self.trace[period] = self.state["position"]
+
+    def _make_room(self, periods: int) -> None:
+        axes = len(self.parameters)
+        self.demand = np.zeros((periods, axes, 4))
+        self.trace = np.zeros((periods, axes))
 
     def _noise_row(self) -> NDArray[np.float64]:
         if self._next_noise == len(self._noise):

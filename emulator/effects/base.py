@@ -66,6 +66,7 @@ class FrictionLaw:
         return np.sign(velocity) * level + slope * velocity
 
 
+@dataclass(frozen=True)
 class Effect(ABC):
     """One physical effect on one axis. Subclasses are frozen dataclasses whose fields are the parameters."""
 
@@ -78,5 +79,27 @@ class Effect(ABC):
         """Add the effect to the plant: edit the joint's specification, or return the friction law with the effect in it."""
 
     @abstractmethod
-    def predict(self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Additional motor torque (n,) that the effect costs on a measured motion (n,); joint side, N·m or N."""
+    def predict(
+        self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64], law: FrictionLaw
+    ) -> NDArray[np.float64]:
+        """Additional motor torque (n,) that the effect costs on a measured motion (n,), in a plant that has `law` already.
+
+        Joint side, N·m or N.
+        """
+
+
+@dataclass(frozen=True)
+class FrictionEffect(Effect):
+    """An effect that is a change of the friction law: what it costs is what the changed law resists more."""
+
+    @abstractmethod
+    def change(self, law: FrictionLaw) -> FrictionLaw:
+        """The law with the effect in it."""
+
+    def add_to(self, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
+        return self.change(law)
+
+    def predict(
+        self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64], law: FrictionLaw
+    ) -> NDArray[np.float64]:
+        return self.change(law).resistance(velocity) - law.resistance(velocity)

@@ -5,15 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import mujoco
-import numpy as np
-from numpy.typing import NDArray
-
-from emulator.effects.base import TORQUE, Effect, FrictionLaw, Parameter
+from emulator.effects.base import TORQUE, FrictionEffect, FrictionLaw, Parameter
 
 
 @dataclass(frozen=True)
-class Coulomb(Effect):
+class Coulomb(FrictionEffect):
     """torque = -coulomb sgn(v): MuJoCo's `frictionloss`, a constraint that holds at rest (MuJoCo manual, Computation)."""
 
     name: ClassVar[str] = "coulomb"
@@ -22,8 +18,5 @@ class Coulomb(Effect):
 
     coulomb: float
 
-    def add_to(self, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
+    def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(law, coulomb=self.coulomb)
-
-    def predict(self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64]) -> NDArray[np.float64]:
-        return self.coulomb * np.sign(velocity)

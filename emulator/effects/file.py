@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from drivetwin.errors import UserError
 from emulator.effects.base import Effect
@@ -15,7 +15,7 @@ from emulator.effects.library import library
 
 
 class _Value(BaseModel):
-    value: float
+    value: FiniteFloat
     unit: str
 
 
@@ -44,19 +44,31 @@ class PlacedEffect:
 def read_effects(path: Path) -> tuple[PlacedEffect, ...]:
     """Effects of an effects/1 file, in its order.
 
-    Raises UserError naming the file and the entry for an unknown effect, a missing, unknown or out-of-range parameter.
+    Raises UserError naming the file and the entry for an unknown effect, one that stands twice on an axis, a missing,
+    unknown or out-of-range parameter. Whether the units are those of the joint is for the plant to judge.
     """
     try:
         content = _File.model_validate(json.loads(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
         raise UserError(f"no effects file {path}; give an effects/1 JSON file") from None
+    except OSError as error:
+        raise UserError(f"cannot read {path}: {error.strerror}") from None
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise UserError(f"{path} is not JSON: {error}") from None
     except ValidationError as error:
         first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise UserError(f"{path}: {where}: {first['msg']} (expected format effects/1)") from None
+        where = ": ".join(filter(None, [str(path), ".".join(str(part) for part in first["loc"])]))
+        raise UserError(f"{where}: {first['msg']} (expected format effects/1)") from None
+    _refuse_twice(path, content.effects)
     return tuple(_place(path, number, entry) for number, entry in enumerate(content.effects))
+
+
+def _refuse_twice(path: Path, entries: list[_Entry]) -> None:
+    seen = set()
+    for number, entry in enumerate(entries):
+        if (entry.effect, entry.axis) in seen:
+            raise UserError(f"{path}: effects[{number}]: {entry.effect} stands twice on axis {entry.axis!r}")
+        seen.add((entry.effect, entry.axis))
 
 
 def _place(path: Path, number: int, entry: _Entry) -> PlacedEffect:
@@ -72,9 +84,8 @@ def _place(path: Path, number: int, entry: _Entry) -> PlacedEffect:
         given = entry.parameters.get(parameter.name)
         if given is not None and not parameter.low <= given.value <= parameter.high:
             raise UserError(f"{where}: {parameter.name} = {given.value} is outside {parameter.low} .. {parameter.high}")
-    try:
-        effect = kind(**{name: given.value for name, given in entry.parameters.items()})
-    except TypeError:
-        missing = sorted(names - set(entry.parameters))
-        raise UserError(f"{where}: {entry.effect} needs {', '.join(missing)}") from None
+    required = {field.name for field in fields(kind) if field.default is MISSING}
+    if missing := required - set(entry.parameters):
+        raise UserError(f"{where}: {entry.effect} needs {', '.join(sorted(missing))}")
+    effect = kind(**{name: given.value for name, given in entry.parameters.items()})
     return PlacedEffect(entry.axis, effect, {name: given.unit for name, given in entry.parameters.items()})

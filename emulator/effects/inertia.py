@@ -26,5 +26,7 @@ class Inertia(Effect):
         joint.armature += self.difference
         return law
 
-    def predict(self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64]) -> NDArray[np.float64]:
+    def predict(
+        self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64], law: FrictionLaw
+    ) -> NDArray[np.float64]:
         return self.difference * acceleration

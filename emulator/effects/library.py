@@ -6,6 +6,7 @@ import importlib
 import pkgutil
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 
 from emulator.effects.base import Effect
 
@@ -15,7 +16,14 @@ _NOT_EFFECTS = {"base", "file", "library"}
 @cache
 def library() -> dict[str, type[Effect]]:
     """Every effect class by its name."""
-    modules = [info.name for info in pkgutil.iter_modules([str(Path(__file__).parent)]) if info.name not in _NOT_EFFECTS]
-    for name in modules:
-        importlib.import_module(f"emulator.effects.{name}")
-    return {effect.name: effect for effect in sorted(Effect.__subclasses__(), key=lambda effect: effect.name)}
+    folder = pkgutil.iter_modules([str(Path(__file__).parent)])
+    modules = [importlib.import_module(f"emulator.effects.{info.name}") for info in folder if info.name not in _NOT_EFFECTS]
+    return {effect.name: effect for module in modules for effect in _effects_in(module)}
+
+
+def _effects_in(module: ModuleType) -> list[type[Effect]]:
+    return [
+        kind
+        for kind in vars(module).values()
+        if isinstance(kind, type) and issubclass(kind, Effect) and kind.__module__ == module.__name__
+    ]

@@ -5,16 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import mujoco
-import numpy as np
-from numpy.typing import NDArray
-
-from emulator.effects.base import NUMBER, TORQUE, VELOCITY, Effect, FrictionLaw, Parameter
+from emulator.effects.base import NUMBER, TORQUE, VELOCITY, FrictionEffect, FrictionLaw, Parameter
 
 
 @dataclass(frozen=True)
-class Stribeck(Effect):
-    """torque = -(static_torque - coulomb) exp(-(|v|/stribeck_velocity)^exponent) sgn(v), beside the model's `coulomb`.
+class Stribeck(FrictionEffect):
+    """torque = -(static_torque - coulomb) exp(-(|v|/stribeck_velocity)^exponent) sgn(v), beside the law's `coulomb`.
 
     Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994, eq. 4 (exponent 2: the Gaussian form).
     """
@@ -31,14 +27,10 @@ class Stribeck(Effect):
     stribeck_velocity: float
     exponent: float = 2.0
 
-    def add_to(self, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
+    def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(
             law,
             static_torque=self.static_torque,
             stribeck_velocity=self.stribeck_velocity,
             exponent=self.exponent,
         )
-
-    def predict(self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The curve above zero Coulomb friction: what the plant's own Coulomb level takes off depends on the plant."""
-        return self.static_torque * np.exp(-((np.abs(velocity) / self.stribeck_velocity) ** self.exponent)) * np.sign(velocity)

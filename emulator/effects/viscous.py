@@ -5,15 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import mujoco
-import numpy as np
-from numpy.typing import NDArray
-
-from emulator.effects.base import DAMPING, Effect, FrictionLaw, Parameter
+from emulator.effects.base import DAMPING, FrictionEffect, FrictionLaw, Parameter
 
 
 @dataclass(frozen=True)
-class Viscous(Effect):
+class Viscous(FrictionEffect):
     """torque = -viscous v: MuJoCo's joint `damping`."""
 
     name: ClassVar[str] = "viscous"
@@ -22,8 +18,5 @@ class Viscous(Effect):
 
     viscous: float
 
-    def add_to(self, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
+    def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(law, viscous=self.viscous)
-
-    def predict(self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64]) -> NDArray[np.float64]:
-        return self.viscous * velocity

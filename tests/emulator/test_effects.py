@@ -1,0 +1,165 @@
+"""The effects/1 reader, the library, and each effect's prediction against its formula."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+from plant_bench import placed
+
+from drivetwin.errors import UserError
+from emulator.effects import FrictionLaw, PlacedEffect, library, read_effects
+from emulator.machine import available_machines, load_machine
+from emulator.plant import Plant
+
+CONTRACT = {
+    "schema": "effects/1",
+    "effects": [
+        {
+            "effect": "stribeck",
+            "axis": "rotate",
+            "parameters": {
+                "static_torque": {"value": 1.3, "unit": "N·m"},
+                "stribeck_velocity": {"value": 0.05, "unit": "rad/s"},
+                "exponent": {"value": 2.0, "unit": "1"},
+            },
+        }
+    ],
+}
+
+
+def one(effect: str, axis: str = "rotate", **values: tuple[object, str]) -> dict[str, object]:
+    """A file with one effect; parameters as (value, unit)."""
+    parameters = {name: {"value": value, "unit": unit} for name, (value, unit) in values.items()}
+    return {"schema": "effects/1", "effects": [{"effect": effect, "axis": axis, "parameters": parameters}]}
+
+
+def read(tmp_path: Path, content: object) -> tuple[PlacedEffect, ...]:
+    path = tmp_path / "effects.json"
+    path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
+    return read_effects(path)
+
+
+def test_the_contracts_example(tmp_path: Path) -> None:
+    (found,) = read(tmp_path, CONTRACT)
+    assert found.axis == "rotate"
+    assert found.effect == library()["stribeck"](static_torque=1.3, stribeck_velocity=0.05, exponent=2.0)
+
+
+def test_exponent_is_gaussian_where_it_is_not_given(tmp_path: Path) -> None:
+    content = one("stribeck", static_torque=(1.3, "N·m"), stribeck_velocity=(0.05, "rad/s"))
+    assert read(tmp_path, content)[0].effect == library()["stribeck"](static_torque=1.3, stribeck_velocity=0.05)
+
+
+@pytest.mark.parametrize("name", available_machines())
+def test_the_machines_own_files(name: str) -> None:
+    machine = load_machine(name)
+    Plant(machine, read_effects(machine.effects_path))
+
+
+REFUSED = [
+    (one("squeak"), r"effects\[0\]: unknown effect 'squeak'; the library has coulomb, coulomb_asymmetry, inertia"),
+    (one("coulomb", coulmb=(1, "N·m")), r"effects\[0\]: coulomb has no parameter 'coulmb'; it has coulomb"),
+    (one("coulomb"), r"effects\[0\]: coulomb needs coulomb"),
+    (one("stribeck", static_torque=(1, "N·m")), r"effects\[0\]: stribeck needs stribeck_velocity$"),
+    (one("coulomb", coulomb=(-0.1, "N·m")), r"effects\[0\]: coulomb = -0.1 is outside 0.0 .. inf"),
+    (
+        one("stribeck", static_torque=(1, "N·m"), stribeck_velocity=(1, "rad/s"), exponent=(9, "1")),
+        r"effects\[0\]: exponent = 9.0 is outside 0.3 .. 4.0",
+    ),
+    ('{"schema": "effects/1", "effects": [', "is not JSON"),
+    ({**CONTRACT, "schema": "effects/2"}, r"schema: Input should be 'effects/1' \(expected format effects/1\)"),
+    ({"effects": []}, "schema: Field required"),
+    ({"schema": "effects/1"}, "effects: Field required"),
+    ([], r"effects.json: Input should be .* \(expected format effects/1\)"),
+    (one("coulomb", coulomb=("much", "N·m")), "effects.0.parameters.coulomb.value: Input should be a valid number"),
+    ({"schema": "effects/1", "effects": [{"effect": "coulomb", "parameters": {}}]}, "effects.0.axis: Field required"),
+    (one("coulomb_asymmetry", asymmetry=(float("inf"), "N·m")), "asymmetry.value: Input should be a finite number"),
+    (one("coulomb_asymmetry", asymmetry=(float("nan"), "N·m")), "asymmetry.value: Input should be a finite number"),
+    (
+        {"schema": "effects/1", "effects": 2 * one("viscous", viscous=(1, "N·m·s/rad"))["effects"]},  # type: ignore[operator]
+        r"effects\[1\]: viscous stands twice on axis 'rotate'",
+    ),
+]
+
+
+@pytest.mark.parametrize(("content", "message"), REFUSED)
+def test_refusals(tmp_path: Path, content: object, message: str) -> None:
+    with pytest.raises(UserError, match=message) as refusal:
+        read(tmp_path, content)
+    assert str(tmp_path / "effects.json") in str(refusal.value)
+
+
+def test_no_file(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"no effects file .*mine.json; give an effects/1 JSON file"):
+        read_effects(tmp_path / "mine.json")
+
+
+def test_a_directory(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="cannot read"):
+        read_effects(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("axis", "effect", "unit", "expected"),
+    [
+        ("rotate", "coulomb", "mN·m", "N·m"),
+        ("rotate", "coulomb", "N", "N·m"),
+        ("lift", "coulomb", "N·m", "N"),
+        ("lift", "viscous", "N·m·s/rad", "N·s/m"),
+    ],
+)
+def test_a_unit_that_is_not_the_joints(tmp_path: Path, axis: str, effect: str, unit: str, expected: str) -> None:
+    """1300 mN·m must not become 1300 N·m."""
+    effects = read(tmp_path, one(effect, axis, **{effect: (1.0, unit)}))
+    with pytest.raises(UserError, match=f"{effect} on axis '{axis}': {effect} is given in '{unit}', expected '{expected}'"):
+        Plant(load_machine("scara"), effects)
+
+
+def test_library() -> None:
+    assert list(library()) == ["coulomb", "coulomb_asymmetry", "inertia", "stribeck", "viscous", "viscous_asymmetry"]
+    folder = Path(__file__).parents[2] / "emulator" / "effects"
+    for name, effect in library().items():
+        assert effect.name == name
+        assert (folder / f"{name}.py").is_file()
+        assert effect.family in ("friction", "rigid body", "transmission", "motor and drive", "sensing and timing")
+        assert {parameter.name for parameter in effect.parameters} == {field.name for field in fields(effect)}
+
+
+VELOCITY = np.array([-1.5, -0.05, -0.01, 0.01, 0.05, 1.5])
+ACCELERATION = np.array([1.0, -2.0, 3.0, -4.0, 5.0, -6.0])
+LAW = FrictionLaw(coulomb=0.8, viscous=0.3)
+
+
+SIGN, SPEED = np.sign(VELOCITY), np.abs(VELOCITY)
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameters", "expected"),
+    [
+        ("coulomb", {"coulomb": 1.0}, 0.2 * SIGN),
+        ("viscous", {"viscous": 0.5}, 0.2 * VELOCITY),
+        ("coulomb_asymmetry", {"asymmetry": 0.1}, np.full(6, 0.1)),
+        ("viscous_asymmetry", {"asymmetry": 0.1}, 0.1 * SPEED),
+        (
+            "stribeck",
+            {"static_torque": 1.3, "stribeck_velocity": 0.05, "exponent": 1.5},
+            (1.3 - 0.8) * np.exp(-((SPEED / 0.05) ** 1.5)) * SIGN,
+        ),
+        ("inertia", {"difference": 0.2}, 0.2 * ACCELERATION),
+    ],
+)
+def test_prediction_is_what_the_effect_adds_to_a_plant_that_has_friction(
+    effect: str,
+    parameters: dict[str, float],
+    expected: np.ndarray,  # type: ignore[type-arg]
+) -> None:
+    predicted = placed("rotate", effect, **parameters).effect.predict(VELOCITY, ACCELERATION, LAW)
+    assert predicted == pytest.approx(expected, abs=1e-12)
+
+
+def test_law_at_rest_resists_nothing_by_itself() -> None:
+    assert FrictionLaw(coulomb=1.0, static_torque=2.0, stribeck_velocity=0.1).resistance(np.zeros(1)) == 0.0
