@@ -14,9 +14,22 @@ from drivetwin.errors import UserError
 
 logger = logging.getLogger(__name__)
 
-START, PRE_OPERATIONAL, RESET_COMMUNICATION = 0x01, 0x80, 0x82
-OPERATIONAL_STATE = 0x05
+START, RESET_COMMUNICATION = 0x01, 0x82
+
 BOOT_TIMEOUT = 2.0
+"""Longest wait for the boot-up messages after a reset of communication [s]."""
+
+HEARTBEAT = 0x700
+"""COB-ID of boot-up and heartbeat, less the node-ID."""
+
+HEARTBEAT_PERIOD = 5
+"""For the time of a check [ms]."""
+
+LISTEN = 0.2
+"""How long a drive whose time moves may take to be heard [s]; a loaded host stalls a process for some 10 ms."""
+
+SLOW_DOWN_ON_QUICK_STOP_RAMP = 2
+"""605Ah and 605Eh: ramp of 6085h, then switch on disabled, or fault."""
 
 
 def connect(link: Link, machine: Machine, profile: DriveProfile) -> list[DriveNode]:
@@ -29,6 +42,7 @@ def bring_up(link: Link, drives: Sequence[DriveNode], cycle_time: float) -> None
 
     Raises UserError naming the axis and the object for a missing node, another device, a refused or silently changed value.
     """
+    link.drain()  # a boot-up message from before the reset is no answer to it
     boots = _watch_boots(link, drives)
     link.send(NMT_COB_ID, bytes((RESET_COMMUNICATION, 0)))
     _await_boots(link, drives, boots)
@@ -38,9 +52,32 @@ def bring_up(link: Link, drives: Sequence[DriveNode], cycle_time: float) -> None
     for drive in drives:
         link.send(NMT_COB_ID, bytes((START, drive.node_id)))
     for drive in drives:
-        drive.read(0x6041)
         drive.statusword = int(drive.read(0x6041))
     link.drain()
+
+
+def check_time_stands_still(link: Link, drive: DriveNode) -> None:
+    """Raise UserError where a drive's time moves without SYNC: set-points sent as fast as they go would then outrun it.
+
+    The drive is asked for a heartbeat; one that comes although no SYNC was sent tells.
+    """
+    former = int(drive.read(0x1017))
+    beats: list[bytes] = []
+    boot = link.fast.pop(HEARTBEAT + drive.node_id, None)
+    link.fast[HEARTBEAT + drive.node_id] = beats.append
+    drive.write(HEARTBEAT_PERIOD, 0x1017)
+    deadline = time.monotonic() + LISTEN
+    while not beats and link.pump(deadline - time.monotonic()):
+        pass
+    drive.write(former, 0x1017)
+    link.fast.pop(HEARTBEAT + drive.node_id)
+    if boot is not None:
+        link.fast[HEARTBEAT + drive.node_id] = boot
+    if beats:
+        raise UserError(
+            f"{drive.where()} keeps time by itself, and --clock sync sends as fast as it goes: give --clock realtime "
+            "(or start the emulator with --clock sync)"
+        )
 
 
 def _watch_boots(link: Link, drives: Sequence[DriveNode]) -> set[int]:
@@ -51,7 +88,7 @@ def _watch_boots(link: Link, drives: Sequence[DriveNode]) -> set[int]:
             if len(data) == 1 and data[0] == 0:
                 boots.add(node_id)
 
-        link.fast[0x700 + node_id] = boot
+        link.fast[HEARTBEAT + node_id] = boot
 
     for drive in drives:
         watch(drive.node_id)
@@ -106,6 +143,8 @@ def _configure(drive: DriveNode, cycle_time: float) -> None:
         drive.write_role("interpolation_type", spline)
     deceleration = drive.in_units(2.0 * drive.axis.max_acceleration)
     drive.write(deceleration, 0x6085)
+    for index in (0x605A, 0x605E):
+        drive.write(SLOW_DOWN_ON_QUICK_STOP_RAMP, index)
     for index in (0x6083, 0x6084):
         drive.write(drive.in_units(drive.axis.max_acceleration), index)
     drive.write(drive.in_units(drive.axis.max_speed * 1.2), 0x607F)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
-from controller.drive_node import DriveNode
+from controller.drive_node import OPERATION_ENABLED, DriveNode
 from controller.link import SYNC_COB_ID, Link
 from controller.pacing import Pacing
 from drivetwin.errors import UserError
@@ -13,12 +13,9 @@ from drivetwin.errors import UserError
 ANSWER_TIMEOUT = 2.0
 """Longest wait for the drives' answers to a SYNC [s]; they come within a cycle, a loaded host may be late."""
 
-FAULT_STATE = 0x0008
-FAULT_MASK = 0x000F
-
 
 class DriveFaultError(UserError):
-    """A drive has left operation by itself."""
+    """A drive has left operation by itself, or told an emergency."""
 
 
 class Cycle:
@@ -34,7 +31,8 @@ class Cycle:
     def run(self) -> None:
         """One cycle: outputs of every drive, SYNC, and every drive's input.
 
-        Raises DriveFaultError where a drive reports a fault or an emergency, UserError where one does not answer.
+        Raises DriveFaultError where a drive reports an emergency or has left operation by itself, UserError where one does
+        not answer. Each is raised once; a drive that was silent is not waited for again.
         """
         self._pacing.wait(self.period)
         for drive in self._drives:
@@ -43,7 +41,7 @@ class Cycle:
         self.count += 1
         self._await_inputs()
         for drive in self._drives:
-            if drive.emergencies:
+            if drive.emergencies or (drive.operating and drive.state != OPERATION_ENABLED):
                 raise _fault(drive)
 
     def run_for(self, seconds: float) -> None:
@@ -53,29 +51,36 @@ class Cycle:
 
     def _await_inputs(self) -> None:
         deadline = None
+        wanted = self.count
         for drive in self._drives:
-            wanted = self.count
-            while drive.received < wanted:
+            while drive.received < wanted and drive.answers:
                 if self._link.pump(0.02):
                     continue
                 now = time.monotonic()
                 deadline = now + ANSWER_TIMEOUT if deadline is None else deadline
                 if now > deadline:
-                    raise UserError(
-                        f"{drive.where()} sent no PDO for {ANSWER_TIMEOUT:g} s after a SYNC: is it still operational? "
-                        "If the emulator runs with --clock sync, give the controller --clock sync as well"
-                    )
+                    raise self._silent(wanted)
+
+    def _silent(self, wanted: int) -> UserError:
+        silent = [drive for drive in self._drives if drive.received < wanted and drive.answers]
+        for drive in silent:
+            drive.answers = False
+        names = ", ".join(drive.where() for drive in silent)
+        return UserError(f"{names} sent no PDO for {ANSWER_TIMEOUT:g} s after a SYNC: is it powered, connected, operational?")
 
     def start(self) -> None:
         """Count inputs from here."""
         self.count = 0
         for drive in self._drives:
             drive.received = 0
+            drive.answers = True
             drive.emergencies.clear()
 
 
 def _fault(drive: DriveNode) -> DriveFaultError:
-    emergency = drive.emergencies[0]
-    return DriveFaultError(
-        f"{drive.where()} reports EMCY {emergency.code:04X}h (statusword {drive.statusword:04X}h); all axes were stopped"
-    )
+    drive.operating = False
+    if not drive.emergencies:
+        return DriveFaultError(f"{drive.where()} has left operation by itself (statusword {drive.statusword:04X}h)")
+    codes = ", ".join(f"{emergency.code:04X}h" for emergency in drive.emergencies)
+    drive.emergencies.clear()
+    return DriveFaultError(f"{drive.where()} reports EMCY {codes} (statusword {drive.statusword:04X}h)")

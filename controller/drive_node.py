@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import struct
 from dataclasses import dataclass
-from math import pi
 
 import canopen
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
@@ -25,6 +24,15 @@ INPUT = struct.Struct("<if")
 """TPDO 2: position actual value, torque actual value as float32."""
 
 SYNCHRONOUS, EVENT_DRIVEN = 1, 255
+
+STATE_MASK = 0x6F
+SWITCH_ON_DISABLED, READY_TO_SWITCH_ON, SWITCHED_ON, OPERATION_ENABLED = 0x40, 0x21, 0x23, 0x27
+FAULT_MASK, FAULT = 0x4F, 0x08
+"""States in the statusword (CiA 402-2, table 'State coding'). Bit 5 is free where voltage is off for good or by a fault."""
+
+
+NO_ERROR = 0x0000
+"""EMCY that says that errors are gone (CiA 301, table 26)."""
 
 
 @dataclass(frozen=True)
@@ -50,11 +58,13 @@ class DriveNode:
         self.position = 0
         self.torque = 0.0
         self.received = 0
+        self.answers = True
+        self.operating = False
         self.emergencies: list[Emergency] = []
         self._link = link
         self._node = PumpedNode(axis.node_id, object_dictionary(profile))
         link.add_node(self._node)
-        self._node.emcy.add_callback(lambda error: self.emergencies.append(Emergency(error.code, bytes(error.data))))
+        self._node.emcy.add_callback(self._take_emergency)
         self._rpdo_cob_id = 0x200 + axis.node_id
 
     # -- SDO ----------------------------------------------------------------------------------------------------------
@@ -127,6 +137,16 @@ class DriveNode:
         """Send RPDO 1; it takes effect at the next SYNC."""
         self._link.send(self._rpdo_cob_id, OUTPUT.pack(self.controlword, self.setpoint, self.torque_offset))
 
+    @property
+    def state(self) -> int:
+        """State bits of the statusword; SWITCH_ON_DISABLED and FAULT whatever bit 5 says."""
+        free = self.statusword & FAULT_MASK
+        return free if free in (SWITCH_ON_DISABLED, FAULT) else self.statusword & STATE_MASK
+
+    def _take_emergency(self, error: canopen.emcy.EmcyError) -> None:
+        if error.code != NO_ERROR:
+            self.emergencies.append(Emergency(error.code, bytes(error.data)))
+
     def _take_status(self, data: bytes) -> None:
         self.statusword = data[0] | data[1] << 8
 
@@ -185,10 +205,6 @@ class DriveNode:
         """Joint torque or force of a motor torque [N·m]: times the gear ratio, no efficiency taken off."""
         return motor * self.axis.gear_ratio
 
-    def motor_velocity(self, joint: float) -> float:
-        """Motor speed [rpm] of a joint's speed; for messages."""
-        return joint * self.axis.gear_ratio * 60.0 / (2.0 * pi)
-
     # -- inside -------------------------------------------------------------------------------------------------------
 
     def _variable(self, index: int, subindex: int) -> canopen.variable.Variable:
@@ -198,8 +214,8 @@ class DriveNode:
     def _sdo_error(self, doing: str, index: int, subindex: int, error: Exception) -> UserError:
         if isinstance(error, SdoCommunicationError):
             return UserError(
-                f"{self.where()} does not answer on {self._link.wire.channel_info}: is the drive powered, "
-                f"and is {self.node_id} its node-ID?"
+                f"{self.where()} does not answer on {self._link.wire.channel_info} ({doing} {place(index, subindex)}): "
+                f"is the drive powered, and is {self.node_id} its node-ID?"
             )
         return UserError(f"{self.where()}: {doing} {place(index, subindex)} was aborted by the drive: {error}")
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import yaml
-from pydantic import BaseModel, ConfigDict, PositiveFloat, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from controller.drive_node import DriveNode
 from controller.machine import Machine
@@ -18,9 +18,9 @@ class AxisLimits(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    travel: tuple[float, float]
-    speed: PositiveFloat
-    torque: PositiveFloat
+    travel: tuple[FiniteFloat, FiniteFloat]
+    speed: FiniteFloat = Field(gt=0.0)
+    torque: FiniteFloat = Field(gt=0.0)
 
 
 class Limits(BaseModel):
@@ -40,11 +40,13 @@ def read_limits(path: Path, machine: Machine) -> Limits:
         limits = Limits.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
         raise UserError(f"no limits file {path}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"{path} cannot be read: {error}") from None
     except yaml.YAMLError as error:
         raise UserError(f"{path} is not YAML: {error}") from None
     except ValidationError as error:
         first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
+        where = ".".join(str(part) for part in first["loc"]) or "the file"
         raise UserError(f"{path}: {where}: {first['msg']}; an axis needs travel: [low, high], speed and torque") from None
     if set(limits.axes) != set(machine.axes):
         raise UserError(
@@ -54,8 +56,9 @@ def read_limits(path: Path, machine: Machine) -> Limits:
 
 
 def within(machine: Machine, limits: Limits) -> Machine:
-    """The machine with travel and speed narrowed to the limits.
+    """The machine with travel and speed narrowed to the limits, never widened.
 
+    The search for the limit switch keeps the speed, and leaves the travel: it ends at the switch.
     Raises UserError where an axis's rest position lies outside its limits.
     """
     axes = {}
@@ -64,12 +67,21 @@ def within(machine: Machine, limits: Limits) -> Machine:
         travel = (max(axis.travel[0], limit.travel[0]), min(axis.travel[1], limit.travel[1]))
         if not travel[0] < axis.rest < travel[1]:
             raise UserError(f"limits of {name}: travel {limit.travel} leaves out its rest position {axis.rest}")
-        axes[name] = axis.model_copy(update={"travel": travel, "max_speed": min(axis.max_speed, limit.speed)})
+        homing = axis.homing.model_copy(
+            update={
+                "search_speed": min(axis.homing.search_speed, limit.speed),
+                "edge_speed": min(axis.homing.edge_speed, limit.speed),
+            }
+        )
+        axes[name] = axis.model_copy(
+            update={"travel": travel, "max_speed": min(axis.max_speed, limit.speed), "homing": homing}
+        )
     return machine.model_copy(update={"axes": axes})
 
 
 def apply_torque_limits(drives: Sequence[DriveNode], limits: Limits) -> None:
-    """Write the torque limits to the drives (6072h, thousandths of rated torque)."""
+    """Lower the drives' torque limits to those of the file (6072h, thousandths of rated torque); none is raised."""
     for drive in drives:
         rated = drive.joint_torque(float(drive.read(0x6076)) * 1e-3)
-        drive.write(int(1000.0 * limits.axes[drive.name].torque / rated), 0x6072)
+        allowed = int(1000.0 * limits.axes[drive.name].torque / rated)
+        drive.write(min(allowed, int(drive.read(0x6072))), 0x6072)

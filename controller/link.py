@@ -11,6 +11,9 @@ import canopen
 from canopen.sdo.client import SdoClient
 from canopen.sdo.exceptions import SdoCommunicationError
 
+from controller.interruption import Interruption
+from drivetwin.errors import UserError
+
 SYNC_COB_ID = 0x80
 NMT_COB_ID = 0x000
 
@@ -50,35 +53,60 @@ class PumpedNode(canopen.RemoteNode):
 class Link(canopen.Network):
     """A canopen network on an open python-can bus, pumped by its owner instead of by a thread.
 
-    Frames of `fast` COB-IDs go straight to their handler; all others through canopen.
+    Frames of `fast` COB-IDs go straight to their handler; all others through canopen. While the link is open, Ctrl-C and
+    SIGTERM wait until no frame is half read or half sent: `pump` raises them as KeyboardInterrupt, once.
     """
 
     def __init__(self, bus: can.BusABC) -> None:
         super().__init__(bus)
         self.wire = bus
+        self.log: Callable[[can.Message], None] | None = None
         self.fast: dict[int, Callable[[bytes], None]] = {}
+        self._interruption = Interruption()
 
     def __enter__(self) -> Link:
+        self._interruption.watch()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        self._interruption.release()
         self.wire.shutdown()
 
     def send(self, cob_id: int, data: bytes) -> None:
         """Send one data frame."""
-        self.wire.send(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False))
+        self._put(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False))
+
+    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        """Send one frame for canopen, as `Network.send_message`."""
+        self._put(can.Message(arbitration_id=can_id, data=data, is_extended_id=can_id > 0x7FF, is_remote_frame=remote))
 
     def pump(self, timeout: float) -> bool:
         """Take one frame from the bus, waiting up to `timeout` seconds; whether one came."""
-        message = self.wire.recv(max(timeout, 0.0))
+        self._interruption.raise_once()
+        try:
+            message = self.wire.recv(max(timeout, 0.0))
+        except can.CanError as error:
+            raise UserError(str(error)) from None
         if message is None:
             return False
+        if self.log is not None:
+            self.log(message)
         handler = self.fast.get(message.arbitration_id)
+        if message.is_error_frame or message.is_remote_frame or message.is_extended_id:
+            return True  # no answer of a drive
         if handler is not None:
             handler(bytes(message.data))
-        elif not message.is_error_frame:
+        else:
             self.notify(message.arbitration_id, message.data, message.timestamp)
         return True
+
+    def _put(self, message: can.Message) -> None:
+        if self.log is not None:
+            self.log(message)
+        try:
+            self.wire.send(message)
+        except can.CanError as error:
+            raise UserError(str(error)) from None
 
     def drain(self) -> None:
         """Take what has already come."""

@@ -6,6 +6,10 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
+from controller.bring_up import check_time_stands_still
+from controller.drive_node import DriveNode
+from controller.link import Link
+
 
 class Pacing(ABC):
     """Waits between communication cycles."""
@@ -17,12 +21,29 @@ class Pacing(ABC):
     def wait(self, cycle: float) -> None:
         """Return when the next cycle of `cycle` seconds is due."""
 
+    @abstractmethod
+    def check(self, link: Link, drive: DriveNode) -> None:
+        """Raise UserError where the drive's time is not what this pacing takes it for."""
+
+    @abstractmethod
+    def time(self) -> float:
+        """Time for the bus log [s]: of the plant since the start where SYNC drives it, of day where time is real."""
+
 
 class Lockstep(Pacing):
     """Every cycle starts when the last one has been answered; the plant's time is the number of SYNCs."""
 
+    def __init__(self) -> None:
+        self._time = 0.0
+
     def wait(self, cycle: float) -> None:
-        return
+        self._time += cycle
+
+    def check(self, link: Link, drive: DriveNode) -> None:
+        check_time_stands_still(link, drive)
+
+    def time(self) -> float:
+        return self._time
 
 
 class Realtime(Pacing):
@@ -44,6 +65,12 @@ class Realtime(Pacing):
             self.worst_lateness = max(self.worst_lateness, lateness)
             due += lateness
         self._due = due
+
+    def check(self, link: Link, drive: DriveNode) -> None:
+        return  # a drive that SYNC moves, moves on the wall clock if SYNC does
+
+    def time(self) -> float:
+        return time.time()
 
 
 PACINGS: dict[str, type[Pacing]] = {"sync": Lockstep, "realtime": Realtime}

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controller.cycle import Cycle
 from controller.drive_node import DriveNode
-from controller.motion import ENABLE_OPERATION, PROFILE_VELOCITY_MODE, TARGET_REACHED
+from controller.motion import ENABLE_OPERATION, PROFILE_VELOCITY_MODE
+from drivetwin.files import provenance
 
 LEVELS = (0.2, 0.5)
 """Speeds as shares of full speed."""
 
-SETTLE, READ = 0.12, 0.2
+SETTLE, READ, STOP = 0.12, 0.2, 0.15
+"""Seconds from the new target to the first reading, of reading, and for the ramp to rest."""
+
 POLL_EVERY = 5
 """Cycles between two SDO reads."""
 
@@ -29,10 +34,18 @@ class FrictionPoint:
     standard_error: float
 
 
-def friction_by_sdo(cycle: Cycle, drives: Sequence[DriveNode]) -> list[FrictionPoint]:
-    """Friction of the given axes at two speeds from 6077h, polled by SDO while the drives ramp and cruise by themselves.
+@dataclass(frozen=True)
+class _Polled:
+    """What one drive answered at constant speed (n,): velocity [m/s or rad/s] and torque [N or N·m] of the joint."""
 
-    Gravity and offsets, equal in both directions, cancel in the half difference.
+    velocity: NDArray[np.float64]
+    torque: NDArray[np.float64]
+
+
+def friction_by_sdo(cycle: Cycle, drives: Sequence[DriveNode]) -> list[FrictionPoint]:
+    """Friction of the given axes at two speeds from 6077h and 606Ch, polled by SDO while the drives move by themselves.
+
+    Both directions are read over the same way, so gravity and offsets cancel in the half difference.
     """
     for drive in drives:
         drive.write(0, 0x60FF)
@@ -42,39 +55,58 @@ def friction_by_sdo(cycle: Cycle, drives: Sequence[DriveNode]) -> list[FrictionP
     for level in LEVELS:
         forward = _cruise(cycle, drives, level)
         backward = _cruise(cycle, drives, -level)
-        for drive, plus, minus in zip(drives, forward, backward, strict=True):
-            points.append(
-                FrictionPoint(
-                    axis=drive.name,
-                    velocity=level * drive.axis.max_speed,
-                    torque=0.5 * (float(plus.mean()) - float(minus.mean())),
-                    standard_error=0.5 * float(np.hypot(plus.std(ddof=1), minus.std(ddof=1)) / np.sqrt(len(plus))),
-                )
-            )
+        points += [_point(drive, *both) for drive, *both in zip(drives, forward, backward, strict=True)]
     return points
 
 
-def _cruise(cycle: Cycle, drives: Sequence[DriveNode], level: float) -> list[np.ndarray]:
-    """Torques (n,) [joint] of each drive, polled at a share `level` of full speed; back at rest afterwards."""
+def _point(drive: DriveNode, forward: _Polled, backward: _Polled) -> FrictionPoint:
+    spread = np.hypot(forward.torque.std(ddof=1), backward.torque.std(ddof=1))
+    return FrictionPoint(
+        axis=drive.name,
+        velocity=0.5 * float(forward.velocity.mean() - backward.velocity.mean()),
+        torque=0.5 * float(forward.torque.mean() - backward.torque.mean()),
+        standard_error=0.5 * float(spread / np.sqrt(len(forward.torque))),
+    )
+
+
+def _cruise(cycle: Cycle, drives: Sequence[DriveNode], level: float) -> list[_Polled]:
+    """Poll every drive at a share `level` of its full speed; back at rest afterwards."""
     for drive in drives:
         drive.write(drive.in_units(level * drive.axis.max_speed), 0x60FF)
     cycle.run_for(SETTLE)
-    polled: list[list[float]] = [[] for _ in drives]
+    polled: list[list[tuple[float, float]]] = [[] for _ in drives]
     for _ in range(round(READ / cycle.period / POLL_EVERY)):
-        for _ in range(POLL_EVERY):
-            cycle.run()
+        cycle.run_for(POLL_EVERY * cycle.period)
         for drive, values in zip(drives, polled, strict=True):
-            values.append(_torque(drive))
-    for drive in drives:
+            values.append((_velocity(drive), _torque(drive)))
+    _stop_symmetrically(cycle, drives, abs(level))
+    return [_Polled(*np.array(values).T) for values in polled]
+
+
+def _stop_symmetrically(cycle: Cycle, drives: Sequence[DriveNode], level: float) -> None:
+    """Run on as long as the drive did between its ramp and the first reading, so that the way back is read where this was."""
+    ramps = {drive.name: level * drive.axis.max_speed / drive.axis.max_acceleration for drive in drives}
+    remaining = sorted(drives, key=lambda drive: -ramps[drive.name])
+    elapsed = 0.0
+    for drive in remaining:
+        run_on = max(0.0, SETTLE - ramps[drive.name])
+        cycle.run_for(run_on - elapsed)
+        elapsed = run_on
         drive.write(0, 0x60FF)
-    for _ in range(round(1.0 / cycle.period)):
-        cycle.run()
-        if all(drive.statusword & TARGET_REACHED for drive in drives):
-            break
-    return [np.array(values) for values in polled]
+    cycle.run_for(STOP)
+
+
+def _velocity(drive: DriveNode) -> float:
+    """Joint velocity [m/s or rad/s] from 606Ch."""
+    return float(drive.read(0x606C)) * drive.unit
 
 
 def _torque(drive: DriveNode) -> float:
     """Joint torque [N·m or N] from 6077h, in thousandths of the rated torque 6076h [mN·m]."""
     rated = float(drive.read(0x6076)) * 1e-3
     return drive.joint_torque(float(drive.read(0x6077)) * 1e-3 * rated)
+
+
+def to_json(points: Sequence[FrictionPoint], seed: int) -> dict[str, Any]:
+    """The points as an object of schema torque-by-sdo/1, joint side, SI."""
+    return {"schema": "torque-by-sdo/1", **provenance(seed, []), "points": [asdict(point) for point in points]}

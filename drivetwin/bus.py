@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import ipaddress
+import itertools
 import re
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
+from http.client import HTTPException
 from typing import Protocol
 from urllib.parse import urlsplit
 
 import can
-from can_remote import RemoteServer
+from can_remote import RemoteBus, RemoteServer
+from can_remote.server import ClientRequestHandler, RemoteServerError, RemoteServerProtocol
+from can_remote.websocket import WebSocket, WebsocketClosed, get_accept_key
 
 from drivetwin.errors import UserError
 
@@ -21,6 +26,9 @@ SOCKETCAN = re.compile(r"(v?can|vxcan|slcan)\d+")
 COPPER = re.compile(r"(can|slcan)\d+")
 
 INPROC = "inproc"
+
+GOODBYE = 1.0
+"""Longest wait for a ws server to confirm that a client leaves [s]."""
 
 
 class Peer(Protocol):
@@ -72,6 +80,43 @@ class InprocBus(can.BusABC):
         return self._received.popleft()
 
 
+class WebsocketBus(RemoteBus):  # type: ignore[misc]  # can_remote is untyped
+    """python-can's `remote` client, whose loss of the server is a CanError like that of any other bus."""
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Send a frame. Raises CanOperationError where the server has gone."""
+        try:
+            super().send(msg, timeout)
+        except OSError as error:
+            raise _gone(self.channel, error) from None
+
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        """Next frame, None after `timeout` seconds. Raises CanOperationError where the server has gone."""
+        try:
+            message: can.Message | None = super().recv(timeout)
+        except (OSError, ValueError, WebsocketClosed) as error:  # ValueError: select on a socket that is closed
+            raise _gone(self.channel, error) from None
+        return message
+
+    def shutdown(self) -> None:
+        """Leave the bus; a server that hangs or has gone does not hold the client."""
+        if self._is_shutdown:
+            return
+        can.BusABC.shutdown(self)
+        deadline = time.monotonic() + GOODBYE
+        try:
+            self.remote_protocol.close()
+            while time.monotonic() < deadline:
+                self.remote_protocol.recv(deadline - time.monotonic())
+        except (OSError, ValueError, WebsocketClosed, can.CanError):
+            pass
+        self.socket.close()
+
+
+def _gone(channel: object, error: Exception) -> can.CanOperationError:
+    return can.CanOperationError(f"the bus at {channel} has gone ({error or 'connection closed'}): is the emulator running?")
+
+
 def is_copper(name: str) -> bool:
     """Whether a name may be a real bus with a real machine: `can0`, not `vcan0`."""
     return COPPER.fullmatch(name) is not None
@@ -85,8 +130,8 @@ def open_bus(name: str) -> can.BusABC:
     if name.startswith("ws://"):
         address = _loopback(name)
         try:
-            return can.Bus(interface="remote", channel=f"ws://{address.host}:{address.port}", ignore_config=True)
-        except (OSError, can.CanError) as error:
+            return WebsocketBus(f"ws://{address.host}:{address.port}")
+        except (OSError, can.CanError, HTTPException, AssertionError, WebsocketClosed) as error:
             raise UserError(f"no bus at {name} ({error}); start one with: drivetwin emulate --bus {name}") from None
     if SOCKETCAN.fullmatch(name):
         return _socketcan(name)
@@ -123,12 +168,64 @@ class _Address:
     port: int
 
 
+class _ClientOfServer(RemoteServerProtocol):  # type: ignore[misc]  # can_remote is untyped
+    """One client on the server's side. A client that is killed leaves no queue that fills up, no periodic frame and no traceback."""
+
+    def run(self) -> None:
+        try:
+            super().run()
+        except OSError:
+            self.running = False
+
+    def recv(self, timeout: float | None = None) -> object:
+        event: object = super().recv(timeout)
+        match event:
+            case {"type": "periodic_stop", "payload": cob_id} if cob_id not in self._send_tasks:
+                return None  # stopped twice; the base class would throw the client out
+        return event
+
+    def _send_to_client(self) -> None:
+        try:
+            super()._send_to_client()
+        except OSError:
+            self.running = False
+        finally:
+            self.bus.shutdown()
+
+
+class _ClientHandler(ClientRequestHandler):  # type: ignore[misc]  # can_remote is untyped
+    """Opens the websocket of a client, as `ClientRequestHandler`, for a `_ClientOfServer`."""
+
+    def start_websocket(self) -> None:
+        offered = {name.strip() for name in self.headers.get("Sec-WebSocket-Protocol", "").split(",")}
+        protocol = "can.binary+json.v1" if "can.binary+json.v1" in offered else "can.json.v1"
+        self.send_response(101)
+        self.send_header("Upgrade", "WebSocket")
+        self.send_header("Connection", "Upgrade")
+        self.send_header("Sec-WebSocket-Accept", get_accept_key(self.headers["Sec-WebSocket-Key"]))
+        self.send_header("Sec-WebSocket-Protocol", protocol)
+        self.end_headers()
+        try:
+            client = _ClientOfServer(self.server.config, WebSocket(None, protocol, sock=self.request))
+        except (OSError, WebsocketClosed, RemoteServerError):
+            return  # it left before it had joined
+        self.server.clients.append(client)
+        client.run()
+        self.server.clients.remove(client)
+
+
+_channels = itertools.count()
+
+
 def _host_remote(address: _Address) -> HostedBus:
-    channel = f"drivetwin-{id(address)}"
+    channel = f"drivetwin-{next(_channels)}"
     try:
         server = RemoteServer(address.host, address.port, interface="virtual", channel=channel, ignore_config=True)
     except OSError as error:
-        raise UserError(f"cannot listen on {address.host}:{address.port} ({error.strerror}); choose another port") from None
+        raise UserError(
+            f"cannot listen on {address.host}:{address.port} ({error.strerror}); choose another port, or 0 for a free one"
+        ) from None
+    server.RequestHandlerClass = _ClientHandler
     bus = can.Bus(interface="virtual", channel=channel, ignore_config=True)
     thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.1}, daemon=True)
     thread.start()
@@ -136,6 +233,9 @@ def _host_remote(address: _Address) -> HostedBus:
     def close() -> None:
         server.shutdown()
         server.server_close()
+        for client in list(server.clients):
+            with suppress(OSError):
+                client.close()
         bus.shutdown()
 
     return HostedBus(bus, f"ws://{address.host}:{server.server_port}", close)
@@ -150,13 +250,13 @@ def _loopback(name: str) -> _Address:
     if port is None:
         raise UserError(f"{name} has no port; write for example ws://127.0.0.1:54701")
     if host != "localhost" and not _is_loopback(host):
-        raise UserError(f"{name} is not on this machine; ws buses are loopback only: ws://127.0.0.1:{port}")
+        raise UserError(f"{name} is not loopback on this machine; write ws://127.0.0.1:{port}")
     return _Address(host, port)
 
 
 def _is_loopback(host: str) -> bool:
     try:
-        return ipaddress.ip_address(host).is_loopback
+        return ipaddress.IPv4Address(host).is_loopback
     except ValueError:
         return False
 

@@ -8,7 +8,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -38,7 +38,8 @@ def new_directory(path: Path) -> Iterator[Path]:
     Raises UserError where `path` is a file, or a directory that holds something this product did not write.
     """
     path = path.absolute()
-    _refuse_foreign(path)
+    refuse_foreign(path)
+    missing = [parent for parent in path.parents if not parent.exists()]
     path.parent.mkdir(parents=True, exist_ok=True)
     part = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part"))
     try:
@@ -55,16 +56,24 @@ def new_directory(path: Path) -> Iterator[Path]:
     finally:
         if part.exists():
             shutil.rmtree(part)
+            for parent in missing:
+                with suppress(OSError):  # another has put something there meanwhile
+                    parent.rmdir()
 
 
 _MARK = ".drivetwin"
 
 
-def _refuse_foreign(path: Path) -> None:
-    if path.is_file():
+def refuse_foreign(path: Path) -> None:
+    """Raise UserError where `new_directory` could not write `path`; ask before long work, and before a machine moves."""
+    path = path.absolute()
+    if path.exists() and not path.is_dir():
         raise UserError(f"{path} is a file; --out names the directory to write: choose another")
     if path.is_dir() and any(path.iterdir()) and not (path / _MARK).exists():
         raise UserError(f"{path} holds files that drivetwin did not write; choose an empty or a new directory for --out")
+    existing = next(parent for parent in path.parents if parent.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK):
+        raise UserError(f"{path} cannot be written: {existing} is no directory that may be written to; choose another --out")
 
 
 def write_json(path: Path, payload: dict[str, Any]) -> None:
@@ -73,9 +82,20 @@ def write_json(path: Path, payload: dict[str, Any]) -> None:
         part.write_text(json.dumps(payload, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def provenance(seed: int, inputs: Iterable[Path]) -> dict[str, Any]:
-    """The keys that every JSON of the product carries: version, seed, and the sha256 of each input file."""
-    return {"version": version("drivetwin"), "seed": seed, "inputs": {str(path): sha256(path) for path in inputs}}
+def provenance(seed: int, inputs: Iterable[Path], root: Path | None = None) -> dict[str, Any]:
+    """The keys that every JSON of the product carries: version, seed, and the sha256 of each input file.
+
+    Inputs below `root`, the directory that is being written, are named relative to it.
+    """
+    return {
+        "version": version("drivetwin"),
+        "seed": seed,
+        "inputs": {_name(path, root): sha256(path) for path in inputs},
+    }
+
+
+def _name(path: Path, root: Path | None) -> str:
+    return str(path.relative_to(root)) if root is not None and path.is_relative_to(root) else str(path)
 
 
 def sha256(path: Path) -> str:

@@ -4,32 +4,58 @@ from __future__ import annotations
 
 import logging
 import sys
+from typing import NoReturn
 
+import can
 import typer
+from typer.exceptions import Abort, TyperException
 
 from drivetwin.cli.emulate import emulate_command
+from drivetwin.cli.fit import fit_command
 from drivetwin.cli.identify import identify_command
 from drivetwin.cli.import_ import import_command
 from drivetwin.errors import UserError
 
 app = typer.Typer(
     name="drivetwin",
-    help="A hardware-in-the-loop bench without the hardware.",
+    help="""A hardware-in-the-loop bench without the hardware.
+
+    Example: drivetwin identify --machine scara --out out/identify
+    """,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
 
 app.command("emulate")(emulate_command)
+app.command("fit")(fit_command)
 app.command("identify")(identify_command)
 app.command("import")(import_command)
 
 
+INTERRUPTED = 130
+"""What typer makes of a Ctrl-C, and the exit status that shells give it."""
+
+
 def main() -> None:
-    """Run the command line; a UserError becomes one line on stderr and exit status 2."""
+    """Run the command line; whatever a user can set right is one line on stderr and exit status 2, Ctrl-C is 130."""
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
+    logging.getLogger("canopen").setLevel(logging.CRITICAL)  # what it logs is raised as well
     try:
-        app()
+        status = app(standalone_mode=False)
     except UserError as error:
-        print(f"drivetwin: {error}", file=sys.stderr)
-        sys.exit(2)
+        _end(str(error), error.exit_status)
+    except can.CanError as error:
+        _end(f"{error}", UserError.exit_status)
+    except Abort:
+        _end("not confirmed; nothing was done", UserError.exit_status)
+    except TyperException as error:
+        message = " ".join(error.format_message().split()).rstrip(".")
+        _end(f"{message}; see: drivetwin --help", UserError.exit_status)
+    if status == INTERRUPTED:
+        _end("interrupted", INTERRUPTED)
+
+
+def _end(message: str, status: int) -> NoReturn:
+    print(f"drivetwin: {message}", file=sys.stderr)
+    sys.exit(status)

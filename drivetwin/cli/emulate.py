@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import signal
+import threading
 from pathlib import Path
 from typing import Annotated
 
+import can
 import typer
-from rich.console import Console
 
 from drive_profiles import load_profile
 from drivetwin.bus import host_bus
@@ -30,36 +31,42 @@ def emulate_command(
     truth: Annotated[
         Path | None, typer.Option(help="True effects of the plant (effects/1); default: the machine's own.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the sensors' noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the sensors' noise.")] = 0,
 ) -> None:
     """Put a virtual machine's drives on a bus and let any master command them.
 
     Example: drivetwin emulate --machine scara --profile servoone --bus ws://127.0.0.1:54701
 
-    Nodes have the IDs of the machine's file (scara: 1 lift, 2 rotate, 3 stretch). Ctrl-C ends it.
+    One line says when others can join, and on which bus. Nodes have the IDs of the machine's file (scara: 1 lift, 2 rotate,
+    3 stretch). Ctrl-C ends it.
     """
     if clock not in CLOCKS:
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(CLOCKS)}")
     chosen = load_machine(machine)
     effects = read_effects(truth_path(chosen, truth))
+    drive_type = load_profile(profile)
     hosted = host_bus(bus)
     try:
-        virtual = VirtualMachine(chosen, load_profile(profile), effects, CLOCKS[clock](), seed, hosted.bus.send)
+        virtual = VirtualMachine(chosen, drive_type, effects, CLOCKS[clock](), seed, hosted.bus.send)
         nodes = ", ".join(f"{axis.node_id} {name}" for name, axis in chosen.axes.items())
-        Console().print(
-            f"{machine}: {profile} drives, nodes {nodes}, on {hosted.name}, clock {clock}. Ctrl-C ends.", highlight=False
-        )
+        ended = _end_on_signals()
+        print(f"{machine}: {profile} drives, nodes {nodes}, on {hosted.name}, clock {clock}. Ctrl-C ends.", flush=True)
         virtual.power_on()
-        _serve(virtual, hosted.bus)
+        _serve(virtual, hosted.bus, ended)
     finally:
         hosted.close()
 
 
-def _serve(virtual: VirtualMachine, bus) -> None:  # type: ignore[no-untyped-def]
-    ended = []
+def _end_on_signals() -> threading.Event:
+    """Set by Ctrl-C and SIGTERM, so that no frame is left half handled."""
+    ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: ended.append(True))
-    while not ended:
+        signal.signal(number, lambda *_: ended.set())
+    return ended
+
+
+def _serve(virtual: VirtualMachine, bus: can.BusABC, ended: threading.Event) -> None:
+    while not ended.is_set():
         pause = virtual.wait()
         message = bus.recv(POLL if pause is None else pause)
         if message is not None:

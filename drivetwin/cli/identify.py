@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -14,16 +14,19 @@ from rich.console import Console
 from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
-from controller.identification import identify, load_model, write_results
+from controller.identification import Identification, identify, load_model, write_results
 from controller.identification.result import Truth
 from controller.limits import Limits, read_limits, within
 from controller.machine import Machine, load_machine
 from controller.pacing import PACINGS
-from controller.procedure import Captured, Progress, capture_machine
-from drive_profiles import load_profile
+from controller.procedure import FIT, Captured, Progress, capture_machine
+from controller.sdo_check import to_json
+from drive_profiles import DriveProfile, load_profile
 from drivetwin.bus import INPROC, InprocBus, is_copper, open_bus
+from drivetwin.cli.identify_summary import print_summary
 from drivetwin.errors import UserError
-from drivetwin.files import new_directory
+from drivetwin.files import new_directory, refuse_foreign, write_json
+from drivetwin.recording.recording import Recording
 from drivetwin.recording.writer import write_into
 from emulator.clock import CLOCKS
 from emulator.effects import read_effects
@@ -33,7 +36,7 @@ from emulator.virtual_machine import VirtualMachine
 
 logger = logging.getLogger(__name__)
 
-console = Console()
+console = Console(width=max(112, Console().width))
 
 
 def identify_command(
@@ -51,7 +54,7 @@ def identify_command(
     ] = None,
     limits: Annotated[Path | None, typer.Option(help="Limits file (travel, speed, torque); required on can0.")] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before moving axes on can0.")] = False,
-    seed: Annotated[int, typer.Option(help="Seed of the exciting move, and inproc of the sensors' noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the exciting move, and inproc of the sensors' noise.")] = 0,
 ) -> None:
     """Identify the friction of every axis over the bus.
 
@@ -64,8 +67,12 @@ def identify_command(
     """
     if clock not in PACINGS:
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(PACINGS)}")
+    if is_copper(bus) and clock != "realtime":
+        raise UserError(f"{bus} may be a real machine, whose drives keep time by themselves: give --clock realtime")
     known, allowed = _within_limits(load_machine(machine), limits, bus, yes)
-    joined = _join(bus, known, profile, clock, truth, seed)
+    drive_type = load_profile(profile)
+    refuse_foreign(out)
+    joined = _join(bus, known, drive_type, clock, truth, seed)
     with Bars(
         TextColumn("{task.description:<34}"),
         BarColumn(),
@@ -74,12 +81,15 @@ def identify_command(
         console=console,
     ) as bars:
         progress = _RichProgress(bars)
-        captured = capture_machine(joined.bus, known, load_profile(profile), PACINGS[clock](), allowed, seed, progress)
-        progress.phase("fit and report", 1.0)
         with new_directory(out) as staged:
-            _write(staged, known, captured, joined.truth(), seed)
-        progress.finish()
-    _print_summary(captured, out)
+            captured = capture_machine(
+                joined.bus, known, drive_type, PACINGS[clock](), allowed, seed, progress, staged / "bus.log"
+            )
+            progress.phase("fit and report", 1.0)
+            told = joined.truth()
+            found = _write(staged, known, captured, told, seed)
+            progress.finish()
+    print_summary(console, found, told, captured, out)
 
 
 @dataclass(frozen=True)
@@ -90,7 +100,7 @@ class _Joined:
     truth: Callable[[], Truth | None]
 
 
-def _join(bus: str, machine: Machine, profile: str, clock: str, truth: Path | None, seed: int) -> _Joined:
+def _join(bus: str, machine: Machine, profile: DriveProfile, clock: str, truth: Path | None, seed: int) -> _Joined:
     """Join the named bus; for inproc build the emulator on its other end."""
     if bus != INPROC:
         if truth is not None:
@@ -101,11 +111,12 @@ def _join(bus: str, machine: Machine, profile: str, clock: str, truth: Path | No
     built: list[VirtualMachine] = []
 
     def connect(transmit: Callable[[can.Message], None]) -> VirtualMachine:
-        built.append(VirtualMachine(virtual, load_profile(profile), effects, CLOCKS[clock](), seed, transmit))
+        built.append(VirtualMachine(virtual, profile, effects, CLOCKS[clock](), seed, transmit))
         built[0].power_on()
         return built[0]
 
-    return _Joined(InprocBus(connect), built[0].plant.truth)
+    bus_here = InprocBus(connect)
+    return _Joined(bus_here, built[0].plant.truth)
 
 
 def _within_limits(machine: Machine, path: Path | None, bus: str, yes: bool) -> tuple[Machine, Limits | None]:
@@ -127,13 +138,26 @@ def _within_limits(machine: Machine, path: Path | None, bus: str, yes: bool) -> 
     return within(machine, limits), limits
 
 
-def _write(staged: Path, machine: Machine, captured: Captured, truth: Truth | None, seed: int) -> None:
+def _write(staged: Path, machine: Machine, captured: Captured, truth: Truth | None, seed: int) -> Identification:
     """Recordings, fit, report and plots into a staged directory."""
-    for recording in (*captured.recordings, *captured.validation):
-        write_into(recording, staged / "recordings" / recording.name, seed=seed)
+    fitted, held = (
+        [_write_recording(recording, staged, seed) for recording in recordings]
+        for recordings in (captured.recordings, captured.validation)
+    )
     model = load_model(machine.model_path)
-    identification = identify(model, captured.recordings, captured.validation)
-    write_results(identification, captured.recordings, staged, truth=truth, seed=seed)
+    found = identify(model, fitted, held, FIT)
+    inputs = [machine.model_path]
+    title = f"{machine.machine}: identification over the bus"
+    write_results(found, [*fitted, *held], staged, truth=truth, seed=seed, title=title, inputs=inputs)
+    write_json(staged / "torque_by_sdo.json", to_json(captured.sdo_points, seed))
+    return found
+
+
+def _write_recording(recording: Recording, staged: Path, seed: int) -> Recording:
+    """Write a recording below the staged directory; the recording that knows its files."""
+    folder = staged / "recordings" / recording.name
+    write_into(recording, folder, seed=seed)
+    return replace(recording, source=folder, files=(folder / "recording.json", folder / "signals.parquet"))
 
 
 class _RichProgress(Progress):
@@ -156,13 +180,3 @@ class _RichProgress(Progress):
         if self._task is not None:
             total = self._bars.tasks[self._task].total
             self._bars.update(self._task, completed=total)
-
-
-def _print_summary(captured: Captured, out: Path) -> None:
-    console.print(f"{captured.cycles} cycles of 1 ms captured", highlight=False)
-    if captured.late_cycles:
-        console.print(
-            f"{captured.late_cycles} cycles were late, by {1e3 * captured.worst_lateness:.1f} ms at worst", highlight=False
-        )
-    console.print(f"{out / 'report.html'}, {out / 'identified.json'}", highlight=False)
-

@@ -1,0 +1,33 @@
+"""Every frame that the controller sends and receives, as a candump log: what an engineer reads before believing a figure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+
+import can
+
+
+class BusLog:
+    """Writes frames as `candump -L` does, stamped by `now` [s]: the controller's own clock, simulated or real.
+
+    python-can's writer appends a direction to each line, which Wireshark's and tshark's readers do not take.
+    """
+
+    def __init__(self, path: Path, channel: str, now: Callable[[], float]) -> None:
+        self._stream = path.open("w", encoding="ascii")
+        self._channel = "".join(channel.split()) or "can"
+        self._now = now
+
+    def __enter__(self) -> BusLog:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        self._stream.close()
+
+    def frame(self, message: can.Message) -> None:
+        """Add one frame."""
+        identifier = f"{message.arbitration_id:08X}" if message.is_extended_id else f"{message.arbitration_id:03X}"
+        content = "R" if message.is_remote_frame else bytes(message.data).hex().upper()
+        self._stream.write(f"({self._now():.6f}) {self._channel} {identifier}#{content}\n")

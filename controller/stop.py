@@ -1,0 +1,63 @@
+"""Stopping in an emergency: quick-stop and disable whatever answers, whatever else has gone wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+
+from controller.cycle import Cycle
+from controller.drive_node import FAULT, SWITCH_ON_DISABLED, DriveNode
+from controller.motion import DISABLE_VOLTAGE, QUICK_STOP, STATE_TIMEOUT, disable
+from drivetwin.errors import InterruptedByUserError, UserError
+
+WITHOUT_VOLTAGE = (SWITCH_ON_DISABLED, FAULT)
+
+
+@contextmanager
+def stopped_at_the_end(cycle: Cycle, drives: Sequence[DriveNode]) -> Iterator[None]:
+    """Every axis quick-stopped and without voltage afterwards, however the block ends.
+
+    Raises what the block raised with what became of the axes; for Ctrl-C InterruptedByUserError.
+    """
+    try:
+        yield
+        disable(cycle, drives)
+    except KeyboardInterrupt:
+        raise InterruptedByUserError(f"interrupted; {stop(cycle, drives)}") from None
+    except UserError as error:
+        raise type(error)(f"{error}; {stop(cycle, drives)}") from None
+    except BaseException:
+        stop(cycle, drives)
+        raise
+
+
+def stop(cycle: Cycle, drives: Sequence[DriveNode]) -> str:
+    """Quick-stop, then take the voltage off; a drive that is silent or in fault does not keep the others from it.
+
+    Returns what became of the axes, for the person at the bench.
+    """
+    for drive in drives:
+        drive.operating = False
+        drive.controlword = QUICK_STOP
+    for _ in range(round(STATE_TIMEOUT / cycle.period)):
+        _run(cycle)
+        if all(drive.state in WITHOUT_VOLTAGE for drive in drives if drive.answers):
+            break
+    for drive in drives:
+        drive.controlword = DISABLE_VOLTAGE
+    for _ in range(SYNCS_TO_TELL):
+        _run(cycle)
+    doubtful = [drive.where() for drive in drives if not drive.answers or drive.state not in WITHOUT_VOLTAGE]
+    if not doubtful:
+        return "every axis was stopped and is without voltage"
+    return f"NOT KNOWN TO BE STOPPED: {', '.join(doubtful)}; every other axis was stopped and is without voltage"
+
+
+SYNCS_TO_TELL = 2
+"""One at which the controlword takes effect, and one more for the statusword to come back."""
+
+
+def _run(cycle: Cycle) -> None:
+    """A cycle, whatever it reports; it goes to all drives, and says each trouble once."""
+    with suppress(UserError, KeyboardInterrupt):
+        cycle.run()

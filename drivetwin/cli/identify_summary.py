@@ -1,0 +1,78 @@
+"""What `drivetwin identify` says in the terminal: the friction found beside the true one, and the witness by SDO."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from controller.identification import Identification, Parameter, Truth
+from controller.identification.friction_law import FrictionLaw
+from controller.procedure import Captured
+from controller.sdo_check import FrictionPoint
+
+
+def print_summary(console: Console, found: Identification, truth: Truth | None, captured: Captured, out: Path) -> None:
+    """Tables, figures of the capture, and where the files are."""
+    console.print(_parameters(found, truth or {}))
+    console.print(_witness(found, captured.sdo_points))
+    late = ""
+    if captured.late_cycles:
+        late = f"; {captured.late_cycles} cycles were late, by {1e3 * captured.worst_lateness:.1f} ms at worst"
+    console.print(f"{captured.cycles} cycles of 1 ms{late}", highlight=False)
+    console.print(f"{out / 'report.html'}  {out / 'identified.json'}  {out / 'bus.log'}", highlight=False, soft_wrap=True)
+
+
+SHOWN = ("inertia", "coulomb", "viscous", "offset", "static_torque", "stribeck_velocity")
+"""Parameters in the terminal; the report has the direction-dependent ones as well."""
+
+
+def _parameters(found: Identification, truth: Truth) -> Table:
+    table = Table(title="Identified over the bus", title_justify="left", box=box.SIMPLE_HEAD)
+    for name in ("axis", "parameter"):
+        table.add_column(name, no_wrap=True)
+    for name in ("identified", "90 % interval", "unit", *(("true", "error", "inside") if truth else ())):
+        table.add_column(name, no_wrap=True, justify="left" if name == "unit" else "right")
+    for axis_name, axis in found.axes.items():
+        shown = {name: axis.parameters[name] for name in SHOWN if name in axis.parameters}
+        for row, (name, parameter) in enumerate(shown.items()):
+            cells = [axis_name if row == 0 else "", name, f"{parameter.value:.4g}", _interval(parameter), parameter.unit]
+            table.add_row(*cells, *(_against(parameter, truth[axis_name].get(name)) if truth else []))
+        table.add_section()
+    return table
+
+
+def _interval(parameter: Parameter) -> str:
+    return f"{parameter.interval[0]:.4g} .. {parameter.interval[1]:.4g}"
+
+
+def _against(parameter: Parameter, true: float | None) -> list[str]:
+    """True value, error and whether the interval holds it."""
+    if true is None or true == 0.0:
+        return ["", "", ""]
+    inside = parameter.interval[0] <= true <= parameter.interval[1]
+    return [f"{true:.4g}", f"{100.0 * (parameter.value / true - 1.0):+.2f} %", "yes" if inside else "no"]
+
+
+def _witness(found: Identification, points: Sequence[FrictionPoint]) -> Table:
+    title = "A second witness: the drive moves by itself, 6077h is polled by SDO"
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    for name in ("axis", "speed", "friction by SDO", "of the fitted law", "unit"):
+        table.add_column(name, justify="left" if name in ("axis", "unit") else "right", no_wrap=True)
+    for point in points:
+        axis = found.axes.get(point.axis)
+        if axis is not None:
+            fitted = f"{_friction(axis.law, point.velocity):.4g}"
+            measured = f"{point.torque:.4g} +- {point.standard_error:.2g}"
+            table.add_row(point.axis, f"{point.velocity:.4g} {axis.units.velocity}", measured, fitted, axis.units.torque)
+    return table
+
+
+def _friction(law: FrictionLaw, velocity: float) -> float:
+    """Half the difference of both directions at a speed: what an offset leaves alone."""
+    both = law.torque(np.array([velocity, -velocity]))
+    return float(both[0] - both[1]) / 2.0

@@ -1,0 +1,90 @@
+"""What is captured is what the contract says, as its own reader judges it."""
+
+from __future__ import annotations
+
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+from virtual_bench import VirtualBench
+
+from controller.capture import describe, record
+from controller.machine import load_machine
+from controller.motion import Samples, enable_streaming, home, positions_now, stream
+from controller.pacing import Lockstep
+from controller.procedure import Captured, Progress, capture_machine
+from controller.trajectory import move
+from drivetwin.recording.reader import check_joints, read_recording
+from drivetwin.recording.writer import write_recording
+
+
+@pytest.mark.parametrize("profile", ["servoone", "cia402-full"])
+def test_drives_are_described_as_they_were_commissioned(profile: str) -> None:
+    bench = VirtualBench("scara", profile).up()
+    described = describe(bench.drives)
+    for name, axis in bench.virtual.machine.axes.items():
+        info, loops = described[name], axis.loops
+        assert info.gear_ratio == pytest.approx(axis.gear_ratio)
+        assert info.rated_torque == pytest.approx(axis.motor.rated_torque * axis.gear_ratio, rel=1e-3)
+        resolution = 2.0 * pi / axis.encoder.increments_per_revolution / axis.gear_ratio
+        assert info.position_resolution == pytest.approx(resolution)
+        drive = info.drive
+        assert drive is not None
+        assert drive.position_gain == pytest.approx(loops.position_gain, rel=1e-3)
+        assert drive.velocity_gain == pytest.approx(loops.velocity_gain, rel=1e-3)
+        assert drive.integral_time == pytest.approx(loops.integral_time, rel=1e-3)
+        assert drive.velocity_feedforward == pytest.approx(loops.velocity_feedforward, rel=1e-3)
+        assert drive.velocity_filter_hz == pytest.approx(loops.velocity_filter_hz, rel=1e-3)
+        assert drive.servo_period == pytest.approx(125e-6)
+
+
+def test_a_captured_move_is_a_recording(tmp_path: Path) -> None:
+    bench = VirtualBench().up()
+    axes = describe(bench.drives)
+    home(bench.cycle, bench.drives)
+    enable_streaming(bench.cycle, bench.drives)
+    path = move(float(positions_now(bench.drives)[0]), 0.0, 0.2, 1.0, bench.cycle.period)[:, None]
+    samples = stream(bench.cycle, bench.drives, path)
+    write_recording(record("run", "stage", 0.001, axes, path, samples), tmp_path / "run", seed=0, inputs=[])
+    (read,) = read_recording(tmp_path / "run")
+    check_joints(read, {"slide"})
+    assert read.info.sample_period == 0.001
+    assert read.info.axes["slide"].actuator == "slide"
+    np.testing.assert_array_equal(read.columns["slide"]["position_demand"], path[:, 0])
+    np.testing.assert_array_equal(read.columns["slide"]["torque"], samples.torque[:, 0])
+    # the force accelerates towards positive positions: it does work against friction on a way up
+    work = float(np.sum(read.columns["slide"]["torque"][1:] * np.diff(read.columns["slide"]["position"])))
+    assert path[-1, 0] > path[0, 0]
+    assert work > 0.0
+
+
+def test_the_resolution_is_that_of_the_values() -> None:
+    axes = describe(VirtualBench().up().drives)
+    quantum = 0.37
+    steps = np.random.default_rng(0).integers(-50, 50, 400)
+    samples = Samples(position=np.zeros((400, 1)), torque=quantum * steps[:, None])
+    found = record("x", "stage", 0.001, axes, np.zeros((400, 1)), samples).info.axes["slide"].torque_resolution
+    assert found == pytest.approx(quantum)
+    flat = Samples(position=np.zeros((400, 1)), torque=np.zeros((400, 1)))
+    assert record("x", "stage", 0.001, axes, np.zeros((400, 1)), flat).info.axes["slide"].torque_resolution is None
+
+
+def captured(tmp_path: Path, seed: int) -> tuple[Captured, bytes]:
+    bench = VirtualBench("arm", seed=seed)
+    log = tmp_path / "bus.log"
+    result = capture_machine(bench.bus, load_machine("arm"), bench.profile, Lockstep(), None, seed, Progress(), log)
+    return result, log.read_bytes()
+
+
+def test_two_runs_are_bit_identical_and_another_seed_is_another_run(tmp_path: Path) -> None:
+    first, first_log = captured(tmp_path, 5)
+    again, again_log = captured(tmp_path, 5)
+    other, _ = captured(tmp_path, 6)
+    assert first_log == again_log
+    assert [recording.name for recording in first.recordings] == ["strokes_shoulder", "excitation_shoulder"]
+    for one, two, three in zip(first.recordings, again.recordings, other.recordings, strict=True):
+        for column, values in one.columns["shoulder"].items():
+            np.testing.assert_array_equal(values, two.columns["shoulder"][column])
+        assert not np.array_equal(one.columns["shoulder"]["torque"], three.columns["shoulder"]["torque"])
+    assert first.sdo_points == again.sdo_points

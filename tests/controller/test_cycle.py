@@ -1,0 +1,88 @@
+"""The cycle notices whatever goes wrong on the bus, and says each trouble once."""
+
+from __future__ import annotations
+
+import can
+import pytest
+from virtual_bench import VirtualBench
+
+from controller import cycle as cycle_module
+from controller.cycle import DriveFaultError
+from controller.motion import disable, enable_streaming
+from drivetwin.errors import UserError
+from emulator.drive.state_machine import State
+
+
+@pytest.fixture
+def bench(monkeypatch: pytest.MonkeyPatch) -> VirtualBench:
+    monkeypatch.setattr(cycle_module, "ANSWER_TIMEOUT", 0.02)
+    return VirtualBench("scara").up()
+
+
+def test_a_cycle_is_outputs_then_sync_then_inputs(bench: VirtualBench) -> None:
+    bench.cycle.run_for(0.003)
+    bench.sent.clear()
+    bench.cycle.run()
+    assert [message.arbitration_id for message in bench.sent] == [0x201, 0x202, 0x203, 0x080, 0x281, 0x282, 0x283]
+    assert bench.cycle.count == 4
+    assert [drive.received for drive in bench.drives] == [4, 4, 4]
+
+
+def test_run_for_counts_cycles_not_seconds(bench: VirtualBench) -> None:
+    before = bench.virtual.now()
+    bench.cycle.run_for(0.25)
+    assert bench.cycle.count == 250
+    assert bench.virtual.now() - before == pytest.approx(0.25)
+
+
+def test_silent_drives_are_named_once_and_not_waited_for_again(bench: VirtualBench) -> None:
+    bench.cycle.run()
+    bench.silent = {1, 3}
+    with pytest.raises(UserError, match=r"axis lift \(node 1\), axis stretch \(node 3\) sent no PDO"):
+        bench.cycle.run()
+    bench.cycle.run()
+    assert [drive.received for drive in bench.drives] == [1, 3, 1]
+
+
+def test_an_emergency_is_told_once(bench: VirtualBench) -> None:
+    enable_streaming(bench.cycle, bench.drives)
+    bench.virtual.drives[1].fault(0x7500)
+    with pytest.raises(DriveFaultError, match=r"axis rotate \(node 2\) reports EMCY 7500h"):
+        bench.cycle.run()
+    bench.cycle.run_for(0.1)
+    assert bench.states()[1] is State.FAULT
+
+
+def test_an_error_reset_is_no_fault(bench: VirtualBench) -> None:
+    bench.virtual.drives[1].fault(0x7500)
+    with pytest.raises(DriveFaultError):
+        bench.cycle.run()
+    enable_streaming(bench.cycle, bench.drives)
+    assert bench.states() == [State.OPERATION_ENABLED] * 3
+    assert 0x0000 in [int.from_bytes(frame.data[:2], "little") for frame in bench.sent if frame.arbitration_id == 0x82]
+
+
+def test_a_drive_that_leaves_operation_without_a_word_is_noticed(bench: VirtualBench) -> None:
+    enable_streaming(bench.cycle, bench.drives)
+    bench.cycle.run_for(0.01)
+    bench.virtual.drives[2].machine.state = State.SWITCH_ON_DISABLED  # safe torque off, say
+    with pytest.raises(DriveFaultError, match=r"axis stretch \(node 3\) has left operation by itself \(statusword 0.50h\)"):
+        bench.cycle.run_for(0.01)
+
+
+def test_a_drive_that_was_disabled_on_purpose_has_not_left(bench: VirtualBench) -> None:
+    enable_streaming(bench.cycle, bench.drives)
+    disable(bench.cycle, bench.drives)
+    bench.cycle.run_for(0.05)
+    assert bench.states() == [State.SWITCH_ON_DISABLED] * 3
+
+
+def test_frames_that_are_no_answers_are_passed_over(bench: VirtualBench) -> None:
+    bench.cycle.run()
+    status = bench.drives[0].statusword
+    received = bench.bus._received  # the frames as a foreign node would put them there
+    received.append(can.Message(arbitration_id=0x181, is_extended_id=False, is_remote_frame=True, dlc=2))
+    received.append(can.Message(arbitration_id=0x181, is_extended_id=True, data=b"\xff\xff"))
+    received.append(can.Message(arbitration_id=0x181, is_extended_id=False, is_error_frame=True, data=b"\xff\xff"))
+    bench.cycle.run()
+    assert bench.drives[0].statusword == status

@@ -1,0 +1,90 @@
+"""When the next cycle starts, on a clock of the test's own."""
+
+from __future__ import annotations
+
+import pytest
+from virtual_bench import VirtualBench
+
+from controller.pacing import PACINGS, Lockstep, Realtime
+from drivetwin.errors import UserError
+from emulator.clock import RealtimeClock
+
+CYCLE = 0.001
+
+
+class Wall:
+    """A wall clock that only sleeping and `pass_by` move; a sleep may take longer than asked."""
+
+    def __init__(self) -> None:
+        self.time = 100.0
+        self.overslept = 0.0
+        self.slept: list[float] = []
+
+    def now(self) -> float:
+        return self.time
+
+    def sleep(self, seconds: float) -> None:
+        self.slept.append(seconds)
+        self.time += seconds + self.overslept
+
+
+def test_lockstep_never_waits_and_its_time_is_the_number_of_cycles() -> None:
+    pacing = Lockstep()
+    for _ in range(250):
+        pacing.wait(CYCLE)
+    assert pacing.time() == pytest.approx(0.25)
+    assert pacing.late_cycles == 0
+
+
+def test_realtime_keeps_the_grid_whatever_the_work_takes() -> None:
+    wall = Wall()
+    pacing = Realtime(wall.now, wall.sleep)
+    starts = []
+    for cycle in range(1000):
+        pacing.wait(CYCLE)
+        starts.append(wall.time)
+        wall.time += 0.0009 if cycle % 2 else 0.0001
+    assert starts == pytest.approx([100.0 + cycle * CYCLE for cycle in range(1000)])
+    assert pacing.late_cycles == 0
+
+
+def test_small_lateness_is_caught_up_and_does_not_add_up() -> None:
+    wall = Wall()
+    wall.overslept = 0.0001
+    pacing = Realtime(wall.now, wall.sleep)
+    for _ in range(1000):
+        pacing.wait(CYCLE)
+    assert wall.time == pytest.approx(100.0 + 999 * CYCLE + 0.0001)
+    assert pacing.late_cycles == 0
+
+
+def test_a_late_cycle_is_counted_and_the_others_are_not_hurried() -> None:
+    wall = Wall()
+    pacing = Realtime(wall.now, wall.sleep)
+    pacing.wait(CYCLE)
+    wall.time += 0.0305
+    pacing.wait(CYCLE)
+    assert (pacing.late_cycles, pacing.worst_lateness) == (1, pytest.approx(0.0295))
+    for _ in range(10):
+        pacing.wait(CYCLE)
+    assert wall.slept == pytest.approx([CYCLE] * 10)
+    assert pacing.late_cycles == 1
+
+
+def test_the_names_of_the_command_line() -> None:
+    assert {"sync": Lockstep, "realtime": Realtime} == PACINGS
+
+
+def test_drives_that_keep_time_by_themselves_are_not_driven_in_lockstep() -> None:
+    bench = VirtualBench(clock=RealtimeClock()).up()
+    with pytest.raises(UserError, match=r"keeps time by itself.*give --clock realtime"):
+        Lockstep().check(bench.link, bench.drives[0])
+    Realtime().check(bench.link, bench.drives[0])
+    assert bench.drives[0].read(0x1017) == 0
+
+
+def test_drives_that_sync_moves_are_driven_by_either() -> None:
+    bench = VirtualBench().up()
+    Lockstep().check(bench.link, bench.drives[0])
+    Realtime().check(bench.link, bench.drives[0])
+    assert bench.drives[0].read(0x1017) == 0

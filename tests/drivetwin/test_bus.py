@@ -1,0 +1,231 @@
+"""Buses by name: order, nothing lost, loopback only, and what happens when the other end dies."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+
+import can
+import pytest
+
+from drivetwin.bus import HostedBus, InprocBus, host_bus, is_copper, open_bus
+from drivetwin.errors import UserError
+
+FRAMES = 20_000
+
+
+@pytest.fixture
+def hosted() -> Iterator[HostedBus]:
+    host = host_bus("ws://127.0.0.1:0")
+    yield host
+    host.close()
+
+
+def frame(number: int) -> can.Message:
+    return can.Message(arbitration_id=number % 0x800, data=number.to_bytes(4, "big"), is_extended_id=False)
+
+
+def take(bus: can.BusABC, count: int) -> list[int]:
+    """Numbers of the next `count` frames; fails where one does not come."""
+    numbers = []
+    for _ in range(count):
+        message = bus.recv(30.0)
+        assert message is not None, f"after {len(numbers)} frames"
+        assert message.arbitration_id == int.from_bytes(message.data, "big") % 0x800
+        numbers.append(int.from_bytes(message.data, "big"))
+    return numbers
+
+
+class Echo:
+    """A peer that answers each frame by two, at once."""
+
+    def __init__(self, transmit: Callable[[can.Message], None]) -> None:
+        self._transmit = transmit
+
+    def receive(self, message: can.Message) -> None:
+        number = int.from_bytes(message.data, "big")
+        self._transmit(frame(2 * number))
+        self._transmit(frame(2 * number + 1))
+
+    def poll(self) -> None:
+        return
+
+    def wait(self) -> float | None:
+        return None
+
+
+def test_inproc_answers_wait_in_order_and_silence_is_told_at_once() -> None:
+    bus = InprocBus(Echo)
+    for number in range(500):
+        bus.send(frame(number))
+    assert take(bus, 1000) == list(range(1000))
+    assert bus.recv(3600.0) is None
+    bus.shutdown()
+
+
+def test_ws_loses_nothing_and_keeps_the_order_both_ways(hosted: HostedBus) -> None:
+    client = open_bus(hosted.name)
+
+    def send_all(bus: can.BusABC) -> None:
+        for number in range(FRAMES):
+            bus.send(frame(number))
+
+    senders = [threading.Thread(target=send_all, args=(bus,)) for bus in (client, hosted.bus)]
+    for sender in senders:
+        sender.start()
+    assert take(hosted.bus, FRAMES) == list(range(FRAMES))
+    assert take(client, FRAMES) == list(range(FRAMES))
+    for sender in senders:
+        sender.join()
+    client.shutdown()
+
+
+def test_ws_clients_see_each_other_as_nodes_on_a_bus_do(hosted: HostedBus) -> None:
+    first, second = open_bus(hosted.name), open_bus(hosted.name)
+    first.send(frame(1))
+    assert take(second, 1) == take(hosted.bus, 1) == [1]
+    second.send(frame(2))
+    assert take(first, 1) == take(hosted.bus, 1) == [2]
+    hosted.bus.send(frame(3))
+    assert take(first, 1) == take(second, 1) == [3]
+    assert first.recv(0.0) is None
+    first.shutdown()
+    second.shutdown()
+
+
+def test_ws_carries_remote_and_extended_frames_as_they_are(hosted: HostedBus) -> None:
+    client = open_bus(hosted.name)
+    client.send(can.Message(arbitration_id=0x1ABCDE, is_extended_id=True, data=b"\x01"))
+    client.send(can.Message(arbitration_id=0x281, is_extended_id=False, is_remote_frame=True, dlc=8))
+    extended, remote = hosted.bus.recv(30.0), hosted.bus.recv(30.0)
+    assert extended is not None
+    assert (extended.arbitration_id, extended.is_extended_id) == (0x1ABCDE, True)
+    assert remote is not None
+    assert (remote.is_remote_frame, remote.dlc) == (True, 8)
+    client.shutdown()
+
+
+def test_two_hosts_in_one_process_are_two_buses() -> None:
+    for _ in range(20):
+        one, other = host_bus("ws://127.0.0.1:0"), host_bus("ws://127.0.0.1:0")
+        one.bus.send(frame(1))
+        assert other.bus.recv(0.0) is None
+        one.close()
+        other.close()
+
+
+def test_ws_listens_on_loopback_only(hosted: HostedBus) -> None:
+    port = int(hosted.name.rpartition(":")[2])
+    with socket.create_connection(("127.0.0.1", port), timeout=5.0):
+        pass
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.connect(("192.0.2.1", 9))  # sends nothing; tells this machine's own address
+        address = probe.getsockname()[0]
+    if address.startswith("127."):
+        pytest.skip("this machine has no address but loopback")
+    with pytest.raises(OSError, match=r"refused|timed out"):
+        socket.create_connection((address, port), timeout=5.0)
+
+
+def test_a_client_that_is_killed_leaves_nothing_behind(hosted: HostedBus, capfd: pytest.CaptureFixture[str]) -> None:
+    code = f"""
+import time
+from drivetwin.bus import open_bus
+bus = open_bus({hosted.name!r})
+print("joined", flush=True)
+time.sleep(60)
+"""
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) as victim:
+        assert victim.stdout is not None
+        assert victim.stdout.readline() == b"joined\n"
+        os.kill(victim.pid, signal.SIGKILL)
+    survivor = open_bus(hosted.name)
+    for number in range(200):
+        hosted.bus.send(frame(number))
+    assert take(survivor, 200) == list(range(200))
+    survivor.shutdown()
+    assert capfd.readouterr().err == ""
+
+
+def test_a_periodic_frame_ends_when_it_is_stopped_even_twice_and_when_its_client_leaves(hosted: HostedBus) -> None:
+    client = open_bus(hosted.name)
+    task = client.send_periodic(frame(0x80), 0.001)
+    assert isinstance(task, can.CyclicSendTaskABC)
+    take(hosted.bus, 20)
+    task.stop()
+    task.stop()
+    client.send(frame(1))
+    numbers = []
+    while not numbers or numbers[-1] != 1:
+        numbers += take(hosted.bus, 1)
+    assert hosted.bus.recv(0.05) is None
+    client.send_periodic(frame(0x80), 0.001)
+    take(hosted.bus, 20)
+    client.shutdown()
+    while hosted.bus.recv(0.2) is not None:
+        pass
+
+
+def test_a_client_learns_that_the_host_has_gone() -> None:
+    host = host_bus("ws://127.0.0.1:0")
+    client = open_bus(host.name)
+    host.close()
+
+    def talk() -> None:
+        for number in range(1000):
+            client.send(frame(number))
+            client.recv(1.0)
+
+    with pytest.raises(can.CanError, match="has gone"):
+        talk()
+    client.shutdown()
+
+
+@pytest.mark.parametrize(
+    ("name", "copper"), [("can0", True), ("can12", True), ("slcan0", True), ("vcan0", False), ("ws://127.0.0.1:1", False)]
+)
+def test_which_names_may_be_a_real_machine(name: str, copper: bool) -> None:
+    assert is_copper(name) is copper
+
+
+@pytest.mark.parametrize("opened", [open_bus, host_bus])
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("can", "unknown bus 'can'; expected"),
+        ("", "unknown bus"),
+        ("http://127.0.0.1:80", "unknown bus"),
+        ("ws://127.0.0.1:notaport", "unknown bus"),
+        ("ws://127.0.0.1:99999", "unknown bus"),
+        ("ws://127.0.0.1", "has no port; write for example"),
+        ("ws://0.0.0.0:54701", "not loopback"),
+        ("ws://192.168.1.5:54701", "not loopback"),
+        ("ws://example.com:54701", "not loopback"),
+        ("ws://[::1]:54701", "not loopback"),
+    ],
+)
+def test_names_that_are_refused(opened: Callable[[str], object], name: str, expected: str) -> None:
+    with pytest.raises(UserError, match=expected):
+        opened(name)
+
+
+def test_a_server_that_is_no_bus_is_told_from_one() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+
+        def answer() -> None:
+            connection, _ = server.accept()
+            with connection:
+                connection.recv(4096)
+                connection.sendall(b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n")
+
+        thread = threading.Thread(target=answer)
+        thread.start()
+        with pytest.raises(UserError, match=r"no bus at ws://127\.0\.0\.1"):
+            open_bus(f"ws://127.0.0.1:{port}")
+        thread.join()

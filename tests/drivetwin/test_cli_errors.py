@@ -1,0 +1,241 @@
+"""Bad input to the command line: one line on stderr that says what to do, exit status 2, nothing half-written."""
+
+from __future__ import annotations
+
+import io
+import json
+import socket
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from controller import bring_up as bring_up_module
+from controller import cycle as cycle_module
+from drivetwin.bus import host_bus
+from drivetwin.cli import main
+from emulator.canopen.abort_codes import AbortCode, SdoAbort
+from emulator.drive.state_machine import State
+from emulator.virtual_machine import VirtualMachine
+
+
+@dataclass(frozen=True)
+class Outcome:
+    status: int
+    out: str
+    err: str
+
+
+Run = Callable[[str], Outcome]
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Run:
+    """Run a command line in this process."""
+
+    def command(line: str) -> Outcome:
+        monkeypatch.setattr(sys, "argv", ["drivetwin", *line.split()])
+        monkeypatch.setattr(sys, "stdin", io.StringIO())
+        status = 0
+        try:
+            main()
+        except SystemExit as ended:
+            status = int(ended.code or 0)
+        captured = capfd.readouterr()
+        return Outcome(status, captured.out, captured.err)
+
+    return command
+
+
+@pytest.fixture
+def refused(run: Run, tmp_path: Path) -> Iterator[Callable[[str], str]]:
+    """Run a command line that has to be refused; returns the line. What it leaves behind is nothing."""
+    out = f"--out {tmp_path / 'made' / 'out'}"
+
+    def command(line: str) -> str:
+        before = sorted(tmp_path.rglob("*"))
+        outcome = run(line.replace("OUT", out))
+        assert outcome.status == 2
+        assert outcome.err.startswith("drivetwin: ")
+        assert outcome.err.count("\n") == 1, outcome.err
+        assert sorted(tmp_path.rglob("*")) == before
+        return outcome.err
+
+    return command
+
+
+Refused = Callable[[str], str]
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("identify OUT --bus tokenring", "unknown bus 'tokenring'; expected vcan0 or can0 (SocketCAN), inproc, or ws://"),
+        ("identify OUT --bus ws://10.1.2.3:5000", "is not loopback on this machine; write ws://127.0.0.1:5000"),
+        ("identify OUT --bus ws://127.0.0.1:1", "no bus at ws://127.0.0.1:1 ([Errno 111] Connection refused); start one with"),
+        ("identify OUT --bus vcan77", "cannot open vcan77"),
+        ("identify OUT --machine robot", "the controller knows no machine 'robot'; it knows arm, scara, stage"),
+        ("identify OUT --clock lunar", "unknown clock 'lunar'; expected sync or realtime"),
+        ("identify OUT --profile acme", "unknown drive profile 'acme'"),
+        ("identify OUT --seed -1", "'--seed': Input should be greater than or equal to 0; see: drivetwin --help"),
+        ("identify OUT --seed many", "'--seed': Input should be a valid integer"),
+        ("identify OUT --colour red", "No such option: --colour"),
+        ("identify OUT --truth nowhere.json", "no effects file nowhere.json"),
+        ("identify OUT --truth nowhere.json --bus ws://127.0.0.1:1", "--truth is for the emulator: give it to"),
+        ("identify OUT --bus can0 --clock realtime", "can0 may be a real machine: give --limits FILE with travel, speed and"),
+        ("identify OUT --bus can0", "can0 may be a real machine, whose drives keep time by themselves: give --clock realtime"),
+        ("identify OUT --limits nowhere.yaml", "no limits file nowhere.yaml"),
+        ("emulate --machine robot", "unknown machine 'robot'; known are arm, scara, stage"),
+        ("emulate --profile acme", "unknown drive profile 'acme'"),
+        ("emulate --clock lunar", "unknown clock 'lunar'; expected realtime or sync"),
+        ("emulate --bus inproc", "inproc joins nobody outside this process; give --bus vcan0 or --bus ws://"),
+        ("emulate --bus ws://0.0.0.0:5000", "is not loopback on this machine"),
+        ("emulate --bus vcan77", "cannot open vcan77"),
+        ("emulate --truth nowhere.json", "no effects file nowhere.json; give an effects/1 JSON file"),
+        ("dance", "No such command 'dance'; see: drivetwin --help"),
+    ],
+)
+def test_a_line_that_says_what_to_do(refused: Refused, line: str, expected: str) -> None:
+    assert expected in refused(line)
+
+
+def test_a_port_that_is_in_use(refused: Refused) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        err = refused(f"emulate --bus ws://127.0.0.1:{port}")
+    assert f"cannot listen on 127.0.0.1:{port} (Address already in use); choose another port" in err
+
+
+@pytest.mark.parametrize("command", ["emulate --machine stage", "identify OUT --machine stage"])
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        ({"schema": "effects/1", "effects": [{"effect": "gremlins", "axis": "slide", "parameters": {}}]}, "effect 'gremlins'"),
+        ({"schema": "effects/9", "effects": []}, "expected format effects/1"),
+        (
+            {"schema": "effects/1", "effects": [{"effect": "coulomb", "axis": "slide", "parameters": {}}]},
+            "coulomb",
+        ),
+        (
+            {
+                "schema": "effects/1",
+                "effects": [{"effect": "coulomb", "axis": "elbow", "parameters": {"coulomb": {"value": 1.0, "unit": "N"}}}],
+            },
+            "the effects name axis 'elbow'; machine stage has slide",
+        ),
+    ],
+)
+def test_a_truth_that_is_none(
+    refused: Refused, tmp_path: Path, command: str, content: dict[str, object], expected: str
+) -> None:
+    path = tmp_path / "truth.json"
+    path.write_text(json.dumps(content))
+    bus = "--bus ws://127.0.0.1:0" if command.startswith("emulate") else ""
+    assert expected in refused(f"{command} {bus} --truth {path}")
+
+
+def test_an_output_that_is_somebody_elses(refused: Refused, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "chapter1.tex").touch()
+    assert "is a file" in refused(f"identify --machine stage --out {tmp_path / 'file'}")
+    assert "cannot be written" in refused(f"identify --machine stage --out {tmp_path / 'file' / 'below'}")
+    assert "did not write; choose an empty or a new" in refused(f"identify --machine stage --out {tmp_path / 'thesis'}")
+
+
+def test_a_limits_file_on_any_bus_is_checked(refused: Refused, tmp_path: Path) -> None:
+    path = tmp_path / "limits.yaml"
+    path.write_text("axes: {lift: {travel: [0, 1], speed: 1, torque: 1}}")
+    assert "has limits for lift; machine stage has slide" in refused(f"identify OUT --machine stage --limits {path}")
+
+
+def test_a_real_machine_does_not_move_without_a_yes(refused: Refused, tmp_path: Path) -> None:
+    path = tmp_path / "limits.yaml"
+    path.write_text("axes: {slide: {travel: [-0.1, 0.1], speed: 0.1, torque: 50}}")
+    err = refused(f"identify OUT --machine stage --bus can0 --clock realtime --limits {path}")
+    assert err == "drivetwin: not confirmed; nothing was done\n"
+
+
+def test_a_bus_where_nobody_answers(refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bring_up_module, "BOOT_TIMEOUT", 0.1)
+    hosted = host_bus("ws://127.0.0.1:0")
+    err = refused(f"identify OUT --machine stage --bus {hosted.name}")
+    hosted.close()
+    assert "axis slide (node 1) sent no boot-up message" in err
+    assert "(nodes that did: none): is the drive powered, and is 1 its node-ID?" in err
+
+
+def spoiled(monkeypatch: pytest.MonkeyPatch, spoil: Callable[[VirtualMachine], None]) -> list[VirtualMachine]:
+    """Every virtual machine that is powered on from now, spoiled."""
+    made: list[VirtualMachine] = []
+    power_on = VirtualMachine.power_on
+
+    def power_on_spoiled(machine: VirtualMachine) -> None:
+        made.append(machine)
+        power_on(machine)
+        spoil(machine)
+
+    monkeypatch.setattr(VirtualMachine, "power_on", power_on_spoiled)
+    return made
+
+
+def test_a_drive_that_aborts_an_sdo(refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(_value: object) -> None:
+        raise SdoAbort(AbortCode.VALUE_TOO_HIGH)
+
+    def spoil(machine: VirtualMachine) -> None:
+        machine.drives[0].dictionary[0x607F].on_write = refuse
+
+    spoiled(monkeypatch, spoil)
+    err = refused("identify OUT --machine stage")
+    assert "axis slide (node 1): writing" in err
+    assert "to 607Fh was aborted by the drive: Code 0x06090031" in err
+
+
+def at(time: float, machine: VirtualMachine, act: Callable[[], None]) -> None:
+    """Do something once the machine's time has come to `time` [s]."""
+    device = machine.drives[0].device
+    tick = device.tick
+    done: list[bool] = []
+
+    def tick_and_act() -> None:
+        tick()
+        if machine.now() > time and not done:
+            done.append(True)
+            act()
+
+    device.tick = tick_and_act  # type: ignore[method-assign]
+
+
+def test_a_drive_that_faults_in_the_middle(refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = spoiled(monkeypatch, lambda machine: at(4.0, machine, lambda: machine.drives[1].fault(0x7121)))
+    err = refused("identify OUT --machine scara")
+    assert "axis rotate (node 2) reports EMCY 7121h" in err
+    assert err.endswith("every axis was stopped and is without voltage\n")
+    states = [drive.machine.state for drive in made[0].drives]
+    assert states == [State.SWITCH_ON_DISABLED, State.FAULT, State.SWITCH_ON_DISABLED]
+
+
+def test_a_drive_that_dies_in_the_middle(refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cycle_module, "ANSWER_TIMEOUT", 0.05)
+
+    def die(machine: VirtualMachine) -> None:
+        device = machine.drives[2].device
+        device.receive = device.sync = lambda *_: None  # type: ignore[method-assign]
+
+    made = spoiled(monkeypatch, lambda machine: at(4.0, machine, lambda: die(machine)))
+    err = refused("identify OUT --machine scara")
+    assert "axis stretch (node 3) sent no PDO for" in err
+    assert "NOT KNOWN TO BE STOPPED: axis stretch (node 3); every other axis was stopped" in err
+    states = [drive.machine.state for drive in made[0].drives]
+    assert states[:2] == [State.SWITCH_ON_DISABLED] * 2
+
+
+@pytest.mark.parametrize("command", ["", "emulate", "identify", "import", "fit"])
+def test_help_shows_an_example(run: Run, command: str) -> None:
+    outcome = run(f"{command} --help")
+    assert outcome.status == 0
+    assert f"Example: drivetwin {command}".strip() in " ".join(outcome.out.split())
+    assert outcome.err == ""
