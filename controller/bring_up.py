@@ -44,7 +44,8 @@ def bring_up(link: Link, drives: Sequence[DriveNode], cycle_time: float) -> None
     """
     link.drain()  # a boot-up message from before the reset is no answer to it
     boots = _watch_boots(link, drives)
-    link.send(NMT_COB_ID, bytes((RESET_COMMUNICATION, 0)))
+    for drive in drives:  # each by itself: the bus may carry nodes that are none of ours
+        link.send(NMT_COB_ID, bytes((RESET_COMMUNICATION, drive.node_id)))
     _await_boots(link, drives, boots)
     for drive in drives:
         _check_device(drive)

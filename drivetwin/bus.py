@@ -169,7 +169,7 @@ class _Address:
 
 
 class _ClientOfServer(RemoteServerProtocol):  # type: ignore[misc]  # can_remote is untyped
-    """One client on the server's side. A client that is killed leaves no queue that fills up, no periodic frame and no traceback."""
+    """One client on the server's side. One that is killed leaves no queue that fills up, no periodic frame, no traceback."""
 
     def run(self) -> None:
         try:

@@ -45,9 +45,10 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--out", type=Path, default=Path("out/bench"))
     options = parser.parse_args()
-    lockstep, bare = lockstep_bench(), bare_plant()
-    lockstep(), bare()  # the first round compiles
-    rounds = [(lockstep(), bare()) for _ in range(options.rounds)]
+    with virtual_link() as link:
+        lockstep, bare = lockstep_bench(link), bare_plant()
+        lockstep(), bare()  # the first round compiles
+        rounds = [(lockstep(), bare()) for _ in range(options.rounds)]
     ours, mujoco_alone = (statistics.median(column) for column in zip(*rounds, strict=True))
     table = Table("what runs", "median, x real time", "least", "most")
     table.add_row("lockstep: controller, bus, 3 drives, plant, capture", f"{ours:.2f}", *extremes([row[0] for row in rounds]))
@@ -63,17 +64,22 @@ def extremes(values: list[float]) -> tuple[str, str]:
     return f"{min(values):.2f}", f"{max(values):.2f}"
 
 
-def lockstep_bench() -> Callable[[], float]:
-    """A homed and enabled machine; each call streams an exciting move on all axes and returns its speed."""
-    known, virtual, profile = load_machine("scara"), load_virtual_machine("scara"), load_profile("servoone")
+def virtual_link() -> Link:
+    """A controller's link to the virtual SCARA, in process, moved by SYNC."""
+    virtual = load_virtual_machine("scara")
     effects = read_effects(virtual.effects_path)
 
     def connect_machine(transmit: Callable[[can.Message], None]) -> VirtualMachine:
-        machine = VirtualMachine(virtual, profile, effects, SyncClock(), 0, transmit)
+        machine = VirtualMachine(virtual, load_profile("servoone"), effects, SyncClock(), 0, transmit)
         machine.power_on()
         return machine
 
-    link = Link(InprocBus(connect_machine))
+    return Link(InprocBus(connect_machine))
+
+
+def lockstep_bench(link: Link) -> Callable[[], float]:
+    """A homed and enabled machine; each call streams an exciting move on all axes and returns its speed."""
+    known, profile = load_machine("scara"), load_profile("servoone")
     drives = connect(link, known, profile)
     cycle = Cycle(link, drives, Lockstep())
     bring_up(link, drives, cycle.period)

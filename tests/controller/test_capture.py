@@ -77,14 +77,12 @@ def captured(tmp_path: Path, seed: int) -> tuple[Captured, bytes]:
     return result, log.read_bytes()
 
 
-def test_two_runs_are_bit_identical_and_another_seed_is_another_run(tmp_path: Path) -> None:
+def test_two_runs_are_bit_identical(tmp_path: Path) -> None:
     first, first_log = captured(tmp_path, 5)
     again, again_log = captured(tmp_path, 5)
-    other, _ = captured(tmp_path, 6)
     assert first_log == again_log
     assert [recording.name for recording in first.recordings] == ["strokes_shoulder", "excitation_shoulder"]
-    for one, two, three in zip(first.recordings, again.recordings, other.recordings, strict=True):
+    for one, two in zip(first.recordings, again.recordings, strict=True):
         for column, values in one.columns["shoulder"].items():
             np.testing.assert_array_equal(values, two.columns["shoulder"][column])
-        assert not np.array_equal(one.columns["shoulder"]["torque"], three.columns["shoulder"]["torque"])
     assert first.sdo_points == again.sdo_points

@@ -111,7 +111,7 @@ def test_ws_carries_remote_and_extended_frames_as_they_are(hosted: HostedBus) ->
 
 
 def test_two_hosts_in_one_process_are_two_buses() -> None:
-    for _ in range(20):
+    for _ in range(4):
         one, other = host_bus("ws://127.0.0.1:0"), host_bus("ws://127.0.0.1:0")
         one.bus.send(frame(1))
         assert other.bus.recv(0.0) is None
