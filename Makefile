@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 .DEFAULT_GOAL := run
 
-.PHONY: run test lint seeds bench lock clean
+.PHONY: run test test-vcan seeds bench lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -14,6 +14,10 @@ test: .venv/.installed
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/pytest
+
+# The bus tests on a real vcan0: of this kernel, or of a small User-Mode Linux booted from Debian packages.
+test-vcan: .venv/.installed
+	scripts/vcan/test-vcan
 
 seeds: .venv/.installed
 	$(BIN)/python scripts/seeds.py --seeds 20 --out out/seeds

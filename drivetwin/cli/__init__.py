@@ -40,7 +40,8 @@ INTERRUPTED = 130
 def main() -> None:
     """Run the command line; whatever a user can set right is one line on stderr and exit status 2, Ctrl-C is 130."""
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
-    logging.getLogger("canopen").setLevel(logging.CRITICAL)  # what it logs is raised as well
+    for library in ("can", "canopen"):
+        logging.getLogger(library).setLevel(logging.CRITICAL)  # what they log is raised as well
     try:
         status = app(standalone_mode=False)
     except UserError as error:

@@ -41,13 +41,13 @@ def start(*arguments: object) -> subprocess.Popen[str]:
 
 
 @contextmanager
-def emulator(*arguments: object) -> Iterator[str]:
-    """An emulator on a free port; yields the name of its bus. It has to end well, and say nothing on stderr."""
-    process = start("emulate", "--bus", "ws://127.0.0.1:0", *arguments)
+def emulator(*arguments: object, bus: str = "ws://127.0.0.1:0") -> Iterator[str]:
+    """An emulator, on a free port unless told; yields the name of its bus. It has to end well, and say nothing on stderr."""
+    process = start("emulate", "--bus", bus, *arguments)
     try:
         assert process.stdout is not None
         line = process.stdout.readline()
-        found = re.search(r"ws://127\.0\.0\.1:\d+", line)
+        found = re.search(r"ws://127\.0\.0\.1:\d+|vcan\d+", line)
         assert found is not None, line + (process.communicate(timeout=PATIENCE)[1] if not line else "")
         yield found.group()
     finally:
