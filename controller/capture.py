@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,27 +22,46 @@ def describe(drives: Sequence[DriveNode]) -> dict[str, AxisInfo]:
 def _describe(drive: DriveNode) -> AxisInfo:
     gear = drive.axis.gear_ratio
     increments = float(drive.read(0x608F, 1)) / float(drive.read(0x608F, 2))
-    values = {name: drive.read_role(name) for name in _LOOP_ROLES}
-    gain, filter_time, limit = values["velocity_gain"], values["velocity_filter_time"], values["torque_limit"]
-    loops = DriveLoops(
-        position_gain=values["position_gain"],
-        velocity_gain=None if gain is None else gain * gear**2,
-        integral_time=values["integral_time"] or None,
-        velocity_feedforward=1.0 if values["velocity_feedforward"] is None else values["velocity_feedforward"],
-        torque_limit=None if limit is None else limit * gear,
-        servo_period=values["servo_period"],
-        velocity_filter_hz=None if not filter_time else 1.0 / (2.0 * pi * filter_time),
-        current_loop_time_constant=values["current_loop_time_constant"],
-    )
     rated = drive.read_role("rated_torque")
-    return AxisInfo(
-        joint=drive.axis.joint,
-        actuator=drive.axis.actuator,
-        rated_torque=None if rated is None else rated * gear,
-        position_resolution=2.0 * pi / increments / gear,
-        gear_ratio=gear,
-        drive=loops,
-    )
+    known = {
+        "rated_torque": None if rated is None else rated * gear,
+        "position_resolution": max(2.0 * pi / increments / gear, drive.unit),
+        "gear_ratio": gear,
+        "drive": DriveLoops(**_known(_loops(drive))),
+    }
+    return AxisInfo(joint=drive.axis.joint, actuator=drive.axis.actuator, **_known(known))
+
+
+def _loops(drive: DriveNode) -> dict[str, float | str | None]:
+    """The `drive` block of a recording; None for what the drive type does not tell."""
+    gear = drive.axis.gear_ratio
+    values = {name: drive.read_role(name) for name in _LOOP_ROLES}
+    gain, filter_time = values["velocity_gain"], values["velocity_filter_time"]
+    return {
+        "position_gain": values["position_gain"],
+        "velocity_gain": None if gain is None else gain * gear**2,
+        "integral_time": values["integral_time"],
+        "velocity_feedforward": values["velocity_feedforward"],
+        "torque_limit": _torque_limit(drive, values["torque_limit"]),
+        "servo_period": values["servo_period"],
+        "velocity_filter_hz": 1.0 / (2.0 * pi * filter_time) if filter_time else None,
+        "current_loop_time_constant": values["current_loop_time_constant"],
+        "interpolation": drive.interpolation,
+    }
+
+
+def _torque_limit(drive: DriveNode, own: float | None) -> float:
+    """The smaller of 6072h and the drive's own limit, joint side [N·m or N]."""
+    by_profile = float(drive.read(0x6072)) / 1000.0 * float(drive.read(0x6076)) / 1000.0
+    return drive.joint_torque(by_profile if own is None else min(own, by_profile))
+
+
+def _known(values: dict[str, Any]) -> dict[str, Any]:
+    """What is known; an integral time of 0 is a P velocity loop, which a recording writes as null."""
+    known = {name: value for name, value in values.items() if value is not None}
+    if known.get("integral_time") == 0.0:
+        known["integral_time"] = None
+    return known
 
 
 _LOOP_ROLES = (
@@ -64,7 +84,7 @@ def record(
     demand: NDArray[np.float64],
     samples: Samples,
 ) -> Recording:
-    """A recording of streamed motion: demand and samples (n, axes), one row a cycle of `period` seconds."""
+    """A recording of streamed motion: position demand and samples (n, axes), one row a cycle of `period` seconds."""
     columns = {
         axis: {
             "torque": samples.torque[:, index],
@@ -86,4 +106,18 @@ def _quantum(values: NDArray[np.float64]) -> float | None:
     """Smallest step between the values that occur: the resolution that the drive delivers."""
     steps = np.diff(np.unique(values))
     steps = steps[steps > 1e-6 * max(1e-12, float(np.abs(values).max(initial=0.0)))]
-    return float(steps.min()) if len(steps) else None
+    return float(f"{steps.min():.3g}") if len(steps) else None
+
+
+def position_demand(
+    drives: Sequence[DriveNode], start: NDArray[np.float64], setpoints: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """What 6062h was at each SYNC (n, axes), from the set-points sent (n, axes) and where the axes stood before (axes,).
+
+    The drives send no 6062h: it does not fit beside position and torque into one frame, and a servoone does not have it.
+    """
+    columns = []
+    for axis, drive in enumerate(drives):
+        before = np.full(drive.setpoint_delay, start[axis])
+        columns.append(np.concatenate([before, setpoints[:, axis]])[: len(setpoints)])
+    return np.column_stack(columns)

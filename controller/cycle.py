@@ -10,9 +10,6 @@ from controller.link import SYNC_COB_ID, Link
 from controller.pacing import Pacing
 from drivetwin.errors import UserError
 
-ANSWER_TIMEOUT = 2.0
-"""Longest wait for the drives' answers to a SYNC [s]; they come within a cycle, a loaded host may be late."""
-
 
 class DriveFaultError(UserError):
     """A drive has left operation by itself, or told an emergency."""
@@ -35,7 +32,11 @@ class Cycle:
         not answer. Each is raised once; a drive that was silent is not waited for again.
         """
         self._pacing.wait(self.period)
+        self._link.drain()
         for drive in self._drives:
+            if drive.received > 1:
+                raise _extra(drive)
+            drive.received = 0
             drive.send_output()
         self._link.send(SYNC_COB_ID, b"")
         self.count += 1
@@ -43,6 +44,8 @@ class Cycle:
         for drive in self._drives:
             if drive.emergencies or (drive.operating and drive.state != OPERATION_ENABLED):
                 raise _fault(drive)
+            if drive.outside:
+                raise _outside(drive)
 
     def run_for(self, seconds: float) -> None:
         """Cycles with the outputs as they are."""
@@ -51,30 +54,44 @@ class Cycle:
 
     def _await_inputs(self) -> None:
         deadline = None
-        wanted = self.count
         for drive in self._drives:
-            while drive.received < wanted and drive.answers:
+            while drive.received == 0 and drive.answers:
                 if self._link.pump(0.02):
                     continue
                 now = time.monotonic()
-                deadline = now + ANSWER_TIMEOUT if deadline is None else deadline
+                deadline = now + self._pacing.answer_timeout if deadline is None else deadline
                 if now > deadline:
-                    raise self._silent(wanted)
+                    raise self._silent()
 
-    def _silent(self, wanted: int) -> UserError:
-        silent = [drive for drive in self._drives if drive.received < wanted and drive.answers]
+    def _silent(self) -> UserError:
+        silent = [drive for drive in self._drives if drive.received == 0 and drive.answers]
         for drive in silent:
             drive.answers = False
         names = ", ".join(drive.where() for drive in silent)
-        return UserError(f"{names} sent no PDO for {ANSWER_TIMEOUT:g} s after a SYNC: is it powered, connected, operational?")
+        return UserError(
+            f"{names} sent no PDO for {self._pacing.answer_timeout:g} s after a SYNC: is it powered, connected, operational?"
+        )
 
     def start(self) -> None:
-        """Count inputs from here."""
+        """Count cycles from here."""
         self.count = 0
         for drive in self._drives:
             drive.received = 0
             drive.answers = True
             drive.emergencies.clear()
+
+
+def _extra(drive: DriveNode) -> UserError:
+    count, drive.received = drive.received, 0
+    return UserError(f"{drive.where()} sent {count} PDOs for one SYNC: is there a second SYNC producer on the bus?")
+
+
+def _outside(drive: DriveNode) -> UserError:
+    low, high = (limit * drive.unit for limit in drive.allowed or (0, 0))
+    drive.allowed = None
+    return UserError(
+        f"{drive.where()} is at {drive.position * drive.unit:.6g}, outside {low:.6g} .. {high:.6g} that it may use"
+    )
 
 
 def _fault(drive: DriveNode) -> DriveFaultError:

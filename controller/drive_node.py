@@ -60,6 +60,7 @@ class DriveNode:
         self.received = 0
         self.answers = True
         self.operating = False
+        self.allowed: tuple[int, int] | None = None
         self.emergencies: list[Emergency] = []
         self._link = link
         self._node = PumpedNode(axis.node_id, object_dictionary(profile))
@@ -113,6 +114,28 @@ class DriveNode:
     def where(self) -> str:
         """How errors name this drive."""
         return f"axis {self.name} (node {self.node_id})"
+
+    def stay_within(self, low: float, high: float) -> None:
+        """From now on a position outside low .. high [m or rad] ends the cycle with an error."""
+        self.allowed = (self.in_units(low), self.in_units(high))
+
+    @property
+    def outside(self) -> bool:
+        """Whether the axis has left the travel it was told to stay within."""
+        return self.allowed is not None and not self.allowed[0] <= self.position <= self.allowed[1]
+
+    @property
+    def interpolation(self) -> str:
+        """How the drive goes from set-point to set-point, as `bring_up` configures it."""
+        return "cubic_spline" if "cubic_spline" in self.profile.interpolation_codes else "linear"
+
+    @property
+    def setpoint_delay(self) -> int:
+        """Cycles from the SYNC at which a set-point takes effect to the SYNC at which it is the position demand (6062h).
+
+        A straight line ends on it a cycle later; a cubic B-spline passes it a cycle after that.
+        """
+        return 2 if self.interpolation == "cubic_spline" else 1
 
     # -- PDO ----------------------------------------------------------------------------------------------------------
 
@@ -187,6 +210,7 @@ class DriveNode:
     def write_scaling(self) -> None:
         """Factor group: positions in `POSITION_UNIT`, velocities and accelerations in that a second (squared)."""
         axis = self.axis
+        self.write(0, 0x607E)  # positive torque and positive motion are one direction
         self.write(axis.gear[0], 0x6091, 1)
         self.write(axis.gear[1], 0x6091, 2)
         self.write(round(axis.feed_constant / POSITION_UNIT), 0x6092, 1)

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM while a machine is moving: noted at once, raised where nothing is left half done."""
+"""Ctrl-C, SIGTERM and a closed terminal while a machine is moving: noted at once, raised where nothing is left half done."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import signal
 import threading
 from types import FrameType
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Interruption:

@@ -73,9 +73,7 @@ def within(machine: Machine, limits: Limits) -> Machine:
                 "edge_speed": min(axis.homing.edge_speed, limit.speed),
             }
         )
-        axes[name] = axis.model_copy(
-            update={"travel": travel, "max_speed": min(axis.max_speed, limit.speed), "homing": homing}
-        )
+        axes[name] = axis.model_copy(update={"travel": travel, "max_speed": min(axis.max_speed, limit.speed), "homing": homing})
     return machine.model_copy(update={"axes": axes})
 
 

@@ -13,7 +13,7 @@ from drivetwin.errors import UserError
 MACHINES = Path(__file__).parent / "machines"
 
 POSITION_UNIT = 1e-8
-"""User unit of position that the controller scales every drive to [m or rad]: finer than any encoder, +-21 in 32 bits."""
+"""User unit of position that the controller scales every drive to [m or rad]: about an encoder increment, +-21 in 32 bits."""
 
 
 class _Strict(BaseModel):
@@ -73,6 +73,11 @@ class Machine(_Strict):
     def model_path(self) -> Path:
         """The controller's nominal model (MJCF)."""
         return self.directory / self.model
+
+    @property
+    def axes_path(self) -> Path:
+        """The file that this description was read from."""
+        return self.directory / "axes.yaml"
 
 
 def available_machines() -> tuple[str, ...]:

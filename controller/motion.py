@@ -34,11 +34,28 @@ class Samples:
 def enable(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:
     """Take every drive to operation enabled in `mode`, holding where it stands.
 
+    A drive that is enabled changes its mode with voltage on: an axis under gravity must not sag in between.
     Raises UserError where a drive does not follow the state machine.
     """
-    for drive in drives:
-        drive.operating = False
     cycle.run()
+    _switch_mode(cycle, [drive for drive in drives if drive.operating], mode)
+    _start_up(cycle, [drive for drive in drives if not drive.operating], mode)
+
+
+def _switch_mode(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:
+    for drive in drives:
+        drive.setpoint = drive.position
+        drive.torque_offset = 0
+        drive.controlword = ENABLE_OPERATION
+        drive.write(mode, 0x6060)
+    cycle.run()
+    for drive in drives:
+        shown = int(drive.read(0x6061))
+        if shown != mode:
+            raise UserError(f"{drive.where()} was told mode {mode} (6060h) and shows mode {shown} (6061h)")
+
+
+def _start_up(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:
     for drive in drives:
         drive.controlword = FAULT_RESET if drive.state == FAULT else DISABLE_VOLTAGE
     _await_state(cycle, drives, SWITCH_ON_DISABLED)
@@ -95,7 +112,7 @@ def home(cycle: Cycle, drives: Sequence[DriveNode], timeout: float = 60.0) -> No
     cycle.run_for(0.01)
     for _ in range(round(timeout / cycle.period)):
         if failed := [drive.where() for drive in drives if drive.statusword & HOMING_ERROR]:
-            raise UserError(f"homing error on {', '.join(failed)}: method {drives[0].axis.homing.method} is not possible there")
+            raise UserError(f"homing error on {', '.join(failed)}: can the axis reach its switch, and has it such a method?")
         if all(drive.statusword & HOMING_ATTAINED and drive.statusword & TARGET_REACHED for drive in drives):
             break
         cycle.run()
@@ -112,7 +129,8 @@ def stream(
 ) -> Samples:
     """Stream joint positions (n, axes) [m or rad], one row a cycle, and return what came back.
 
-    Row k of the samples was taken at the SYNC at which row k of the set-points took effect.
+    Row k of the samples was taken at the SYNC at which row k of the set-points took effect; the drive's position demand
+    reaches that set-point `DriveNode.setpoint_delay` cycles later.
     """
     setpoints = [[int(value) for value in np.rint(positions[:, axis] / drive.unit)] for axis, drive in enumerate(drives)]
     raw_position = np.zeros((len(positions), len(drives)))

@@ -16,6 +16,8 @@ class Pacing(ABC):
 
     late_cycles = 0
     worst_lateness = 0.0
+    answer_timeout = 2.0
+    """Longest wait for the drives' answers to a SYNC [s]; nothing moves meanwhile where SYNC drives the plant."""
 
     @abstractmethod
     def wait(self, cycle: float) -> None:
@@ -48,6 +50,9 @@ class Lockstep(Pacing):
 
 class Realtime(Pacing):
     """Cycles on the wall clock. A cycle that is late by more than half of one is counted, and the grid moves by it."""
+
+    answer_timeout = 0.25
+    """Axes move on without set-points meanwhile: as short as a loaded host's stalls allow [s]."""
 
     def __init__(self, now: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep) -> None:
         self._now = now

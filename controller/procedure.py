@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controller.bring_up import bring_up, connect
 from controller.bus_log import BusLog
-from controller.capture import describe, record
+from controller.capture import describe, position_demand, record
 from controller.cycle import Cycle
 from controller.drive_node import DriveNode
 from controller.excitation import SPEED_LEVELS, VALIDATION_LEVELS, excitation, strokes, with_held
@@ -31,6 +31,9 @@ from drivetwin.recording.recording import AxisInfo, Recording
 FIT = Settings(cutoff_hz=100.0, reversal_margin=0.03)
 """How these recordings are fitted. At 1 kHz the motion is clean to well above 100 Hz, so the filter smears the strokes' ramps
 less than at the 48 Hz of the published EMPS figures; what it does smear, around reversals, is left out."""
+
+OVERSHOOT_TIME = 0.02
+"""How far an axis may leave its travel before all are stopped, as time at its full speed [s]."""
 
 
 @dataclass
@@ -95,6 +98,9 @@ def _capture(
     enable_streaming(cycle, drives)
     session = _Session(cycle, drives, machine, axes, progress)
     session.go_to({name: axis.rest for name, axis in machine.axes.items()})
+    for drive in drives:
+        margin = drive.axis.max_speed * OVERSHOOT_TIME
+        drive.stay_within(drive.axis.travel[0] - margin, drive.axis.travel[1] + margin)
     captured = Captured()
     for group in machine.groups:
         _identify_group(session, group, seed, captured)
@@ -145,5 +151,7 @@ class _Session:
         held = dict(zip(self.axes, (float(value) for value in positions_now(self.drives)), strict=True))
         demand = with_held(paths, held)
         self.progress.phase(name.replace("_", " "), len(demand) * self.cycle.period)
+        start = positions_now(self.drives)
         samples = stream(self.cycle, self.drives, demand, lambda cycles: self.progress.advance(cycles * self.cycle.period))
-        return record(name, self.machine.machine, self.cycle.period, self.axes, demand, samples)
+        shown = position_demand(self.drives, start, demand)
+        return record(name, self.machine.machine, self.cycle.period, self.axes, shown, samples)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from controller.cycle import Cycle
 from controller.drive_node import DriveNode
+from controller.machine import Axis
 from controller.motion import ENABLE_OPERATION, PROFILE_VELOCITY_MODE
 from drivetwin.files import provenance
 
@@ -59,20 +61,31 @@ def friction_by_sdo(cycle: Cycle, drives: Sequence[DriveNode]) -> list[FrictionP
     return points
 
 
+def speed(axis: Axis, level: float) -> float:
+    """A share of the full speed [m/s or rad/s], or what the way from the middle of the travel to its end allows."""
+    room = 0.45 * (axis.travel[1] - axis.travel[0])
+    return float(np.copysign(min(abs(level) * axis.max_speed, room / (2.0 * SETTLE + READ)), level))
+
+
 def _point(drive: DriveNode, forward: _Polled, backward: _Polled) -> FrictionPoint:
-    spread = np.hypot(forward.torque.std(ddof=1), backward.torque.std(ddof=1))
     return FrictionPoint(
         axis=drive.name,
         velocity=0.5 * float(forward.velocity.mean() - backward.velocity.mean()),
         torque=0.5 * float(forward.torque.mean() - backward.torque.mean()),
-        standard_error=0.5 * float(spread / np.sqrt(len(forward.torque))),
+        standard_error=0.5 * float(np.hypot(_standard_error(forward.torque), _standard_error(backward.torque))),
     )
+
+
+def _standard_error(values: NDArray[np.float64]) -> float:
+    """Of the mean, from the means of eight batches: readings a few milliseconds apart are not independent."""
+    means = [float(batch.mean()) for batch in np.array_split(values, 8)]
+    return float(np.std(means, ddof=1) / np.sqrt(len(means)))
 
 
 def _cruise(cycle: Cycle, drives: Sequence[DriveNode], level: float) -> list[_Polled]:
     """Poll every drive at a share `level` of its full speed; back at rest afterwards."""
     for drive in drives:
-        drive.write(drive.in_units(level * drive.axis.max_speed), 0x60FF)
+        drive.write(drive.in_units(speed(drive.axis, level)), 0x60FF)
     cycle.run_for(SETTLE)
     polled: list[list[tuple[float, float]]] = [[] for _ in drives]
     for _ in range(round(READ / cycle.period / POLL_EVERY)):
@@ -85,7 +98,7 @@ def _cruise(cycle: Cycle, drives: Sequence[DriveNode], level: float) -> list[_Po
 
 def _stop_symmetrically(cycle: Cycle, drives: Sequence[DriveNode], level: float) -> None:
     """Run on as long as the drive did between its ramp and the first reading, so that the way back is read where this was."""
-    ramps = {drive.name: level * drive.axis.max_speed / drive.axis.max_acceleration for drive in drives}
+    ramps = {drive.name: speed(drive.axis, level) / drive.axis.max_acceleration for drive in drives}
     remaining = sorted(drives, key=lambda drive: -ramps[drive.name])
     elapsed = 0.0
     for drive in remaining:
@@ -107,6 +120,6 @@ def _torque(drive: DriveNode) -> float:
     return drive.joint_torque(float(drive.read(0x6077)) * 1e-3 * rated)
 
 
-def to_json(points: Sequence[FrictionPoint], seed: int) -> dict[str, Any]:
+def to_json(points: Sequence[FrictionPoint], seed: int, inputs: Sequence[Path]) -> dict[str, Any]:
     """The points as an object of schema torque-by-sdo/1, joint side, SI."""
-    return {"schema": "torque-by-sdo/1", **provenance(seed, []), "points": [asdict(point) for point in points]}
+    return {"schema": "torque-by-sdo/1", **provenance(seed, inputs), "points": [asdict(point) for point in points]}

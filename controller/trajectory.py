@@ -59,9 +59,9 @@ def exciting(
     period: float,
     seed: int,
 ) -> Positions:
-    """A persistently exciting move about `center` (n,): a finite Fourier series that starts and ends at rest.
+    """A persistently exciting move about `center` (n,): a multisine that starts and ends at rest.
 
-    Swevers et al., IEEE T-RA 13(5), 1997, eq. 2; random phases of five harmonics, scaled to the limits of travel, speed and
+    Swevers et al., IEEE T-RA 13(5), 1997, eq. 2; random phases of five frequencies, scaled to the limits of travel, speed and
     acceleration, faded in and out over a quarter of the time.
     """
     time = _sample_times(duration, period)

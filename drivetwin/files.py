@@ -49,8 +49,13 @@ def new_directory(path: Path) -> Iterator[Path]:
         if path.exists():
             old = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.name}.", suffix=".old"))
             path.rename(old / path.name)
-            part.rename(path)
-            shutil.rmtree(old)
+            try:
+                part.rename(path)
+            except OSError:
+                (old / path.name).rename(path)
+                raise
+            finally:
+                shutil.rmtree(old)
         else:
             part.rename(path)
     finally:
@@ -62,6 +67,9 @@ def new_directory(path: Path) -> Iterator[Path]:
 
 
 _MARK = ".drivetwin"
+
+INSTALLED = Path(__file__).parent.parent
+"""Where the packages and their data stand."""
 
 
 def refuse_foreign(path: Path) -> None:
@@ -85,7 +93,8 @@ def write_json(path: Path, payload: dict[str, Any]) -> None:
 def provenance(seed: int, inputs: Iterable[Path], root: Path | None = None) -> dict[str, Any]:
     """The keys that every JSON of the product carries: version, seed, and the sha256 of each input file.
 
-    Inputs below `root`, the directory that is being written, are named relative to it.
+    Inputs below `root`, the directory that is being written, are named relative to it, and the product's own data relative to
+    where it is installed.
     """
     return {
         "version": version("drivetwin"),
@@ -95,7 +104,10 @@ def provenance(seed: int, inputs: Iterable[Path], root: Path | None = None) -> d
 
 
 def _name(path: Path, root: Path | None) -> str:
-    return str(path.relative_to(root)) if root is not None and path.is_relative_to(root) else str(path)
+    for base in (root, INSTALLED):
+        if base is not None and path.is_relative_to(base):
+            return str(path.relative_to(base))
+    return str(path)
 
 
 def sha256(path: Path) -> str:

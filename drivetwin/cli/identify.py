@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
-from controller.identification import Identification, identify, load_model, write_results
+from controller.identification import identify, load_model, write_results
 from controller.identification.result import Truth
 from controller.limits import Limits, read_limits, within
 from controller.machine import Machine, load_machine
@@ -86,8 +86,13 @@ def identify_command(
                 joined.bus, known, drive_type, PACINGS[clock](), allowed, seed, progress, staged / "bus.log"
             )
             progress.phase("fit and report", 1.0)
-            told = joined.truth()
-            found = _write(staged, known, captured, told, seed)
+            inputs = [known.model_path, known.axes_path, *([limits] if limits is not None else [])]
+            fitted, held = _write_recordings(staged, captured, seed, inputs)
+            found = identify(load_model(known.model_path), fitted, held, FIT)
+            told = joined.truth()  # only now: the fit is made
+            title = f"{machine}: identification over the bus"
+            write_results(found, [*fitted, *held], staged, truth=told, seed=seed, title=title, inputs=inputs)
+            write_json(staged / "torque_by_sdo.json", to_json(captured.sdo_points, seed, inputs))
             progress.finish()
     print_summary(console, found, told, captured, out)
 
@@ -138,26 +143,17 @@ def _within_limits(machine: Machine, path: Path | None, bus: str, yes: bool) -> 
     return within(machine, limits), limits
 
 
-def _write(staged: Path, machine: Machine, captured: Captured, truth: Truth | None, seed: int) -> Identification:
-    """Recordings, fit, report and plots into a staged directory."""
-    fitted, held = (
-        [_write_recording(recording, staged, seed) for recording in recordings]
-        for recordings in (captured.recordings, captured.validation)
-    )
-    model = load_model(machine.model_path)
-    found = identify(model, fitted, held, FIT)
-    inputs = [machine.model_path]
-    title = f"{machine.machine}: identification over the bus"
-    write_results(found, [*fitted, *held], staged, truth=truth, seed=seed, title=title, inputs=inputs)
-    write_json(staged / "torque_by_sdo.json", to_json(captured.sdo_points, seed))
-    return found
+def _write_recordings(
+    staged: Path, captured: Captured, seed: int, inputs: Sequence[Path]
+) -> tuple[list[Recording], list[Recording]]:
+    """Write every recording below the staged directory; those to fit and those to validate on, which know their files."""
 
+    def write(recording: Recording) -> Recording:
+        folder = staged / "recordings" / recording.name
+        write_into(recording, folder, seed=seed, inputs=inputs)
+        return replace(recording, source=folder, files=(folder / "recording.json", folder / "signals.parquet"))
 
-def _write_recording(recording: Recording, staged: Path, seed: int) -> Recording:
-    """Write a recording below the staged directory; the recording that knows its files."""
-    folder = staged / "recordings" / recording.name
-    write_into(recording, folder, seed=seed)
-    return replace(recording, source=folder, files=(folder / "recording.json", folder / "signals.parquet"))
+    return [write(recording) for recording in captured.recordings], [write(recording) for recording in captured.validation]
 
 
 class _RichProgress(Progress):

@@ -52,10 +52,11 @@ def _interval(parameter: Parameter) -> str:
 
 def _against(parameter: Parameter, true: float | None) -> list[str]:
     """True value, error and whether the interval holds it."""
-    if true is None or true == 0.0:
+    if true is None:
         return ["", "", ""]
     inside = parameter.interval[0] <= true <= parameter.interval[1]
-    return [f"{true:.4g}", f"{100.0 * (parameter.value / true - 1.0):+.2f} %", "yes" if inside else "no"]
+    error = f"{100.0 * (parameter.value / true - 1.0):+.2f} %" if true else ""
+    return [f"{true:.4g}", error, "yes" if inside else "no"]
 
 
 def _witness(found: Identification, points: Sequence[FrictionPoint]) -> Table:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from virtual_bench import VirtualBench
 
-from controller.capture import describe, record
-from controller.machine import load_machine
+from controller.capture import describe, position_demand, record
+from controller.machine import POSITION_UNIT, load_machine
 from controller.motion import Samples, enable_streaming, home, positions_now, stream
 from controller.pacing import Lockstep
 from controller.procedure import Captured, Progress, capture_machine
@@ -28,7 +28,7 @@ def test_drives_are_described_as_they_were_commissioned(profile: str) -> None:
         assert info.gear_ratio == pytest.approx(axis.gear_ratio)
         assert info.rated_torque == pytest.approx(axis.motor.rated_torque * axis.gear_ratio, rel=1e-3)
         resolution = 2.0 * pi / axis.encoder.increments_per_revolution / axis.gear_ratio
-        assert info.position_resolution == pytest.approx(resolution)
+        assert info.position_resolution == pytest.approx(max(resolution, POSITION_UNIT))
         drive = info.drive
         assert drive is not None
         assert drive.position_gain == pytest.approx(loops.position_gain, rel=1e-3)
@@ -37,6 +37,27 @@ def test_drives_are_described_as_they_were_commissioned(profile: str) -> None:
         assert drive.velocity_feedforward == pytest.approx(loops.velocity_feedforward, rel=1e-3)
         assert drive.velocity_filter_hz == pytest.approx(loops.velocity_filter_hz, rel=1e-3)
         assert drive.servo_period == pytest.approx(125e-6)
+        assert drive.torque_limit == pytest.approx(axis.motor.peak_torque * axis.gear_ratio, rel=1e-3)
+        assert (drive.model_extra or {})["interpolation"] == "cubic_spline"
+
+
+@pytest.mark.parametrize("profile", ["servoone", "cia402-full"])
+def test_the_position_demand_is_what_6062h_was_at_each_sync(profile: str) -> None:
+    """Beside the drive's own, looked at from inside; a spline departs from its points by T^2/6 of the acceleration."""
+    bench = VirtualBench("arm", profile).up()
+    home(bench.cycle, bench.drives)
+    enable_streaming(bench.cycle, bench.drives)
+    start = positions_now(bench.drives)
+    path = move(float(start[0]), 0.0, 1.0, 8.0, bench.cycle.period)[:, None]
+    state, gear = bench.virtual.drives[0].axis.servo.state, bench.drives[0].axis.gear_ratio
+    origin = bench.virtual.drives[0].axis.scaling.origin
+    inside: list[float] = []
+    bench.before_sync = lambda: inside.append((float(state["position_demand"]) - origin) / gear)
+    stream(bench.cycle, bench.drives, path)
+    shown = position_demand(bench.drives, start, path)
+    np.testing.assert_allclose(shown[:, 0], inside, atol=1e-6 / 6.0 * 8.0 + 2e-8)
+    late = np.abs(path[2:, 0] - inside[2:]).max()
+    assert late > 100.0 * np.abs(shown[:, 0] - inside).max()
 
 
 def test_a_captured_move_is_a_recording(tmp_path: Path) -> None:
@@ -46,12 +67,13 @@ def test_a_captured_move_is_a_recording(tmp_path: Path) -> None:
     enable_streaming(bench.cycle, bench.drives)
     path = move(float(positions_now(bench.drives)[0]), 0.0, 0.2, 1.0, bench.cycle.period)[:, None]
     samples = stream(bench.cycle, bench.drives, path)
-    write_recording(record("run", "stage", 0.001, axes, path, samples), tmp_path / "run", seed=0, inputs=[])
+    demand = position_demand(bench.drives, path[0], path)
+    write_recording(record("run", "stage", 0.001, axes, demand, samples), tmp_path / "run", seed=0, inputs=[])
     (read,) = read_recording(tmp_path / "run")
     check_joints(read, {"slide"})
     assert read.info.sample_period == 0.001
     assert read.info.axes["slide"].actuator == "slide"
-    np.testing.assert_array_equal(read.columns["slide"]["position_demand"], path[:, 0])
+    np.testing.assert_array_equal(read.columns["slide"]["position_demand"], demand[:, 0])
     np.testing.assert_array_equal(read.columns["slide"]["torque"], samples.torque[:, 0])
     # the force accelerates towards positive positions: it does work against friction on a way up
     work = float(np.sum(read.columns["slide"]["torque"][1:] * np.diff(read.columns["slide"]["position"])))

@@ -6,16 +6,16 @@ import can
 import pytest
 from virtual_bench import VirtualBench
 
-from controller import cycle as cycle_module
 from controller.cycle import DriveFaultError
 from controller.motion import disable, enable_streaming
+from controller.pacing import Lockstep
 from drivetwin.errors import UserError
 from emulator.drive.state_machine import State
 
 
 @pytest.fixture
 def bench(monkeypatch: pytest.MonkeyPatch) -> VirtualBench:
-    monkeypatch.setattr(cycle_module, "ANSWER_TIMEOUT", 0.02)
+    monkeypatch.setattr(Lockstep, "answer_timeout", 0.02)
     return VirtualBench("scara").up()
 
 
@@ -25,7 +25,7 @@ def test_a_cycle_is_outputs_then_sync_then_inputs(bench: VirtualBench) -> None:
     bench.cycle.run()
     assert [message.arbitration_id for message in bench.sent] == [0x201, 0x202, 0x203, 0x080, 0x281, 0x282, 0x283]
     assert bench.cycle.count == 4
-    assert [drive.received for drive in bench.drives] == [4, 4, 4]
+    assert [drive.received for drive in bench.drives] == [1, 1, 1]
 
 
 def test_run_for_counts_cycles_not_seconds(bench: VirtualBench) -> None:
@@ -41,7 +41,7 @@ def test_silent_drives_are_named_once_and_not_waited_for_again(bench: VirtualBen
     with pytest.raises(UserError, match=r"axis lift \(node 1\), axis stretch \(node 3\) sent no PDO"):
         bench.cycle.run()
     bench.cycle.run()
-    assert [drive.received for drive in bench.drives] == [1, 3, 1]
+    assert [drive.received for drive in bench.drives] == [0, 1, 0]
 
 
 def test_an_emergency_is_told_once(bench: VirtualBench) -> None:
@@ -86,3 +86,24 @@ def test_frames_that_are_no_answers_are_passed_over(bench: VirtualBench) -> None
     received.append(can.Message(arbitration_id=0x181, is_extended_id=False, is_error_frame=True, data=b"\xff\xff"))
     bench.cycle.run()
     assert bench.drives[0].statusword == status
+
+
+def test_an_axis_that_leaves_its_travel_ends_the_cycle(bench: VirtualBench) -> None:
+    drive = bench.drives[0]
+    bench.cycle.run()
+    here = drive.position * drive.unit
+    drive.stay_within(here - 1e-3, here + 1e-3)
+    bench.cycle.run()
+    drive.stay_within(here + 1e-3, here + 2e-3)
+    with pytest.raises(UserError, match="outside"):
+        bench.cycle.run()
+
+
+def test_a_second_answer_to_one_sync_is_no_sample(bench: VirtualBench) -> None:
+    """A second SYNC producer would shift every later row by a cycle."""
+    bench.cycle.run()
+    bench.before_sync = lambda: bench.virtual.receive(can.Message(arbitration_id=0x80, is_extended_id=False))
+    bench.cycle.run()
+    bench.before_sync = None
+    with pytest.raises(UserError, match="2 PDOs for one SYNC"):
+        bench.cycle.run()

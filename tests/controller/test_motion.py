@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from virtual_bench import VirtualBench
 
-from controller import cycle as cycle_module
 from controller import link as link_module
 from controller.cycle import DriveFaultError
 from controller.motion import disable, enable_streaming, home, positions_now, stream
+from controller.pacing import Lockstep
 from controller.sdo_check import friction_by_sdo
 from controller.stop import stopped_at_the_end
 from controller.trajectory import move, side_by_side
@@ -24,7 +24,7 @@ STILL = 1e-3
 
 @pytest.fixture(autouse=True)
 def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cycle_module, "ANSWER_TIMEOUT", 0.02)
+    monkeypatch.setattr(Lockstep, "answer_timeout", 0.02)
     monkeypatch.setattr(link_module.PumpedSdoClient, "RESPONSE_TIMEOUT", 0.02)
 
 

@@ -8,7 +8,7 @@ import can
 
 from controller.bring_up import bring_up, connect
 from controller.cycle import Cycle
-from controller.link import Link
+from controller.link import SYNC_COB_ID, Link
 from controller.machine import load_machine
 from controller.pacing import Lockstep
 from drive_profiles import load_profile
@@ -43,7 +43,7 @@ class VirtualBench:
         self.link.log = self._log
         self.drives = connect(self.link, self.machine, self.profile)
         self.cycle = Cycle(self.link, self.drives, Lockstep())
-        self.before_cycle: Callable[[int], None] | None = None
+        self.before_sync: Callable[[], None] | None = None
 
     def up(self) -> VirtualBench:
         """Bring the drives up and start counting cycles."""
@@ -67,4 +67,6 @@ class VirtualBench:
         return send
 
     def _log(self, message: can.Message) -> None:
+        if self.before_sync is not None and message.arbitration_id == SYNC_COB_ID:
+            self.before_sync()
         self.sent.append(message)
