@@ -17,7 +17,7 @@ class BusLog:
 
     def __init__(self, path: Path, channel: str, now: Callable[[], float]) -> None:
         self._stream = path.open("w", encoding="ascii")
-        self._channel = "".join(channel.split()) or "can"
+        self._channel = channel if channel.isalnum() else "ws0"  # a log names an interface, not an address
         self._now = now
 
     def __enter__(self) -> BusLog:

@@ -11,6 +11,16 @@ from controller.pacing import Pacing
 from drivetwin.errors import UserError
 
 
+HINTS = {
+    0x8611: ", following error: is the axis blocked, or its torque limit too low for gravity and friction?",
+    0x8130: ", heartbeat or guarding lost",
+    0x2310: ", overcurrent",
+    0x2350: ", I2t: more torque for longer than the motor bears",
+    0x3220: ", undervoltage of the DC link",
+}
+"""What the commonest error codes say (CiA 402-2, table 'Error codes')."""
+
+
 class DriveFaultError(UserError):
     """A drive has left operation by itself, or told an emergency."""
 
@@ -99,5 +109,6 @@ def _fault(drive: DriveNode) -> DriveFaultError:
     if not drive.emergencies:
         return DriveFaultError(f"{drive.where()} has left operation by itself (statusword {drive.statusword:04X}h)")
     codes = ", ".join(f"{emergency.code:04X}h" for emergency in drive.emergencies)
+    hint = next((HINTS[emergency.code] for emergency in drive.emergencies if emergency.code in HINTS), "")
     drive.emergencies.clear()
-    return DriveFaultError(f"{drive.where()} reports EMCY {codes} (statusword {drive.statusword:04X}h)")
+    return DriveFaultError(f"{drive.where()} reports EMCY {codes}{hint} (statusword {drive.statusword:04X}h)")

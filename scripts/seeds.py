@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
+from rich import box
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
@@ -43,13 +44,15 @@ def main() -> int:
     console.print(
         f"{inside} of {total} coefficients inside their 90 % interval; worst error {100 * worst:.2f} %", highlight=False
     )
+    files = [options.out / f"seed_{seed:03d}" / "identified.json" for seed in range(options.seeds)]
     payload = {
         "schema": "seeds/1",
-        **provenance(0, []),
+        **provenance(0, files, options.out),
         "machine": options.machine,
         "inside": inside,
         "total": total,
         "worst_error": worst,
+        "coefficients": {f"{axis}.{name}": figures(entry) for (axis, name), entry in summary.items()},
     }
     write_json(options.out / "seeds.json", payload)
     low, high = bounds(total)
@@ -86,19 +89,25 @@ def column(results: list[dict], axis: str, name: str) -> dict[str, np.ndarray]:
     }
 
 
+def figures(entry: dict[str, np.ndarray]) -> dict[str, float]:
+    """What is said of one coefficient: errors in per cent of the truth, half width of the interval likewise, hits."""
+    error = 100.0 * entry["error"]
+    return {
+        "mean_error": float(error.mean()),
+        "sd": float(error.std(ddof=1)) if len(error) > 1 else 0.0,
+        "worst": float(np.abs(error).max()),
+        "half_width": float(100.0 * entry["half_width"].mean()),
+        "inside": int(entry["inside"].sum()),
+    }
+
+
 def show(summary: dict[tuple[str, str], dict[str, np.ndarray]]) -> None:
-    """One row a coefficient."""
-    table = Table("axis", "coefficient", "mean error %", "sd %", "worst %", "half width of interval %", "inside")
+    """One row a coefficient, as a table that docs/figures.md takes over."""
+    table = Table("axis", "coefficient", "mean error %", "sd %", "worst %", "half width %", "inside", box=box.MARKDOWN)
     for (axis, name), entry in summary.items():
-        error = 100.0 * entry["error"]
-        spread = error.std(ddof=1) if len(error) > 1 else 0.0
-        figures = (error.mean(), spread, np.abs(error).max(), 100.0 * entry["half_width"].mean())
-        table.add_row(
-            axis,
-            name,
-            *(f"{figure:+.3f}" if index == 0 else f"{figure:.3f}" for index, figure in enumerate(figures)),
-            f"{entry['inside'].sum()} of {len(error)}",
-        )
+        found = figures(entry)
+        numbers = [f"{found['mean_error']:+.3f}", *(f"{found[key]:.3f}" for key in ("sd", "worst", "half_width"))]
+        table.add_row(axis, name, *numbers, f"{found['inside']} of {len(entry['error'])}")
     console.print(table)
 
 

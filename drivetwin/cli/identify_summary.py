@@ -19,6 +19,14 @@ from controller.sdo_check import FrictionPoint
 def print_summary(console: Console, found: Identification, truth: Truth | None, captured: Captured, out: Path) -> None:
     """Tables, figures of the capture, and where the files are."""
     console.print(_parameters(found, truth or {}))
+    for name, axis in found.axes.items():
+        if axis.direction is not None and axis.direction.real:
+            forwards, backwards = (axis.parameters[f"viscous_{way}"] for way in ("positive", "negative"))
+            console.print(
+                f"{name}: friction depends on the direction: viscous {forwards.value:.4g} forwards, {backwards.value:.4g} "
+                f"{forwards.unit} backwards; the symmetric law above is a compromise",
+                highlight=False,
+            )
     console.print(_witness(found, captured.sdo_points))
     late = ""
     if captured.late_cycles:
