@@ -5,13 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from emulator.canopen import nmt
-from emulator.canopen.emergency import Emergency
+from emulator.canopen.alarms import Alarms
+from emulator.canopen.emergency import BUS_OFF_RECOVERED, ERROR_PASSIVE, Emergency, ErrorRegister
+from emulator.canopen.error_behaviour import ErrorBehaviour
 from emulator.canopen.heartbeat import Heartbeat
+from emulator.canopen.heartbeat_consumer import HeartbeatConsumer
+from emulator.canopen.lss import REQUEST_COB_ID as LSS_COB_ID
+from emulator.canopen.lss import UNCONFIGURED, LssSlave
 from emulator.canopen.nmt import Nmt, NmtState
+from emulator.canopen.node_guarding import NodeGuarding
 from emulator.canopen.object_dictionary import ObjectDictionary
+from emulator.canopen.parameter_store import Group, ParameterStore
 from emulator.canopen.rpdo import Rpdo
 from emulator.canopen.sdo_server import REQUEST_COB_ID, SdoServer
+from emulator.canopen.storage import Storage
 from emulator.canopen.sync import Sync
+from emulator.canopen.time_stamp import TimeStamp
 from emulator.canopen.tpdo import Tpdo
 
 PDO_COUNT = 4
@@ -22,7 +31,8 @@ _Handler = Callable[[bytes], None]
 class Device:
     """One node on the bus.
 
-    `transmit` gets CAN-ID and data of every frame it sends, `now` tells the simulated time [s]. Who owns the bus calls
+    `transmit` gets CAN-ID and data of every frame it sends, `now` tells the simulated time [s], `store` is what it keeps
+    while it has no power: its values are in the dictionary once the device is made. Who owns the bus calls
     `receive` for each frame but SYNC, `sync` for SYNC, and `tick` after time has moved.
     """
 
@@ -32,8 +42,8 @@ class Device:
         dictionary: ObjectDictionary,
         transmit: Callable[[int, bytes], None],
         now: Callable[[], float],
+        store: ParameterStore | None = None,
     ) -> None:
-        self.node_id = node_id
         self.od = dictionary
         self._now = now
         self._handlers: dict[int, _Handler] = {}
@@ -42,22 +52,43 @@ class Device:
         self.rpdos: tuple[Rpdo, ...] = ()
         self.tpdos: tuple[Tpdo, ...] = ()
         self.on_reset_application: list[Callable[[], None]] = []
-        self.nmt = Nmt(node_id)
-        self.emergency = Emergency(dictionary, self.nmt, transmit)
-        self.heartbeat = Heartbeat(node_id, dictionary, self.nmt, transmit, now)
-        self.sdo = SdoServer(node_id, dictionary, transmit)
-        self._sync = Sync(dictionary)
+        self._transmit = transmit
+        self._store = store
+        self.lss: LssSlave | None = None
+        self._storage = Storage(dictionary, store)
+        for group in Group:
+            self._storage.apply(group)
+        dictionary.power_on()
+        self._alarms = alarms = Alarms()
+        self.nmt = nmt = Nmt(node_id)
+        self.emergency = emergency = Emergency(dictionary, nmt, transmit, now, alarms)
+        self.sdo = SdoServer(dictionary, nmt, transmit, now, alarms)
+        self.time_stamp = TimeStamp(dictionary, now, self._connect)
+        self.error_behaviour = behaviour = ErrorBehaviour(dictionary, nmt)
+        self.heartbeat = Heartbeat(dictionary, nmt, transmit, now, alarms)
+        self.heartbeat_consumer = HeartbeatConsumer(dictionary, emergency, behaviour, now, alarms, self._connect)
+        self.node_guarding = NodeGuarding(dictionary, nmt, self.heartbeat, emergency, behaviour, transmit, now, alarms)
+        self._sync = sync = Sync(dictionary, emergency, now, self._connect)
         numbers = range(1, PDO_COUNT + 1)
-        self.rpdos = tuple(Rpdo(dictionary, number, self.emergency, self._connect) for number in numbers)
-        self.tpdos = tuple(Tpdo(dictionary, number, transmit, now, self._connect) for number in numbers)
+        self.rpdos = tuple(Rpdo(dictionary, number, emergency, sync, now, alarms, self._connect) for number in numbers)
+        self.tpdos = tuple(Tpdo(dictionary, number, transmit, now, sync, self._connect) for number in numbers)
         self.nmt.on_change.append(self._enter)
         self.nmt.on_reset_node.append(self._reset_node)
         self.nmt.on_reset_communication.append(self._reset_communication)
 
     @property
+    def node_id(self) -> int:
+        """The node-ID that the device has now."""
+        return self.nmt.node_id
+
+    @property
     def sync_cob_id(self) -> int:
         """CAN-ID of SYNC (1005h)."""
         return self._sync.cob_id
+
+    def add_lss(self) -> None:
+        """Make it an LSS slave (CiA 305), with the node-ID that LSS stored; a device with node-ID 255 does nothing but LSS."""
+        self.lss = LssSlave(self.od, self.nmt, self._store, self._transmit, self._reset_communication)
 
     def power_on(self) -> None:
         """Boot: boot-up message, then pre-operational."""
@@ -74,19 +105,39 @@ class Device:
         if handler is not None:
             handler(data)
 
-    def sync(self, counter: int | None = None) -> None:  # 1019h is not there yet
-        """A SYNC came: synchronous TPDOs are sampled and sent, then what synchronous RPDOs brought takes effect."""
-        self._sync.run()
+    def sync(self, counter: int | None = None) -> None:
+        """A SYNC came, perhaps with a counter: synchronous TPDOs are sampled and sent, then synchronous RPDOs take effect."""
+        self._sync.run(counter)
 
     def tick(self) -> None:
         """Simulated time has moved: send what is due by time or by a change of value."""
         now = self._now()
-        self.heartbeat.tick(now)
+        if now >= self._alarms.due:
+            self._alarms.tick(now)
         for tick in self._event_driven:
             tick(now)
 
+    def bus_off(self) -> None:
+        """The CAN controller is off the bus: the node reacts as by 1029h (CiA 301, 7.5.2.32)."""
+        self.error_behaviour.communication_error()
+
+    def bus_recovered(self) -> None:
+        """The CAN controller is back: EMCY 8140h, which is over as soon as it is told."""
+        self.emergency.raise_error(BUS_OFF_RECOVERED, ErrorRegister.COMMUNICATION)
+        self.emergency.clear_error(BUS_OFF_RECOVERED)
+
+    def error_passive(self) -> None:
+        """The CAN controller is in error passive mode: EMCY 8120h."""
+        self.emergency.raise_error(ERROR_PASSIVE, ErrorRegister.COMMUNICATION)
+
+    def error_active(self) -> None:
+        """The CAN controller is out of error passive mode."""
+        self.emergency.clear_error(ERROR_PASSIVE)
+
     def _reset_node(self) -> None:
         self.nmt.enter(NmtState.INITIALISING)
+        self._storage.withdraw(Group.APPLICATION)
+        self._storage.apply(Group.APPLICATION)
         self.od.reset_application()
         self.emergency.reset()
         for callback in self.on_reset_application:
@@ -95,17 +146,42 @@ class Device:
 
     def _reset_communication(self) -> None:
         self.nmt.enter(NmtState.INITIALISING)
+        self._take_node_id()
+        self._storage.withdraw(Group.COMMUNICATION)
+        self.od.assign_node_id(self.nmt.node_id)
+        self._storage.apply(Group.COMMUNICATION)
         self.od.reset_communication()
-        self.sdo.reset()
-        for pdo in self._pdos:
-            pdo.parameters.load()
+        self._begin_anew()
+        if self.nmt.node_id == UNCONFIGURED:
+            self.heartbeat.stop()
+            self._connect()
+            return
         self.heartbeat.boot_up()
         self.nmt.enter(NmtState.PRE_OPERATIONAL)
+
+    def _take_node_id(self) -> None:
+        if self.lss is not None:
+            self.lss.reset()
+            self.nmt.node_id = self.lss.node_id
+
+    def _begin_anew(self) -> None:
+        """Every service takes its parameters as they stand, and forgets what was under way."""
+        self.sdo.reset()
+        self.emergency.forget_waiting()
+        self._sync.load()
+        self.time_stamp.load()
+        self.heartbeat_consumer.load()
+        self.node_guarding.reset()
+        for pdo in self._pdos:
+            pdo.parameters.load()
 
     def _enter(self, state: NmtState) -> None:
         if state is NmtState.OPERATIONAL:
             for pdo in self._pdos:
                 pdo.start()
+        else:
+            for rpdo in self.rpdos:
+                rpdo.stop()
         self._connect()
 
     @property
@@ -113,13 +189,17 @@ class Device:
         return (*self.rpdos, *self.tpdos)
 
     def _connect(self) -> None:
-        """Join the CAN-IDs to the services that may work in this state."""
-        self._handlers = {}
+        """Join the CAN-IDs to the services that may work in this state (CiA 301, 7.3.2.2.5)."""
+        self._handlers, self._remote_handlers = {}, {}
         state = self.nmt.state
+        if self.lss is not None:
+            self._handlers[LSS_COB_ID] = self.lss.receive
         if state is not NmtState.INITIALISING:
-            self._handlers[nmt.COB_ID] = self.nmt.receive
-        if state in (NmtState.PRE_OPERATIONAL, NmtState.OPERATIONAL):
-            self._handlers[REQUEST_COB_ID + self.node_id] = self.sdo.receive
+            self._handlers |= {nmt.COB_ID: self.nmt.receive, **self.heartbeat_consumer.handlers}
+            if self.node_guarding.present:
+                self._remote_handlers[self.node_guarding.cob_id] = self.node_guarding.request
+        if self.nmt.communicating:
+            self._handlers |= {REQUEST_COB_ID + self.nmt.node_id: self.sdo.receive, **self.time_stamp.handlers}
         operational = state is NmtState.OPERATIONAL
         self._connect_rpdos([rpdo for rpdo in self.rpdos if operational and rpdo.parameters.active])
         self._connect_tpdos([tpdo for tpdo in self.tpdos if operational and tpdo.parameters.active])
@@ -134,9 +214,9 @@ class Device:
     def _connect_tpdos(self, tpdos: list[Tpdo]) -> None:
         self._sync.sample = tuple(tpdo.on_sync for tpdo in tpdos if tpdo.at_sync)
         self._event_driven = tuple(tpdo.tick for tpdo in tpdos if tpdo.at_tick)
-        self._remote_handlers = {
-            tpdo.parameters.cob_id: tpdo.request for tpdo in tpdos if tpdo.parameters.remote_allowed
-        }
+        for tpdo in tpdos:
+            if tpdo.parameters.remote_allowed:
+                self._remote_handlers[tpdo.parameters.cob_id] = tpdo.request
 
 
 def _both(first: _Handler, second: _Handler) -> _Handler:

@@ -38,15 +38,20 @@ class Nmt:
     """State of one node. `on_change` callbacks get each new state, `on_reset_...` do what the two resets ask."""
 
     def __init__(self, node_id: int) -> None:
-        self._node_id = node_id
+        self.node_id = node_id
         self.state = NmtState.INITIALISING
         self.on_change: list[Callable[[NmtState], None]] = []
         self.on_reset_node: list[Callable[[], None]] = []
         self.on_reset_communication: list[Callable[[], None]] = []
 
+    @property
+    def communicating(self) -> bool:
+        """Whether SDO and EMCY may be sent: pre-operational and operational (CiA 301, 7.3.2.2.5)."""
+        return self.state in (NmtState.PRE_OPERATIONAL, NmtState.OPERATIONAL)
+
     def receive(self, data: bytes) -> None:
         """Obey a master's command to this node or to all (node-ID 0); anything else is not for this node."""
-        if len(data) != 2 or data[1] not in (0, self._node_id) or data[0] not in set(NmtCommand):
+        if len(data) != 2 or data[1] not in (0, self.node_id) or data[0] not in set(NmtCommand):
             return
         command = NmtCommand(data[0])
         if command is NmtCommand.RESET_NODE:

@@ -15,13 +15,15 @@ from emulator.canopen.data_types import Value, decode, encode, is_number, satura
 COMMUNICATION_AREA = range(0x1000, 0x2000)
 """Communication profile area (CiA 301, 7.4.1): what 'reset communication' takes back to its power-on values."""
 
+IDENTITY = 0x1018
+
 
 class Variable:
     """One entry of the dictionary.
 
     `value` is the raw value as stored. `on_read` gives the value where it is not a stored one; `on_write` is asked
     before a value is stored and may raise SdoAbort. `default` is the power-on value, `low` and `high` the profile's
-    limits.
+    limits; `node_offset` is what the node-ID is added to where the default follows the node-ID.
     """
 
     __slots__ = (
@@ -34,6 +36,7 @@ class Variable:
         "index",
         "low",
         "name",
+        "node_offset",
         "on_read",
         "on_write",
         "rpdo",
@@ -53,6 +56,7 @@ class Variable:
         self.tpdo = entry.tpdo
         self.low = entry.low
         self.high = entry.high
+        self.node_offset = int(entry.default) if entry.default_node_relative and entry.default is not None else None
         self.default = default
         self.value = default
         self.size = size(entry.data_type)
@@ -137,14 +141,15 @@ Key = int | tuple[int, int]
 class ObjectDictionary:
     """All variables by address: `od[0x6041]` is sub-index 0, `od[0x60C1, 1]` any other."""
 
-    def __init__(self, variables: list[Variable]) -> None:
+    def __init__(self, variables: list[Variable], node_id: int) -> None:
+        self._node_id = node_id
         self._variables = {(variable.index, variable.subindex): variable for variable in variables}
         self._indices = frozenset(variable.index for variable in variables)
 
     @classmethod
     def from_profile(cls, profile: DriveProfile, node_id: int) -> ObjectDictionary:
         """The dictionary of a drive of that type with that node-ID."""
-        return cls([Variable(entry, _default(entry, node_id)) for entry in profile.objects])
+        return cls([Variable(entry, _default(entry, node_id)) for entry in profile.objects], node_id)
 
     def __getitem__(self, key: Key) -> Variable:
         return self._variables[(key, 0) if isinstance(key, int) else key]
@@ -158,12 +163,29 @@ class ObjectDictionary:
     def __len__(self) -> int:
         return len(self._variables)
 
+    def get(self, key: Key) -> Variable | None:
+        """The variable at an address, None where this drive type has none."""
+        return self._variables.get((key, 0) if isinstance(key, int) else key)
+
     def find(self, index: int, subindex: int) -> Variable:
         """The variable at an address that a master gave. Raises SdoAbort where there is none."""
         variable = self._variables.get((index, subindex))
         if variable is None:
             raise SdoAbort(AbortCode.NO_SUCH_SUBINDEX if index in self._indices else AbortCode.NO_SUCH_OBJECT)
         return variable
+
+    def assign_node_id(self, node_id: int) -> None:
+        """Let the defaults that follow the node-ID follow a new one; the identity stays."""
+        for variable in self:
+            offset = variable.node_offset
+            if offset is not None and variable.index != IDENTITY and variable.default == offset + self._node_id:
+                variable.default = offset + node_id
+        self._node_id = node_id
+
+    def power_on(self) -> None:
+        """Power-on values everywhere."""
+        self.reset_communication()
+        self.reset_application()
 
     def reset_communication(self) -> None:
         """Power-on values in the communication profile area (CiA 301, 7.3.2.2.1)."""

@@ -4,6 +4,7 @@ be changed, disable - write - enable (CiA 301, 7.5.2.35 to 7.5.2.38).
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 
 from emulator.canopen.abort_codes import AbortCode, SdoAbort
@@ -11,6 +12,8 @@ from emulator.canopen.can_identifier import BIT_30, CAN_ID, INVALID, check_chang
 from emulator.canopen.data_types import Value
 from emulator.canopen.object_dictionary import ObjectDictionary, Variable
 from emulator.canopen.pdo_mapping import MAX_LENGTH, Mapping, MappingRule, check_entry, parse_mapping
+
+logger = logging.getLogger(__name__)
 
 SYNCHRONOUS = range(241)
 """Transmission types that act at a SYNC: 0 acyclic, 1..240 cyclic (CiA 301, table 66 and 72)."""
@@ -66,10 +69,15 @@ class PdoParameters:
         return self.transmission_type in SYNCHRONOUS
 
     def load(self) -> None:
-        """Take everything as it stands in the dictionary."""
+        """Take everything as it stands in the dictionary. A stored mapping that this drive cannot have maps nothing."""
         self._cob_id = self._communication(1).number
         self.transmission_type = self._communication(2).number
-        self._enable_mapping(self._od[self._mapping_index].number)
+        try:
+            self._enable_mapping(self._od[self._mapping_index].number)
+        except SdoAbort as refusal:
+            logger.warning("mapping %04Xh is not possible and is left out: %s", self._mapping_index, refusal)
+            self._od[self._mapping_index].value = 0
+            self._enable_mapping(0)
 
     def refuse_while_existing(self, _value: Value) -> None:
         """Raise SdoAbort while the PDO exists; also the rule for the inhibit time."""

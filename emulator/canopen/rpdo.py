@@ -6,23 +6,41 @@ import logging
 from collections.abc import Callable
 
 from emulator.canopen.abort_codes import SdoAbort
+from emulator.canopen.alarms import Alarms
 from emulator.canopen.data_types import Value
-from emulator.canopen.emergency import PDO_TOO_LONG, PDO_TOO_SHORT, Emergency, ErrorRegister
+from emulator.canopen.emergency import PDO_TOO_LONG, PDO_TOO_SHORT, RPDO_TIME_OUT, Emergency, ErrorRegister
 from emulator.canopen.object_dictionary import ObjectDictionary
 from emulator.canopen.pdo_mapping import maps_to_rpdo
 from emulator.canopen.pdo_parameters import SYNCHRONOUS, PdoParameters
+from emulator.canopen.sync import Sync
 
 logger = logging.getLogger(__name__)
 
 TRANSMISSION_TYPES = frozenset((*SYNCHRONOUS, 254, 255))
 
+EVENT_UNIT = 1e-3
+
 
 class Rpdo:
     """Receive PDO `number` (1..). `receive` gets a frame's data; what is synchronous acts at the next `take_effect`."""
 
-    def __init__(self, od: ObjectDictionary, number: int, emergency: Emergency, changed: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        od: ObjectDictionary,
+        number: int,
+        emergency: Emergency,
+        sync: Sync,
+        now: Callable[[], float],
+        alarms: Alarms,
+        changed: Callable[[], None],
+    ) -> None:
         self._number = number
+        self._detail = bytes((number, 0, 0, 0, 0))
         self._emergency = emergency
+        self._sync = sync
+        self._now = now
+        self._alarm = alarms.add(self._tell_missing)
+        self._is_missing = False
         self._changed = changed
         self._pending: bytes | None = None
         self._length_error = 0
@@ -35,20 +53,35 @@ class Rpdo:
             rule=maps_to_rpdo,
             changed=self._configure,
         )
+        self._event_timer = od.get((0x13FF + number, 5))
+        if self._event_timer is not None:
+            self._event_timer.on_write = self._set_deadline
         self.start()
 
     @property
     def receive(self) -> Callable[[bytes], None]:
-        """What to do with a frame: keep it for the SYNC, or act on it now."""
-        return self._keep if self.parameters.synchronous else self._act
+        """What to do with a frame: keep it for the SYNC, or act on it now; and look at the time where that matters."""
+        return self._watch if self._deadline else self._take
+
+    @property
+    def _take(self) -> Callable[[bytes], None]:
+        if not self.parameters.synchronous:
+            return self._act
+        return self._keep_in_window if self._sync.windowed else self._keep
 
     def start(self) -> None:
         """Begin anew with the parameters as they stand: nothing is waiting for a SYNC."""
         mapping = self.parameters.mapping
         self._pending = None
+        self._deadline = self._event_timer.number * EVENT_UNIT if self._event_timer is not None else 0.0
+        self._alarm.stop()
         self._writers = tuple(variable.writer() for variable in mapping.variables)
         self._length = mapping.layout.size
         self._unpack = mapping.layout.unpack_from
+
+    def stop(self) -> None:
+        """PDOs are not allowed any more: none is missed."""
+        self._alarm.stop()
 
     def take_effect(self) -> None:
         """A SYNC came: act on what was received since the last one."""
@@ -63,6 +96,28 @@ class Rpdo:
 
     def _keep(self, data: bytes) -> None:
         self._pending = data
+
+    def _keep_in_window(self, data: bytes) -> None:
+        """After the synchronous window (1007h) an RPDO is discarded; the next SYNC opens it again (CiA 301, 7.5.2.7)."""
+        if self._sync.window_is_open():
+            self._pending = data
+
+    def _watch(self, data: bytes) -> None:
+        """Deadline monitoring: the next frame is due within the event timer from now (CiA 301, 7.5.2.35, :05)."""
+        self._alarm.set(self._now() + self._deadline)
+        if self._is_missing:
+            self._is_missing = False
+            self._emergency.clear_error(RPDO_TIME_OUT, self._detail)
+        self._take(data)
+
+    def _tell_missing(self, _now: float) -> None:
+        self._is_missing = True
+        self._emergency.raise_error(RPDO_TIME_OUT, ErrorRegister.COMMUNICATION, self._detail)
+
+    def _set_deadline(self, value: Value) -> None:
+        self._deadline = int(value) * EVENT_UNIT
+        self._alarm.stop()
+        self._changed()
 
     def _act(self, data: bytes) -> None:
         if len(data) != self._length or self._length_error:
@@ -82,7 +137,7 @@ class Rpdo:
         if error == self._length_error:
             return
         if self._length_error:
-            self._emergency.clear_error(self._length_error)
+            self._emergency.clear_error(self._length_error, self._detail)
         self._length_error = error
         if error:
-            self._emergency.raise_error(error, ErrorRegister.COMMUNICATION, bytes((self._number, 0, 0, 0, 0)))
+            self._emergency.raise_error(error, ErrorRegister.COMMUNICATION, self._detail)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from enum import IntEnum
 
 from emulator.canopen.abort_codes import AbortCode
 
@@ -15,9 +16,28 @@ DOWNLOAD_INITIATE = 1
 UPLOAD_INITIATE = 2
 UPLOAD_SEGMENT = 3
 ABORT = 4
+BLOCK_UPLOAD = 5
+BLOCK_DOWNLOAD = 6
+
+ABORT_COMMAND = 0x80
+"""First byte of an abort, also among the segments of a block, whose sequence numbers begin with 1."""
 
 TOGGLE = 0x10
 LAST_SEGMENT = 0x01
+
+BLOCK_CRC = 0x04
+BLOCK_SIZE_INDICATED = 0x02
+LAST_BLOCK_SEGMENT = 0x80
+
+
+class BlockCommand(IntEnum):
+    """First byte of the frames with which a client goes on in a block transfer; the end carries a count beside it."""
+
+    UPLOAD_CONFIRM = 0xA1
+    UPLOAD_ACKNOWLEDGE = 0xA2
+    UPLOAD_START = 0xA3
+    DOWNLOAD_END = 0xC1
+
 
 _HEAD = struct.Struct("<BHBI")
 _ADDRESS = struct.Struct("<HB")
@@ -58,3 +78,33 @@ def upload_segment(toggle: int, data: bytes, last: int) -> bytes:
     """Upload segment response with up to seven bytes; `last` is LAST_SEGMENT or 0."""
     unused = SEGMENT_LENGTH - len(data)
     return bytes((toggle | unused << 1 | last,)) + data + bytes(unused)
+
+
+def block_download_initiated(index: int, subindex: int, block_size: int, checked: int) -> bytes:
+    """Initiate block download response: `block_size` segments a sub-block; `checked` is BLOCK_CRC or 0."""
+    return _HEAD.pack(0xA0 | checked, index, subindex, block_size)
+
+
+def block_download_acknowledged(sequence: int, block_size: int) -> bytes:
+    """Block download response: the last segment that came in sequence, and the size of the next sub-block."""
+    return bytes((0xA2, sequence, block_size, 0, 0, 0, 0, 0))
+
+
+def block_download_ended() -> bytes:
+    """End block download response."""
+    return bytes((0xA1, 0, 0, 0, 0, 0, 0, 0))
+
+
+def block_upload_initiated(index: int, subindex: int, length: int, checked: int) -> bytes:
+    """Initiate block upload response: announces the number of bytes; `checked` is BLOCK_CRC or 0."""
+    return _HEAD.pack(0xC0 | checked | BLOCK_SIZE_INDICATED, index, subindex, length)
+
+
+def block_segment(head: int, data: bytes) -> bytes:
+    """Segment of a block: sequence number and LAST_BLOCK_SEGMENT in its head, up to seven bytes of data."""
+    return bytes((head,)) + data + bytes(SEGMENT_LENGTH - len(data))
+
+
+def block_upload_ended(unused: int, crc: int) -> bytes:
+    """End block upload: the bytes of the last segment that hold no data, and the CRC."""
+    return struct.pack("<BH5x", 0xC1 | unused << 2, crc)

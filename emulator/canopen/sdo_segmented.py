@@ -18,14 +18,21 @@ MAX_DOWNLOAD = 65536
 """Bytes that a client may write to an object without a length of its own."""
 
 
+def check_announced(variable: Variable, indicated: int | None) -> None:
+    """Raise SdoAbort where a client announces more or less than the object takes."""
+    if indicated is None:
+        return
+    if variable.size is not None:
+        check_length(indicated, variable.size)
+    if indicated > MAX_DOWNLOAD:
+        raise SdoAbort(AbortCode.OUT_OF_MEMORY)
+
+
 class SegmentedDownload:
     """A value that comes in segments; it is written when the last one is there."""
 
     def __init__(self, variable: Variable, indicated: int | None) -> None:
-        if indicated is not None and variable.size is not None:
-            check_length(indicated, variable.size)
-        if indicated is not None and indicated > MAX_DOWNLOAD:
-            raise SdoAbort(AbortCode.OUT_OF_MEMORY)
+        check_announced(variable, indicated)
         self.index = variable.index
         self.subindex = variable.subindex
         self.finished = False
@@ -38,7 +45,7 @@ class SegmentedDownload:
         """Download segment requests."""
         return frame[0] >> 5 == DOWNLOAD_SEGMENT
 
-    def receive(self, frame: bytes) -> bytes:
+    def receive(self, frame: bytes) -> tuple[bytes, ...]:
         """Take a segment."""
         toggle = frame[0] & TOGGLE
         if toggle != self._toggle:
@@ -48,7 +55,7 @@ class SegmentedDownload:
         self._check_length_so_far()
         if frame[0] & LAST_SEGMENT:
             self._write()
-        return download_segment_taken(toggle)
+        return (download_segment_taken(toggle),)
 
     def _check_length_so_far(self) -> None:
         most = self._indicated if self._indicated is not None else self._variable.size
@@ -78,7 +85,7 @@ class SegmentedUpload:
         """Upload segment requests."""
         return frame[0] >> 5 == UPLOAD_SEGMENT
 
-    def receive(self, frame: bytes) -> bytes:
+    def receive(self, frame: bytes) -> tuple[bytes, ...]:
         """Give the next segment."""
         toggle = frame[0] & TOGGLE
         if toggle != self._toggle:
@@ -86,4 +93,4 @@ class SegmentedUpload:
         self._toggle ^= TOGGLE
         segment, self._rest = self._rest[:SEGMENT_LENGTH], self._rest[SEGMENT_LENGTH:]
         self.finished = not self._rest
-        return upload_segment(toggle, segment, LAST_SEGMENT if self.finished else 0)
+        return (upload_segment(toggle, segment, LAST_SEGMENT if self.finished else 0),)

@@ -1,4 +1,4 @@
-"""The beat that all nodes share: the SYNC consumer (CiA 301, 7.2.5, 1005h)."""
+"""The beat that all nodes share: the SYNC consumer (CiA 301, 7.2.5; 1005h, 1006h, 1007h, 1019h)."""
 
 from __future__ import annotations
 
@@ -7,32 +7,111 @@ from collections.abc import Callable
 from emulator.canopen.abort_codes import AbortCode, SdoAbort
 from emulator.canopen.can_identifier import BIT_30, CAN_ID, check_cob_id
 from emulator.canopen.data_types import Value
+from emulator.canopen.emergency import SYNC_LENGTH, Emergency, ErrorRegister
 from emulator.canopen.object_dictionary import ObjectDictionary
+from emulator.canopen.timing import TOLERANCE
+
+MICROSECOND = 1e-6
+
+DEFAULT_CYCLE = 0.001
+"""Communication cycle where 1006h is 0 [s]."""
+
+COUNTER_OVERFLOWS = frozenset((0, *range(2, 241)))
+"""Values of 1019h: 0 is a SYNC without a counter (CiA 301, 7.5.2.22)."""
 
 
 class Sync:
-    """SYNC consumer of one node: `sample`, then `actuate`, is what its PDOs do at a SYNC (CiA 301, 7.2.2.2)."""
+    """SYNC consumer of one node: `sample`, then `actuate`, is what its PDOs do at a SYNC (CiA 301, 7.2.2.2).
 
-    def __init__(self, od: ObjectDictionary) -> None:
+    `counter` is that of the SYNC which came last, None where it had none. `changed` is called after 1007h has changed.
+    """
+
+    def __init__(
+        self, od: ObjectDictionary, emergency: Emergency, now: Callable[[], float], changed: Callable[[], None]
+    ) -> None:
+        self._emergency = emergency
+        self._now = now
+        self._changed = changed
         self._parameter = od[0x1005]
-        self._parameter.on_write = self._check
+        self._parameter.on_write = self._check_cob_id
+        self._cycle = od[0x1006]
+        self._window_length = od.get(0x1007)
+        self._overflow = od.get(0x1019)
+        if self._window_length is not None:
+            self._window_length.on_write = self._set_window
+        if self._overflow is not None:
+            self._overflow.on_write = self._set_overflow
         self.sample: tuple[Callable[[], None], ...] = ()
         self.actuate: tuple[Callable[[], None], ...] = ()
+        self.counter: int | None = None
+        self.load()
 
     @property
     def cob_id(self) -> int:
         """CAN-ID of the SYNC that this node listens to."""
         return self._parameter.number & CAN_ID
 
-    def run(self) -> None:
+    @property
+    def windowed(self) -> bool:
+        """Whether synchronous RPDOs have to come within a time after SYNC (1007h is not 0)."""
+        return self._window > 0.0
+
+    @property
+    def counted(self) -> bool:
+        """Whether SYNC carries a counter (1019h is not 0)."""
+        return self._counted
+
+    def load(self) -> None:
+        """Take everything as it stands in the dictionary, and forget what has come."""
+        self.counter = None
+        self._came = self._now()
+        self._length_is_wrong = False
+        self._window = self._window_length.number * MICROSECOND if self._window_length is not None else 0.0
+        self._counted = self._overflow is not None and self._overflow.number != 0
+
+    def run(self, counter: int | None) -> None:
         """What the node does at a SYNC: synchronous TPDOs are sampled and sent, then synchronous RPDOs take effect."""
+        if (counter is None) is self._counted or self._length_is_wrong:
+            self._judge_length(counter)
+        self.counter = counter
+        if self._window:
+            self._came = self._now()
         for send in self.sample:
             send()
         for take_effect in self.actuate:
             take_effect()
 
-    def _check(self, value: Value) -> None:
+    def window_is_open(self) -> bool:
+        """Whether a synchronous RPDO that comes now is in time.
+
+        Simulated time moves by whole communication cycles, so what comes within the cycle of the window's end is in time.
+        """
+        cycle = self._cycle.number * MICROSECOND or DEFAULT_CYCLE
+        return self._now() <= self._came + self._window + cycle + TOLERANCE
+
+    def _judge_length(self, counter: int | None) -> None:
+        """Tell a SYNC whose length is not what 1019h says once, and when it is right again; it is obeyed nevertheless."""
+        wrong = (counter is None) is self._counted
+        if wrong and not self._length_is_wrong:
+            self._emergency.raise_error(SYNC_LENGTH, ErrorRegister.COMMUNICATION)
+        elif self._length_is_wrong and not wrong:
+            self._emergency.clear_error(SYNC_LENGTH)
+        self._length_is_wrong = wrong
+
+    def _check_cob_id(self, value: Value) -> None:
         # a drive is no SYNC producer; bit 31 has no meaning here and is kept as written
         if int(value) & BIT_30:
             raise SdoAbort(AbortCode.INVALID_VALUE)
         check_cob_id(int(value))
+
+    def _set_window(self, value: Value) -> None:
+        self._window = int(value) * MICROSECOND
+        self._came = self._now()
+        self._changed()
+
+    def _set_overflow(self, value: Value) -> None:
+        if int(value) not in COUNTER_OVERFLOWS:
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+        if self._cycle.number:
+            raise SdoAbort(AbortCode.DEVICE_STATE)
+        self._counted = int(value) != 0

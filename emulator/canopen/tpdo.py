@@ -6,10 +6,12 @@ import struct
 from collections.abc import Callable
 from math import inf
 
+from emulator.canopen.abort_codes import AbortCode, SdoAbort
 from emulator.canopen.data_types import Value, saturate
 from emulator.canopen.object_dictionary import ObjectDictionary
 from emulator.canopen.pdo_mapping import maps_to_tpdo
 from emulator.canopen.pdo_parameters import SYNCHRONOUS, PdoParameters
+from emulator.canopen.sync import Sync
 from emulator.canopen.timing import TOLERANCE
 
 ACYCLIC = 0
@@ -35,8 +37,10 @@ class Tpdo:
         number: int,
         transmit: Callable[[int, bytes], None],
         now: Callable[[], float],
+        sync: Sync,
         changed: Callable[[], None],
     ) -> None:
+        self._sync = sync
         self._transmit = transmit
         self._now = now
         self._changed = changed
@@ -53,6 +57,9 @@ class Tpdo:
         self._inhibit_time.on_write = self.parameters.refuse_while_existing
         self._event_timer = od[0x17FF + number, 5]
         self._event_timer.on_write = self._set_event_timer
+        self._start_value = od.get((0x17FF + number, 6))
+        if self._start_value is not None:
+            self._start_value.on_write = self._check_start_value
         self.start()
 
     @property
@@ -72,7 +79,7 @@ class Tpdo:
             return self._send_if_changed
         if self.parameters.transmission_type == REMOTE_SYNCHRONOUS:
             return self._keep_sample
-        return self._send_every_nth
+        return self._send_every_nth_from_start if self._start_at else self._send_every_nth
 
     def start(self) -> None:
         """Begin anew with the parameters as they stand: an event-driven PDO sends its first value at the next tick."""
@@ -81,6 +88,7 @@ class Tpdo:
         self._readers = tuple(variable.read for variable in parameters.mapping.variables)
         self._pack = parameters.mapping.layout.pack
         self._cycle = self._countdown = parameters.transmission_type
+        self._start_at = self._start_value.number if self._start_value is not None else 0
         self._sent: bytes | None = None
         self._kept: bytes | None = None
         self._inhibit = self._inhibit_time.number * INHIBIT_UNIT - TOLERANCE
@@ -117,6 +125,18 @@ class Tpdo:
         self._countdown = self._cycle
         self._kept = data = self._sample()
         self._transmit(self._cob_id, data)
+
+    def _send_every_nth_from_start(self) -> None:
+        """The SYNC whose counter is the start value (:06) is the first one (CiA 301, 7.5.2.37); without counters, any is."""
+        if self._start_at and self._sync.counted and self._sync.counter != self._start_at:
+            return
+        self._start_at = 0
+        self._send_every_nth()
+
+    def _check_start_value(self, value: Value) -> None:
+        self.parameters.refuse_while_existing(value)
+        if int(value) not in SYNCHRONOUS:
+            raise SdoAbort(AbortCode.INVALID_VALUE)
 
     def _send_if_changed(self) -> None:
         self._kept = data = self._sample()

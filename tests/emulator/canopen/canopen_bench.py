@@ -9,7 +9,7 @@ import canopen
 from canopen.objectdictionary import ODRecord, ODVariable
 
 from drive_profiles import DriveProfile, ObjectEntry, load_profile
-from emulator.canopen import Device, NmtState, ObjectDictionary
+from emulator.canopen import Device, NmtState, ObjectDictionary, ParameterStore
 
 NODE = 5
 START, STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION = b"\x01", b"\x02", b"\x80", b"\x81", b"\x82"
@@ -18,13 +18,17 @@ START, STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION = b"\x01", b"\x02"
 class Bench:
     """A device, its clock `time` [s], and every frame it sent as (CAN-ID, data)."""
 
-    def __init__(self, profile: str | DriveProfile = "cia402-full") -> None:
+    def __init__(
+        self, profile: str | DriveProfile = "cia402-full", store: ParameterStore | None = None, node_id: int = NODE
+    ) -> None:
         self.profile = load_profile(profile) if isinstance(profile, str) else profile
         self.time = 0.0
         self.sent: list[tuple[int, bytes]] = []
         self.master: Master | None = None
         self.od = ObjectDictionary.from_profile(self.profile, NODE)
-        self.device = Device(NODE, self.od, self._transmit, lambda: self.time)
+        self.device = Device(node_id, self.od, self._transmit, lambda: self.time, store)
+        if self.profile.lss:
+            self.device.add_lss()
 
     def boot(self) -> Bench:
         """Power on; the boot-up frame is taken from the list."""

@@ -1,6 +1,7 @@
 """EMCY, error register and history (CiA 301, 7.2.7, 7.5.2.2, 7.5.2.4)."""
 
-from canopen_bench import NODE, RESET_NODE, Bench
+import pytest
+from canopen_bench import NODE, RESET_COMMUNICATION, RESET_NODE, STOP, Bench
 
 EMCY = 0x80 + NODE
 
@@ -70,3 +71,43 @@ def test_reset_node_forgets_errors() -> None:
     bench.device.emergency.raise_error(0x1000, 0)
     bench.nmt(RESET_NODE)
     assert (bench.od[0x1001].read(), bench.od[0x1003].read()) == (0, 0)
+
+
+def test_within_the_inhibit_time_the_next_ones_wait_in_order() -> None:
+    bench = Bench().boot()
+    bench.write(0x1015, 0, 50)
+    for code in (0x1001, 0x1002, 0x1003):
+        bench.device.emergency.raise_error(code, 0)
+    assert [data[:2] for _, data in bench.take()] == [b"\x01\x10"]
+    assert [(time, data[:2]) for time, _, data in bench.run_to(0.03)] == [(0.005, b"\x02\x10"), (0.010, b"\x03\x10")]
+    bench.device.emergency.raise_error(0x1004, 0)
+    assert [data[:2] for _, data in bench.take()] == [b"\x04\x10"]
+
+
+def test_what_waits_is_not_sent_after_a_reset() -> None:
+    bench = Bench().boot()
+    bench.write(0x1015, 0, 50)
+    bench.device.emergency.raise_error(0x1001, 0)
+    bench.device.emergency.raise_error(0x1002, 0)
+    bench.nmt(RESET_COMMUNICATION)
+    bench.take()
+    assert bench.run_to(0.1) == []
+
+
+def test_what_waits_is_not_sent_when_stopped() -> None:
+    bench = Bench().boot()
+    bench.write(0x1015, 0, 50)
+    bench.device.emergency.raise_error(0x1001, 0)
+    bench.device.emergency.raise_error(0x1002, 0)
+    bench.nmt(STOP)
+    bench.take()
+    assert bench.run_to(0.1) == []
+
+
+@pytest.mark.parametrize(("profile", "depth"), [("cia402-full", 8), ("servoone", 1)])
+def test_the_history_is_as_deep_as_the_drive_type_says(profile: str, depth: int) -> None:
+    bench = Bench(profile).boot()
+    for code in range(0x1001, 0x1010):
+        bench.device.emergency.raise_error(code, 0)
+    assert bench.od[0x1003].read() == depth
+    assert bench.od[0x1003, depth].read() == 0x1010 - depth
