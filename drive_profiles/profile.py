@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum, StrEnum
 from functools import cache
@@ -34,12 +35,25 @@ class DataType(IntEnum):
     U32 = 0x07
     R32 = 0x08
     VSTR = 0x09
+    OSTR = 0x0A
+    USTR = 0x0B
     DOMAIN = 0x0F
     I64 = 0x15
     U64 = 0x1B
 
 
-TEXT_TYPES = frozenset({DataType.VSTR, DataType.DOMAIN})
+TEXT_TYPES = frozenset({DataType.VSTR, DataType.OSTR, DataType.USTR, DataType.DOMAIN})
+"""Types of any length; a value is text, one ISO 8859-1 character a byte."""
+
+BYTE_TYPES = frozenset({DataType.OSTR, DataType.DOMAIN})
+"""Those of them that an EDS spells as hexadecimal bytes (CiA 306, 4.6.3)."""
+
+
+class Quirk(StrEnum):
+    """How drives of one vendor behave where CiA 402 leaves room, or where they leave CiA 402."""
+
+    HOMING_LATCHES_START = "homing_latches_start"
+    """Homing starts with the rising edge of bit 4 of the controlword and runs on after the bit is cleared."""
 
 
 class Access(StrEnum):
@@ -93,6 +107,7 @@ class DriveProfile:
     """A drive type: identity (1018h), modes of operation (6060h codes), quantities by role, and every object it has.
 
     `interpolation_codes` are the values of role `interpolation_type` by name: linear, cubic_spline, perhaps none.
+    `lss` says whether its node-ID and bit rate are set by LSS (CiA 305), `quirks` in what it differs from others.
     """
 
     name: str
@@ -106,6 +121,8 @@ class DriveProfile:
     roles: dict[str, Role]
     interpolation_codes: dict[str, int]
     objects: tuple[ObjectEntry, ...]
+    lss: bool = False
+    quirks: frozenset[Quirk] = frozenset()
 
 
 def available_profiles() -> tuple[str, ...]:
@@ -141,6 +158,8 @@ def load_profile_from(folder: Path) -> DriveProfile:
         roles=roles,
         interpolation_codes=head.interpolation_codes,
         objects=tuple(objects.values()),
+        lss=head.lss,
+        quirks=frozenset(head.quirks),
     )
 
 
@@ -164,6 +183,8 @@ class _Head(_Strict):
     streaming_mode: int
     roles: dict[str, _Role]
     interpolation_codes: dict[str, int]
+    lss: bool = False
+    quirks: list[Quirk] = Field(default_factory=list)
 
 
 _Address = tuple[int, int]
@@ -192,8 +213,13 @@ def _values_of_the_head(head: _Head) -> dict[_Address, int | str]:
         (0x1018, 1): head.vendor_id,
         (0x1018, 2): head.product_code,
         (0x1018, 3): head.revision_number,
-        (0x6502, 0): sum(1 << (mode - 1) for mode in head.modes if mode > 0),
+        (0x6502, 0): supported_modes(head.modes),
     }
+
+
+def supported_modes(modes: Iterable[int]) -> int:
+    """6502h: bit n - 1 for each mode n (CiA 402-2, 'Supported drive modes')."""
+    return sum(1 << (mode - 1) for mode in modes if mode > 0)
 
 
 def _read_objects(path: Path, given: dict[_Address, int | str]) -> _Objects:

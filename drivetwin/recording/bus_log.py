@@ -6,13 +6,9 @@ so are the factor group (608Fh, 6091h, 6092h) and the rated torque (6076h, CiA 4
 
 from __future__ import annotations
 
-import configparser
-import io
 import itertools
-import logging
-import re
 import struct
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,12 +16,11 @@ from typing import Any
 import can
 import numpy as np
 
+from drive_profiles.eds_reader import parse_number, read_eds
 from drivetwin.errors import UserError
 from drivetwin.recording.checks import GAP_FACTOR, TOLERANCE
 from drivetwin.recording.import_map import AxisMap, BusLayout, ColumnMap, ImportMap, ObjectKey
 from drivetwin.recording.recording import Samples
-
-logger = logging.getLogger(__name__)
 
 LOG_SUFFIXES = (".log", ".asc", ".blf", ".trc")
 
@@ -41,6 +36,7 @@ _CODES = {
 }
 # CiA 301 table 44: data type index to the type's name here.
 _EDS_TYPES = {2: "int8", 3: "int16", 4: "int32", 5: "uint8", 6: "uint16", 7: "uint32", 8: "float32", 0x11: "float64"}
+_INTEGERS = frozenset({1, 2, 3, 4, 5, 6, 7, 0x10, *range(0x12, 0x1C)})
 # CiA 402-2 objects that a recording is made of, for logs that come without an EDS.
 _STANDARD_TYPES = {
     0x6062: "int32",
@@ -208,55 +204,20 @@ def _nodes(import_map: ImportMap, eds_files: dict[str, Path | None]) -> dict[str
     return nodes
 
 
-def _from_eds(file: Path | None, number: int) -> Node:
+def _from_eds(file: Path | None, node_id: int) -> Node:
     """Types and defaults (a DCF's values before them) of an EDS or DCF."""
-    # Imported here because canopen costs a third of a second that no other kind of import needs.
-    from canopen.objectdictionary import ODVariable, eds  # noqa: PLC0415
-
-    read_dictionary: Any = eds.import_eds
-
-    node = Node(number)
+    node = Node(node_id)
     if file is None:
         return node
-    try:
-        text = file.read_text(encoding="utf-8-sig", errors="replace")
-        dictionary = read_dictionary(io.StringIO(_named(file, text)), number)
-    except FileNotFoundError:
-        raise UserError(
-            f"{file} does not exist; `eds:` in the map names the drive's EDS or DCF, beside the map"
-        ) from None
-    except (OSError, ValueError, KeyError, configparser.Error) as error:
-        raise UserError(f"{file} cannot be read as an EDS or DCF: {error}; take the drive's own file") from error
-    for entry in dictionary.values():
-        variables: Iterable[Any] = [entry] if isinstance(entry, ODVariable) else entry.values()
-        for variable in variables:
-            _take(node, (variable.index, variable.subindex), variable)
+    for entry in read_eds(file).objects:
+        key = (entry.index, entry.subindex)
+        type_ = _EDS_TYPES.get(entry.data_type or 0)
+        if type_ is not None:
+            node.types[key] = type_
+        told = parse_number(entry.value) or parse_number(entry.default)
+        if told is not None and entry.data_type in _INTEGERS:
+            node.values[key] = told.of_node(node.number)
     return node
-
-
-def _take(node: Node, key: ObjectKey, variable: Any) -> None:
-    type_ = _EDS_TYPES.get(variable.data_type)
-    if type_ is not None:
-        node.types[key] = type_
-    value = getattr(variable, "value", None)
-    value = variable.default if value is None else value
-    if isinstance(value, int):
-        node.values[key] = value
-
-
-def _named(file: Path, text: str) -> str:
-    """The EDS with a ParameterName in every object section: vendors leave it out and canopen stops at that."""
-    pieces = re.split(r"(?m)^(\s*\[[^\]\r\n]+\][^\r\n]*\r?\n)", text)
-    nameless = []
-    for at in range(1, len(pieces) - 1, 2):
-        section = pieces[at].strip().split("]")[0][1:]
-        is_object = re.fullmatch(r"[0-9A-Fa-f]{4}([sS]ub[0-9A-Fa-f]+)?", section)
-        if is_object and not re.search(r"(?m)^\s*ParameterName\s*=", pieces[at + 1]):
-            nameless.append(section)
-            pieces[at] += f"ParameterName=object {section}\n"
-    if nameless:
-        logger.warning("%s: no ParameterName in %s; they are read without", file, ", ".join(nameless[:8]))
-    return "".join(pieces)
 
 
 def _messages(file: Path, layout: BusLayout) -> Iterator[can.Message]:

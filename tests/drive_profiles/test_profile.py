@@ -7,9 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from drive_profiles import DataType, available_profiles, load_profile
-from drive_profiles.profile import PROFILES, load_profile_from
+from drive_profiles import Access, Quirk, available_profiles, load_profile
+from drive_profiles.profile import PROFILES, TEXT_TYPES, load_profile_from
 from drivetwin.errors import UserError
+
+IDENTIFIED = ("servoone", "cia402-full")
+"""Drive types that `drivetwin identify` works with."""
 
 ROLES = {
     "position_setpoint",
@@ -29,18 +32,24 @@ ROLES = {
 
 
 def test_known_profiles() -> None:
-    assert {"servoone", "cia402-full"} <= set(available_profiles())
+    assert {"servoone", "cia402-full", "dryve_d1"} <= set(available_profiles())
 
 
 @pytest.mark.parametrize("name", available_profiles())
 def test_roles_are_numbers_that_exist(name: str) -> None:
     profile = load_profile(name)
     objects = {(entry.index, entry.subindex): entry for entry in profile.objects}
-    assert set(profile.roles) >= ROLES
     for role in profile.roles.values():
-        assert objects[role.index, role.subindex].data_type is not DataType.VSTR
+        assert objects[role.index, role.subindex].data_type not in TEXT_TYPES
     setpoint = profile.roles["position_setpoint"]
     assert objects[setpoint.index, setpoint.subindex].rpdo
+
+
+@pytest.mark.parametrize("name", IDENTIFIED)
+def test_roles_that_the_reference_controller_needs(name: str) -> None:
+    profile = load_profile(name)
+    objects = {(entry.index, entry.subindex): entry for entry in profile.objects}
+    assert set(profile.roles) >= ROLES
     torque = profile.roles["torque_actual"]
     assert objects[torque.index, torque.subindex].tpdo
 
@@ -78,7 +87,7 @@ def test_servoone_has_only_what_such_a_drive_has() -> None:
     indices = {entry.index for entry in profile.objects}
     absent = {0x603F, 0x6062, *range(0x6065, 0x6069), 0x606D, 0x60F4, 0x6073, 0x6075, 0x6087, 0x60B0, 0x60E0, 0x1016}
     assert not indices & absent
-    assert (profile.modes, profile.streaming_mode) == ((3, 6, 7), 7)
+    assert (profile.modes, profile.streaming_mode) == ((1, 3, 6, 7), 7)
     assert profile.roles["velocity_gain"].si_per_unit == pytest.approx(60 / (2 * pi))
     assert profile.roles["position_gain"].si_per_unit == pytest.approx(1 / 60)
 
@@ -88,6 +97,21 @@ def test_full_profile_streams_in_mode_8() -> None:
     indices = {entry.index for entry in profile.objects}
     assert {0x603F, 0x6062, 0x6065, 0x6066, 0x6067, 0x6068, 0x606B, 0x60F4, 0x1200} <= indices
     assert profile.streaming_mode == 8
+
+
+def test_dryve_d1_has_what_its_client_touches() -> None:
+    """The objects, types and access that PyPI's dryve-d1 0.3.0 reads and writes (its od/indices.py and motion/)."""
+    profile = load_profile("dryve_d1")
+    objects = {(entry.index, entry.subindex): entry for entry in profile.objects}
+    written = {(0x6040, 0), (0x6060, 0), (0x607A, 0), (0x607B, 1), (0x607B, 2), (0x6081, 0), (0x6083, 0), (0x6084, 0)}
+    written |= {(0x6085, 0), (0x6099, 1), (0x6099, 2), (0x609A, 0), (0x60FF, 0)}
+    read = {(0x1001, 0), (0x1003, 0), (0x2014, 0), (0x603F, 0), (0x6041, 0), (0x6061, 0), (0x6064, 0), (0x6067, 0), (0x606C, 0)}
+    assert {address for address in written if objects[address].access is not Access.RW} == set()
+    assert read <= set(objects)
+    assert objects[0x6098, 0].access is Access.RO
+    assert (0x607D, 0) not in objects
+    assert profile.quirks == {Quirk.HOMING_LATCHES_START}
+    assert profile.roles["homing_status"].index == 0x2014
 
 
 def test_an_unknown_name_is_told_the_known_ones() -> None:
@@ -139,8 +163,9 @@ def test_a_bad_row_is_named(tmp_path: Path, row: str, complaint: str) -> None:
         (("vendor_id: 0x16", "vendor_id: -1"), "vendor_id"),
         (("streaming_mode: 7", "streaming_mode: 8"), "streaming_mode: 8 is not one of the modes"),
         (('object: "21A3"', 'object: "21A9"'), "roles.torque_actual: objects.csv has no 21A9"),
+        (("streaming_mode: 7", "streaming_mode: 7\nquirks: [runs_backwards]"), "quirks.0: Input should be 'homing_latches"),
         (("description:", "descripton:"), "description"),
-        (("modes: [3, 6, 7]", "modes: [3, 6, 7"), "not readable as YAML"),
+        (("modes: [1, 3, 6, 7]", "modes: [1, 3, 6, 7"), "not readable as YAML"),
     ],
 )
 def test_a_bad_head_is_named(tmp_path: Path, change: tuple[str, str], complaint: str) -> None:

@@ -1,0 +1,405 @@
+"""A user's own EDS or DCF as a drive type: the objects of the file, the behaviour and the roles of a profile."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from math import isfinite
+from pathlib import Path
+
+from drive_profiles.eds_reader import EdsFile, EdsObject, parse_number, read_eds
+from drive_profiles.eds_sections import Complaints
+from drive_profiles.profile import (
+    BYTE_TYPES,
+    TEXT_TYPES,
+    Access,
+    DataType,
+    DriveProfile,
+    ObjectEntry,
+    Role,
+    load_profile,
+    supported_modes,
+)
+from drive_profiles.requirements import Address, required_objects
+from drivetwin.errors import UserError
+
+_BITS = {
+    DataType.BOOL: 1,
+    DataType.I8: 8,
+    DataType.I16: 16,
+    DataType.I32: 32,
+    DataType.I64: 64,
+    DataType.U8: 8,
+    DataType.U16: 16,
+    DataType.U32: 32,
+    DataType.U64: 64,
+    DataType.R32: 32,
+}
+_SIGNED = frozenset({DataType.I8, DataType.I16, DataType.I32, DataType.I64})
+
+_UNSUPPORTED = {
+    0x0C: "TIME_OF_DAY",
+    0x0D: "TIME_DIFFERENCE",
+    0x10: "INTEGER24",
+    0x11: "REAL64",
+    0x12: "INTEGER40",
+    0x13: "INTEGER48",
+    0x14: "INTEGER56",
+    0x16: "UNSIGNED24",
+    0x18: "UNSIGNED40",
+    0x19: "UNSIGNED48",
+    0x1A: "UNSIGNED56",
+}
+"""Types of CiA 301, table 44, that the virtual drive does not have."""
+
+# AccessType of CiA 306-1: access by SDO, and which PDOs may carry the object where PDOMapping says that one may.
+_ACCESS = {
+    "ro": (Access.RO, False, True),
+    "const": (Access.CONST, False, True),
+    "wo": (Access.WO, True, False),
+    "rw": (Access.RW, True, True),
+    "rww": (Access.RW, True, False),
+    "rwr": (Access.RW, False, True),
+}
+
+_RPDO_MAPPING, _TPDO_MAPPING = range(0x1600, 0x1800), range(0x1A00, 0x1C00)
+_PDO_BITS = 64
+
+STANDARD = "cia402-full"
+"""The profile that says what type the objects of CiA 301 and CiA 402-2 have."""
+
+MANUFACTURER = range(0x2000, 0x6000)
+
+_ERROR_FIELD = 0x1003
+"""The error history is a list: it has no gaps (CiA 301, 7.5.2.4)."""
+
+Objects = dict[Address, ObjectEntry]
+
+
+def profile_from_eds(path: Path, base: DriveProfile) -> DriveProfile:
+    """The drive type that has the objects of an EDS or DCF and behaves as `base` does.
+
+    Values that the file leaves open are those of `base`. Raises UserError naming file and section where the file cannot
+    be believed (a data type that there is none, a PDO mapping that does not fit its objects), or all the objects that the
+    drive's behaviour needs and the file lacks.
+    """
+    file = read_eds(path)
+    complaints = Complaints(path)
+    told = _objects(file, complaints)
+    _check_kinds(path, told, base)
+    objects = _with_open_values(told, base, complaints)
+    roles = dict(_roles(objects, base, complaints))
+    _check_complete(path, objects, base)
+    profile = _with_head(file, objects, roles, base)
+    _check_mappings(path, {(entry.index, entry.subindex): entry for entry in profile.objects})
+    complaints.tell()
+    return profile
+
+
+# -- one entry ---------------------------------------------------------------------------------------------------------
+
+
+def _objects(file: EdsFile, complaints: Complaints) -> Objects:
+    found: Objects = {}
+    for entry in file.objects:
+        data_type = _data_type(file.path, entry, complaints)
+        if data_type is not None:
+            found[entry.index, entry.subindex] = _object(file, entry, data_type, complaints)
+    return found
+
+
+def _data_type(path: Path, entry: EdsObject, complaints: Complaints) -> DataType | None:
+    code = entry.data_type
+    if code is not None and code in _UNSUPPORTED:
+        complaints.note("the virtual drive has no type for {}; left out", f"{entry.section} ({_UNSUPPORTED[code]})")
+        return None
+    try:
+        return DataType(-1 if code is None else code)
+    except ValueError:
+        came = "missing" if code is None else f"0x{code:04X}"
+        raise UserError(
+            f"{path}, [{entry.section}]: DataType is {came}; expected a code of CiA 301, table 44, such as 0x0006 for "
+            "UNSIGNED16: correct the file"
+        ) from None
+
+
+def _object(file: EdsFile, entry: EdsObject, data_type: DataType, complaints: Complaints) -> ObjectEntry:
+    if entry.access not in _ACCESS:
+        raise UserError(f"{file.path}, [{entry.section}]: AccessType is {entry.access!r}; expected {', '.join(_ACCESS)}")
+    access, to_rpdo, to_tpdo = _ACCESS[entry.access]
+    low, high = _limits(entry, data_type, complaints)
+    default, relative = _default(file, entry, data_type, complaints)
+    if isinstance(default, int | float) and not relative and not _within(default, low, high):
+        complaints.note("the value of {} is outside its limits, which are not taken", entry.section)
+        low = high = None
+    return ObjectEntry(
+        index=entry.index,
+        subindex=entry.subindex,
+        name=_name(entry),
+        data_type=data_type,
+        access=access,
+        rpdo=entry.mappable and to_rpdo,
+        tpdo=entry.mappable and to_tpdo,
+        default=default,
+        default_node_relative=relative,
+        low=low,
+        high=high,
+    )
+
+
+def _name(entry: EdsObject) -> str:
+    """In a profile a dot stands between object and entry, and nowhere else."""
+    parts = [entry.object_name, entry.name] if entry.object_name else [entry.name]
+    return ".".join(part.replace(".", " ").strip() or "unnamed" for part in parts)
+
+
+def _limits(entry: EdsObject, data_type: DataType, complaints: Complaints) -> tuple[int | float | None, int | float | None]:
+    low, high = (_number(text, data_type) if text else None for text in (entry.low, entry.high))
+    unreadable = (entry.low and low is None) or (entry.high and high is None)
+    crossed = low is not None and high is not None and low > high
+    if data_type in TEXT_TYPES or unreadable or crossed:
+        if entry.low or entry.high:
+            complaints.note("the limits of {} make no sense and are not taken", entry.section)
+        return None, None
+    return low, high
+
+
+def _default(
+    file: EdsFile, entry: EdsObject, data_type: DataType, complaints: Complaints
+) -> tuple[int | float | str | None, bool]:
+    """What the object holds at power-on: what a DCF sets, else the default; and whether it is relative to the node-ID."""
+    text = entry.value or entry.default
+    if data_type in TEXT_TYPES:
+        return _text(text, data_type, entry, complaints), False
+    if not text:
+        return None, False
+    value = _number(text, data_type)
+    if value is None:
+        complaints.note("the value of {} is no value of its type and is not taken", entry.section)
+        return None, False
+    written, default = parse_number(text), parse_number(entry.default)
+    if written is not None and written.node_relative:
+        return value, True
+    if default is not None and default.node_relative and file.node_id is not None and isinstance(value, int):
+        return max(value - file.node_id, 0), True  # a DCF says the sum for its own node
+    return value, False
+
+
+def _text(text: str, data_type: DataType, entry: EdsObject, complaints: Complaints) -> str:
+    if data_type not in BYTE_TYPES:
+        return text.strip('"')
+    try:
+        return bytes.fromhex(text).decode("latin-1")
+    except ValueError:
+        complaints.note("the value of {} is not made of hexadecimal bytes and is not taken", entry.section)
+        return ""
+
+
+def _number(text: str, data_type: DataType) -> int | float | None:
+    """The number that a text says for a type, None where it is none or beyond the type."""
+    if data_type is DataType.R32:
+        return _real(text)
+    told = parse_number(text)
+    if told is None or data_type in TEXT_TYPES:
+        return None
+    value, bits = told.value, _BITS[data_type]
+    if data_type in _SIGNED:
+        if value >> (bits - 1) == 1:  # two's complement, as vendors write negative numbers in hexadecimal
+            value -= 1 << bits
+        return value if -(1 << (bits - 1)) <= value < 1 << (bits - 1) else None
+    return value if 0 <= value < 1 << bits else None
+
+
+def _real(text: str) -> float | None:
+    """A REAL32 as a number, or as the bit pattern that some tools write in hexadecimal."""
+    try:
+        value = struct.unpack("!f", struct.pack("!I", int(text, 16)))[0] if text.lower().startswith("0x") else float(text)
+    except (ValueError, struct.error):
+        return None
+    return float(value) if isfinite(value) else None
+
+
+def _within(value: int | float, low: int | float | None, high: int | float | None) -> bool:
+    return (low is None or value >= low) and (high is None or value <= high)
+
+
+# -- the whole ---------------------------------------------------------------------------------------------------------
+
+
+def _with_open_values(objects: Objects, base: DriveProfile, complaints: Complaints) -> Objects:
+    """Objects with a value where the file gives none and the base profile, for the same type, does."""
+    known = {(entry.index, entry.subindex): entry for entry in base.objects}
+    filled = {address: _filled(entry, known.get(address), complaints) for address, entry in objects.items()}
+    for index in {index for index, _ in objects if _is_mapping(index)}:
+        kept = {address: entry for address, entry in objects.items() if address[0] == index}
+        told = any(entry.default for entry in kept.values())
+        if told or not _fits(filled, index):
+            filled |= kept
+    return filled
+
+
+def _filled(entry: ObjectEntry, other: ObjectEntry | None, complaints: Complaints) -> ObjectEntry:
+    """An entry with the value and the limits of the base where the file has none of the kind."""
+    if other is None or other.data_type is not entry.data_type:
+        return entry
+    limits = (other.low, other.high) if entry.low is None and entry.high is None else (entry.low, entry.high)
+    if entry.default in (None, "") or _impossible(entry.default, other):
+        if entry.default not in (None, ""):
+            complaints.note("the value of {} is 0, by which the drive divides; the profile's is taken", _spell_entry(entry))
+        entry = replace(entry, default=other.default, default_node_relative=other.default_node_relative)
+    fits = not isinstance(entry.default, int | float) or _within(entry.default, *limits)
+    return replace(entry, low=limits[0], high=limits[1]) if fits else replace(entry, low=None, high=None)
+
+
+def _impossible(value: int | float | str | None, other: ObjectEntry) -> bool:
+    return value == 0 and other.low is not None and other.low > 0
+
+
+def _is_mapping(index: int) -> bool:
+    return index in _RPDO_MAPPING or index in _TPDO_MAPPING
+
+
+def _fits(objects: Objects, index: int) -> bool:
+    """Whether a mapping can be used as it stands."""
+    try:
+        _check_mapping(Path(), objects, index)
+    except UserError:
+        return False
+    return True
+
+
+def _roles(objects: Objects, base: DriveProfile, complaints: Complaints) -> Iterator[tuple[str, Role]]:
+    """The base's roles that an object of the same type plays in this file too."""
+    types = {(entry.index, entry.subindex): entry.data_type for entry in base.objects}
+    for name, role in base.roles.items():
+        entry = objects.get((role.index, role.subindex))
+        if entry is not None and entry.data_type is types[role.index, role.subindex]:
+            yield name, role
+        else:
+            complaints.note("no object of the file is the drive's {}", name.replace("_", " "))
+
+
+def _check_kinds(path: Path, objects: Objects, base: DriveProfile) -> None:
+    """An object of the standard is a number where CiA 301 or CiA 402-2 say a number, and text where they say text."""
+    for known in (*load_profile(STANDARD).objects, *base.objects):
+        entry = objects.get((known.index, known.subindex))
+        if entry is None or known.index in MANUFACTURER:
+            continue
+        if (entry.data_type in TEXT_TYPES) != (known.data_type in TEXT_TYPES):
+            section = f"{entry.index:04X}" + (f"sub{entry.subindex:X}" if "." in entry.name else "")
+            raise UserError(
+                f"{path}, [{section}]: DataType is 0x{entry.data_type:04X}; expected 0x{known.data_type:04X} for "
+                f"{known.name}: correct the file"
+            )
+
+
+def _check_complete(path: Path, objects: Objects, base: DriveProfile) -> None:
+    history = range(max((sub for index, sub in objects if index == _ERROR_FIELD), default=0))
+    missing = sorted(required_objects(base.modes).union((_ERROR_FIELD, sub) for sub in history) - set(objects))
+    if missing:
+        raise UserError(
+            f"{path} lacks objects that a drive which behaves as {base.name} needs: {', '.join(_grouped(missing))}; "
+            "add them to the file, or choose another --profile"
+        )
+
+
+def _grouped(addresses: Iterable[Address]) -> list[str]:
+    """An object all of whose entries are named once, sub-indices together."""
+    subs: dict[int, list[int]] = {}
+    for index, subindex in addresses:
+        subs.setdefault(index, []).append(subindex)
+    return [f"{index:04X}h" + _subindices(found) for index, found in subs.items()]
+
+
+def _subindices(found: list[int]) -> str:
+    if found == [0]:
+        return ""
+    spelled = f"{found[0]:02X}" if len(found) == 1 else f"{found[0]:02X}..{found[-1]:02X}"
+    return f":{spelled}"
+
+
+def _with_head(file: EdsFile, objects: Objects, roles: dict[str, Role], base: DriveProfile) -> DriveProfile:
+    """Identity from [DeviceInfo], else from 1018h; 6502h says the modes that the drive really has."""
+    vendor, product, revision = (
+        _identity(file, objects, key, subindex, otherwise)
+        for key, subindex, otherwise in (
+            ("VendorNumber", 1, base.vendor_id),
+            ("ProductNumber", 2, base.product_code),
+            ("RevisionNumber", 3, base.revision_number),
+        )
+    )
+    name = file.device.get("ProductName") or base.device_name
+    given: dict[Address, int | str] = {
+        (0x1008, 0): name,
+        (0x1018, 1): vendor,
+        (0x1018, 2): product,
+        (0x1018, 3): revision,
+        (0x6502, 0): supported_modes(base.modes),
+    }
+    entries = (
+        replace(entry, default=given[address], low=None, high=None) if address in given else entry
+        for address, entry in objects.items()
+    )
+    return replace(
+        base,
+        name=file.path.stem,
+        description=f"{name} as {file.path.name} tells it, behaving as {base.name}",
+        vendor_id=vendor,
+        product_code=product,
+        revision_number=revision,
+        device_name=name,
+        roles=roles,
+        objects=tuple(entries),
+    )
+
+
+def _identity(file: EdsFile, objects: Objects, key: str, subindex: int, otherwise: int) -> int:
+    told = parse_number(file.device.get(key))
+    if told is not None and 0 <= told.value <= 0xFFFFFFFF:
+        return told.value
+    entry = objects.get((0x1018, subindex))
+    return entry.default if entry is not None and isinstance(entry.default, int) else otherwise
+
+
+def _check_mappings(path: Path, objects: Objects) -> None:
+    """Every PDO mapping at power-on is made of objects that are there, fit, and may be mapped (CiA 301, 7.5.2.36)."""
+    for index, subindex in objects:
+        if subindex == 0 and _is_mapping(index):
+            _check_mapping(path, objects, index)
+
+
+def _check_mapping(path: Path, objects: Objects, index: int) -> None:
+    bits = sum(_mapped_bits(path, objects, index, sub) for sub in range(1, _count(objects, index) + 1))
+    if bits > _PDO_BITS:
+        raise UserError(f"{path}, [{index:04X}]: the mapping is {bits} bits long; a PDO carries {_PDO_BITS}: shorten it")
+
+
+def _count(objects: Objects, index: int) -> int:
+    value = objects[index, 0].default if (index, 0) in objects else 0
+    return value if isinstance(value, int) else 0
+
+
+def _mapped_bits(path: Path, objects: Objects, index: int, subindex: int) -> int:
+    """Length of what a mapping entry names. Raises UserError where it names nothing that such a PDO may carry."""
+    entry = objects.get((index, subindex))
+    value = entry.default if entry is not None and isinstance(entry.default, int) else 0
+    mapped, bits = (value >> 16, value >> 8 & 0xFF), value & 0xFF
+    if index in _RPDO_MAPPING and DataType.I8 <= mapped[0] <= DataType.U32:
+        return bits
+    target = objects.get(mapped)
+    carried = target is not None and (target.rpdo if index in _RPDO_MAPPING else target.tpdo)
+    if target is None or not carried or bits != max(8, _BITS.get(target.data_type, 0)):
+        raise UserError(
+            f"{path}, [{index:04X}sub{subindex:X}]: maps {_spell(mapped)} with {bits} bits; expected an object of the file "
+            f"that may stand in such a PDO, with its own length: correct the mapping, PDOMapping or the object"
+        )
+    return bits
+
+
+def _spell(address: Address) -> str:
+    return f"{address[0]:04X}h" + (f":{address[1]:02X}" if address[1] else "")
+
+
+def _spell_entry(entry: ObjectEntry) -> str:
+    return _spell((entry.index, entry.subindex))
