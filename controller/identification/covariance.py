@@ -2,8 +2,9 @@
 
     Cov = A^-1 B A^-1,   A = X' W X,   B = long-run covariance of the scores w x e
 
-(heteroskedasticity- and autocorrelation-consistent, Newey and West 1987) with the quadratic-spectral kernel and the
-automatic bandwidth of Andrews 1991. The scores are first summed over the filter's correlation time 1 / cut-off, so that
+(heteroskedasticity- and autocorrelation-consistent, Newey and West 1987) with the quadratic-spectral kernel over all lags,
+which makes B positive semidefinite (its spectrum is nowhere negative; cut off at some lag it would be), and the automatic
+bandwidth of Andrews 1991. The scores are first summed over the filter's correlation time 1 / cut-off, so that
 lags count in units in which the residual can forget. Quantiles are Student's t with the degrees of freedom that the
 kernel leaves.
 """
@@ -13,12 +14,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import linalg, stats
 
 from controller.identification.regressors import Design
+from drivetwin.errors import UserError
 from drivetwin.recording.recording import Samples
-
-_FARTHEST_LAG = 6.0
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,14 @@ class Covariance:
         return Covariance(jacobian @ self.matrix @ jacobian.T, self.degrees_of_freedom)
 
     def standard_error(self, index: int) -> float:
-        """Of parameter `index`."""
-        return float(np.sqrt(max(self.matrix[index, index], 0.0)))
+        """Of parameter `index`. Raises UserError where its variance is not positive: no interval has a width of zero."""
+        variance = float(self.matrix[index, index])
+        if not variance > 0.0:
+            raise UserError(
+                f"the fit leaves no scatter to take an interval from (variance {variance:g}): "
+                "the recordings are too short or not measured; record a longer motion"
+            )
+        return float(np.sqrt(variance))
 
     def quantile(self, confidence: float) -> float:
         """Half width of the two-sided interval in standard errors."""
@@ -98,18 +104,16 @@ def _andrews_bandwidth(series: list[Samples], count: int) -> float:
 
 
 def _long_run(series: list[Samples], bandwidth: float) -> Samples:
-    """Sum over lags of kernel times autocovariance, lags within a recording only; (p, p)."""
+    """Sum over lags of kernel times autocovariance, lags within a recording only; (p, p), positive semidefinite."""
     width = series[0].shape[1]
     total = np.zeros((width, width))
     for part in series:
-        total += part.T @ part
-        for lag in range(1, min(len(part), int(np.ceil(_FARTHEST_LAG * bandwidth)) + 1)):
-            product = part[lag:].T @ part[:-lag]
-            total += _quadratic_spectral(lag / bandwidth) * (product + product.T)
-    return total
+        kernel = _quadratic_spectral(np.arange(len(part)) / bandwidth)
+        total += part.T @ linalg.matmul_toeplitz(kernel, part)
+    return np.asarray((total + total.T) / 2.0, dtype=np.float64)
 
 
-def _quadratic_spectral(x: float) -> float:
-    """25 / (12 pi^2 x^2) (sin(6 pi x / 5) / (6 pi x / 5) - cos(6 pi x / 5))."""
-    angle = 6.0 * np.pi * x / 5.0
-    return float(3.0 / angle**2 * (np.sin(angle) / angle - np.cos(angle)))
+def _quadratic_spectral(x: Samples) -> Samples:
+    """25 / (12 pi^2 x^2) (sin(6 pi x / 5) / (6 pi x / 5) - cos(6 pi x / 5)), 1 at 0; (n,)."""
+    angle = 6.0 * np.pi * np.maximum(x, 1e-4) / 5.0
+    return np.asarray(3.0 / angle**2 * (np.sin(angle) / angle - np.cos(angle)), dtype=np.float64)

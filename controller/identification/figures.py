@@ -21,7 +21,7 @@ def torque_speed_figure(result: AxisIdentification, true_law: FrictionLaw | None
     figure.add_scattergl(x=speed, y=torque, mode="markers", name="measured", marker={"size": 3, "color": CLOUD})
     grid = speed_range(result)
     if true_law:
-        _curve(figure, true_law, grid, "true", {"color": TRUE, "width": 6})
+        _curve(figure, true_law, grid, "true, with the fitted offset", {"color": TRUE, "width": 6})
     if result.directional_law and result.direction and result.direction.real:
         _curve(figure, result.directional_law, grid, "fitted, by direction", {"color": DIRECTIONAL, "dash": "dash"})
     _curve(figure, result.law, grid, "fitted", {"color": FIT, "width": 2.5})

@@ -7,23 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.identification.covariance import Covariance, hac_covariance
-from controller.identification.delay import delay_column, with_delay
+from controller.identification.cross_validation import cross_validated_gain
+from controller.identification.delay import with_delay
 from controller.identification.excitation import speed_changes
-from controller.identification.friction_law import FrictionLaw
-from controller.identification.least_squares import Solution, identifiable, relative_error, reweighted, solve
+from controller.identification.fit import Fit, plain_fit, stribeck_fit
+from controller.identification.least_squares import identifiable, reweighted, solve
 from controller.identification.model import JointKind, Model
+from controller.identification.model_scale import with_model_scale
 from controller.identification.motion import AxisMotion, AxisSamples, axis_motions, select, standstill_velocity
-from controller.identification.regressors import SYMMETRIC, Design, Stribeck, Term, build_design
-from controller.identification.result import UNITS, AxisIdentification, Identification, Parameter, Test, Trace
+from controller.identification.regressors import SYMMETRIC, Design, Term, build_design
+from controller.identification.residuals import error_if_moving, error_of_fit, traces_of
+from controller.identification.result import UNITS, AxisIdentification, Identification, Parameter, Test
 from controller.identification.settings import Settings
-from controller.identification.stribeck import (
-    StribeckTest,
-    cross_validated_gain,
-    find_stribeck,
-    stribeck_jacobian,
-    with_stribeck,
-)
+from controller.identification.stribeck import Exponent, StribeckTest, find_stribeck
 from controller.identification.strokes import find_strokes
 from drivetwin.errors import UserError
 from drivetwin.recording.recording import Recording
@@ -80,56 +76,14 @@ def identify(
         machine=recordings[0].info.machine,
         axes=axes,
         skipped=skipped,
-        cutoff_hz=chosen.cutoff_hz,
+        settings=chosen,
         lowered_cutoffs={
             motion.recording: motion.cutoff_hz
             for motions in (*trained.values(), *checked.values())
             for motion in motions
             if motion.cutoff_hz < chosen.cutoff_hz
         },
-        reversal_margin=chosen.reversal_margin,
-        confidence=chosen.confidence,
     )
-
-
-@dataclass(frozen=True)
-class _Fit:
-    """A solved regression: `covariance` is of (terms..., stribeck_velocity where there is one)."""
-
-    design: Design
-    solution: Solution
-    covariance: Covariance
-    stribeck: Stribeck | None
-
-    def law(self) -> FrictionLaw:
-        """The friction part of it."""
-        value = self.solution.value
-        return FrictionLaw(
-            coulomb=value(Term.COULOMB),
-            viscous=value(Term.VISCOUS),
-            offset=value(Term.OFFSET),
-            viscous_difference=value(Term.VISCOUS_DIFFERENCE),
-            static_rise=value(Term.STATIC_RISE),
-            stribeck_velocity=self.stribeck.velocity if self.stribeck else None,
-            stribeck_exponent=self.stribeck.exponent if self.stribeck else 2.0,
-        )
-
-    def combination(self, weights: dict[Term, float], unit: str, confidence: float) -> Parameter:
-        """The parameter sum(weight * term), with its interval."""
-        row = np.zeros((1, len(self.covariance.matrix)))
-        for term, weight in weights.items():
-            row[0, self.design.terms.index(term)] = weight
-        value = sum(weight * self.solution.value(term) for term, weight in weights.items())
-        half = self.covariance.quantile(confidence) * self.covariance.transformed(row).standard_error(0)
-        return Parameter(float(value), unit, (float(value - half), float(value + half)))
-
-    def stribeck_velocity(self, unit: str, confidence: float) -> Parameter:
-        """With an interval that is symmetric in its logarithm: a speed is positive."""
-        assert self.stribeck is not None
-        value = self.stribeck.velocity
-        last = len(self.covariance.matrix) - 1
-        factor = float(np.exp(self.covariance.quantile(confidence) * self.covariance.standard_error(last) / value))
-        return Parameter(value, unit, (value / factor, value * factor))
 
 
 @dataclass(frozen=True)
@@ -149,18 +103,19 @@ def _identify_axis(data: _AxisData, settings: Settings) -> AxisIdentification:
     samples, held = data.samples, data.held
     design, unidentifiable, offered = _usable_design(samples, data.inertia, settings)
     stribeck = find_stribeck(design, samples, settings)
-    law_form = stribeck.stribeck if stribeck.real else None
     fewer = [term for term in design.terms if term is not Term.VISCOUS_DIFFERENCE]
-    symmetric = _fit(design.pick(fewer), samples, law_form)
-    directional = _fit(design, samples, law_form) if Term.VISCOUS_DIFFERENCE in design.terms else None
-    parameters = _parameters(symmetric, data.kind, settings.confidence)
-    traces = _traces(samples, symmetric, offered, False)
-    held_traces = _traces(held, symmetric, offered, True)
+    symmetric = _fit(design.pick(fewer), samples, stribeck)
+    directional = _fit(design, samples, stribeck) if Term.VISCOUS_DIFFERENCE in design.terms else None
+    parameters = _parameters(symmetric, data.kind, settings)
+    if symmetric.exponent and not symmetric.exponent.told:
+        unidentifiable["stribeck_exponent"] = _exponent_untold(symmetric.exponent, settings)
+    traces = traces_of(samples, symmetric, offered, False)
+    held_traces = traces_of(held, symmetric, offered, True)
     directional_error = held_directional_error = None
     if directional:
         parameters |= _directional_parameters(directional, data.kind, settings.confidence)
-        directional_error = _error(_traces(samples, directional, offered, False))
-        held_directional_error = _error(_traces(held, directional, offered, True))
+        directional_error = error_of_fit(traces_of(samples, directional, offered, False))
+        held_directional_error = error_if_moving(traces_of(held, directional, offered, True))
     law = symmetric.law()
     return AxisIdentification(
         axis=samples[0].motion.axis,
@@ -168,9 +123,9 @@ def _identify_axis(data: _AxisData, settings: Settings) -> AxisIdentification:
         kind=data.kind,
         parameters=parameters,
         unidentifiable=unidentifiable,
-        relative_error=_error(traces) or 0.0,
+        relative_error=error_of_fit(traces),
         relative_error_directional=directional_error,
-        validation_relative_error=_error(held_traces),
+        validation_relative_error=error_if_moving(held_traces),
         validation_relative_error_directional=held_directional_error,
         direction=_direction_test(directional, settings) if directional else None,
         stribeck=_stribeck_verdict(stribeck, settings),
@@ -178,7 +133,7 @@ def _identify_axis(data: _AxisData, settings: Settings) -> AxisIdentification:
         standstill_velocity=data.threshold,
         law=law,
         directional_law=directional.law() if directional else None,
-        strokes=find_strokes(samples, (offered, symmetric.solution.value(Term.INERTIA))),
+        strokes=find_strokes(samples, offered, symmetric.solution),
         traces=(*traces, *held_traces),
     )
 
@@ -202,22 +157,23 @@ def _usable_design(samples: Sequence[AxisSamples], inertia: float, settings: Set
     missing = {term.value: _WHY_NOT[term] for term in SYMMETRIC if term not in kept}
     design = design.pick(kept)
     design = reweighted(design, solve(design).residual)
+    if Term.INERTIA in kept:
+        design = with_model_scale(design, samples, offered)
     if settings.estimate_delay and Term.INERTIA in kept:
         design = with_delay(design, samples)
     return design, missing, offered
 
 
-def _fit(design: Design, samples: Sequence[AxisSamples], stribeck: Stribeck | None) -> _Fit:
-    """Solve, and find the covariance, the Stribeck velocity's uncertainty included."""
-    full = with_stribeck(design, samples, stribeck) if stribeck else design
-    solution = solve(full)
-    jacobian = stribeck_jacobian(full, samples, solution, stribeck) if stribeck else full.matrix
-    return _Fit(full, solution, hac_covariance(full, jacobian, solution.residual), stribeck)
+def _fit(design: Design, samples: Sequence[AxisSamples], found: StribeckTest) -> Fit:
+    """With the Stribeck term where it is real."""
+    if found.real and found.stribeck and found.exponent:
+        return stribeck_fit(design, samples, found.stribeck, found.exponent)
+    return plain_fit(design)
 
 
-def _parameters(fit: _Fit, kind: JointKind, confidence: float) -> dict[str, Parameter]:
+def _parameters(fit: Fit, kind: JointKind, settings: Settings) -> dict[str, Parameter]:
     """The parameters of the symmetric law, in the contract's order."""
-    units = UNITS[kind]
+    units, confidence = UNITS[kind], settings.confidence
     unit = {Term.INERTIA: units.inertia, Term.VISCOUS: units.viscous}
     order = (Term.INERTIA, Term.COULOMB, Term.VISCOUS, Term.OFFSET)
     found = {
@@ -225,16 +181,29 @@ def _parameters(fit: _Fit, kind: JointKind, confidence: float) -> dict[str, Para
         for term in order
         if term in fit.design.terms
     }
+    if Term.MODEL_SCALE in fit.design.terms:
+        found["model_scale"] = fit.combination({Term.MODEL_SCALE: 1.0}, "1", confidence).moved(1.0)
     if Term.DELAY in fit.design.terms:
         found["delay"] = fit.combination({Term.DELAY: 1.0}, "s", confidence)
     if fit.stribeck:
         static = {Term.COULOMB: 1.0, Term.STATIC_RISE: 1.0}
         found["static_torque"] = fit.combination(static, units.torque, confidence)
         found["stribeck_velocity"] = fit.stribeck_velocity(units.velocity, confidence)
+    if fit.exponent and fit.exponent.told:
+        found["stribeck_exponent"] = fit.stribeck_exponent(settings.stribeck_exponent_bounds, confidence)
     return found
 
 
-def _directional_parameters(fit: _Fit, kind: JointKind, confidence: float) -> dict[str, Parameter]:
+def _exponent_untold(exponent: Exponent, settings: Settings) -> str:
+    (low, high), (least, most) = exponent.interval, settings.stribeck_exponent_bounds
+    return (
+        f"the data tell it no better than {low:.2g} to {high:.2g}, sought between {least:g} and {most:g}, so "
+        f"{settings.stribeck_exponent:g} is kept, and the intervals of the other parameters allow for that: record more "
+        "strokes at low speeds"
+    )
+
+
+def _directional_parameters(fit: Fit, kind: JointKind, confidence: float) -> dict[str, Parameter]:
     """The parameters of the direction-dependent law, which holds the offset as a difference of the Coulomb torques.
 
     coulomb_positive/negative = coulomb +/- offset, viscous_positive/negative = viscous +/- viscous_difference.
@@ -250,7 +219,7 @@ def _directional_parameters(fit: _Fit, kind: JointKind, confidence: float) -> di
     return found
 
 
-def _direction_test(fit: _Fit, settings: Settings) -> Test:
+def _direction_test(fit: Fit, settings: Settings) -> Test:
     """Is friction really different by direction, beyond what an offset explains?
 
     The direction-dependent law is the symmetric law with offset plus viscous_difference |v|; the test is on that term.
@@ -289,35 +258,11 @@ def _stribeck_verdict(found: StribeckTest, settings: Settings) -> Test:
         else "no rise of friction towards low speed that pays: the law is Coulomb and viscous friction alone "
         f"(a Stribeck term needs a positive rise, p < {settings.significance:g} and {settings.stribeck_gain:.0%} gain)"
     )
-    name = "t-test of static_torque = coulomb, HAC covariance with the Stribeck velocity estimated"
-    return Test(found.real, name, found.statistic, found.p_value, found.gain, note)
-
-
-def _traces(samples: Sequence[AxisSamples], fit: _Fit, offered: float, validation: bool) -> tuple[Trace, ...]:
-    """The residual of each recording under `fit`."""
-    at_once = [term for term in fit.design.terms if term not in (Term.STATIC_RISE, Term.DELAY)]
-    traces = []
-    for entry in samples:
-        design = build_design([entry], at_once, offered)
-        if fit.stribeck:
-            design = with_stribeck(design, [entry], fit.stribeck)
-        values = np.array([fit.solution.value(term) for term in design.terms])
-        residual = design.target - design.matrix @ values
-        residual = residual - fit.solution.value(Term.DELAY) * delay_column(entry.motion, residual)
-        traces.append(Trace(entry, residual, validation))
-    return tuple(traces)
-
-
-def _error(traces: Sequence[Trace]) -> float | None:
-    """Relative error over the samples in motion; None where there are none."""
-    moving = [trace for trace in traces if trace.samples.moving.any()]
-    if not moving:
-        return None
-    return relative_error(
-        [trace.samples.motion.torque[trace.samples.moving] for trace in moving],
-        [trace.residual[trace.samples.moving] for trace in moving],
-        [trace.samples.motion.period for trace in moving],
+    name = (
+        f"t-test of static_torque = coulomb at the best of {found.trials} trial shapes (velocity, exponent), HAC "
+        "covariance, p-value times the number of trials (Bonferroni); gain with the shape chosen anew without each fold"
     )
+    return Test(found.real, name, found.statistic, found.p_value, found.gain, note)
 
 
 def _by_axis(recordings: Sequence[Sequence[AxisMotion]]) -> dict[str, list[AxisMotion]]:

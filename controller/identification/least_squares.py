@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from controller.identification.regressors import Design, Term
+from drivetwin.errors import UserError
 from drivetwin.recording.recording import Samples
 
 _COLLINEAR = 0.02
@@ -41,16 +42,21 @@ def solve(design: Design) -> Solution:
 def identifiable(design: Design) -> tuple[Term, ...]:
     """The terms, first come first served, whose column keeps 2 % of its norm beside those before it."""
     root = np.sqrt(design.weight)
-    kept: list[Term] = []
-    basis = np.empty((len(root), 0))
-    for index, term in enumerate(design.terms):
+    kept: list[int] = []
+    for index in range(len(design.terms)):
         values = design.matrix[:, index] * root
-        rest = values - basis @ (basis.T @ values)
-        norm = float(np.linalg.norm(rest))
-        if norm > _COLLINEAR * float(np.linalg.norm(values)):
-            kept.append(term)
-            basis = np.column_stack([basis, rest / norm])
-    return tuple(kept)
+        if share_beside(design.matrix[:, kept] * root[:, None], values) > _COLLINEAR:
+            kept.append(index)
+    return tuple(design.terms[index] for index in kept)
+
+
+def share_beside(matrix: Samples, values: Samples) -> float:
+    """Share of its norm that a column `values` (n,) keeps beside those of `matrix` (n, p), all weighted; 0 for zeros."""
+    norm = float(np.linalg.norm(values))
+    if norm == 0.0:
+        return 0.0
+    basis, _ = np.linalg.qr(matrix)
+    return float(np.linalg.norm(values - basis @ (basis.T @ values))) / norm
 
 
 def reweighted(design: Design, residual: Samples) -> Design:
@@ -83,7 +89,9 @@ def _noise_variance(design: Design, residual: Samples, piece: int) -> float:
 
 
 def relative_error(measured: Sequence[Samples], residual: Sequence[Samples], periods: Sequence[float]) -> float:
-    """|measured - model| / |measured|, 2-norms over time; one (n,) a recording."""
+    """|measured - model| / |measured|, 2-norms over time; one (n,) a recording. UserError where all torque is zero."""
     above = sum(period * float(part @ part) for part, period in zip(residual, periods, strict=True))
     below = sum(period * float(part @ part) for part, period in zip(measured, periods, strict=True))
+    if not below > 0.0:
+        raise UserError("the torque is zero in every sample in motion: check that the recording holds the measured torque")
     return float(np.sqrt(above / below))

@@ -79,7 +79,7 @@ def _torque_speed(axes: Axes, result: AxisIdentification, true_law: FrictionLaw 
     if result.directional_law and result.direction and result.direction.real:
         axes.plot([], [], "--", color=_DIRECTIONAL, label="fitted, by direction")
     if true_law:
-        axes.plot([], [], color=_TRUE, linewidth=3.0, alpha=0.35, label="true")
+        axes.plot([], [], color=_TRUE, linewidth=3.0, alpha=0.35, label="true, with the fitted offset")
     low, high = np.percentile(torque, [0.5, 99.5])
     room = 0.15 * (high - low)
     axes.set(

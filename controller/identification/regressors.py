@@ -33,8 +33,11 @@ class Term(Enum):
     OFFSET = "offset"
     VISCOUS_DIFFERENCE = "viscous_difference"
     STATIC_RISE = "static_rise"
+    MODEL_SCALE = "model_scale"
     DELAY = "delay"
 
+
+_TINY = 1e-12
 
 SYMMETRIC = (Term.COULOMB, Term.VISCOUS, Term.INERTIA, Term.OFFSET)
 
@@ -65,8 +68,8 @@ def column(motion: AxisMotion, term: Term, stribeck: Stribeck | None = None) -> 
             assert stribeck is not None
             decay = stribeck_decay(np.abs(velocity), stribeck.velocity, stribeck.exponent)
             return motion.smooth(np.sign(velocity) * decay)
-        case Term.DELAY:
-            raise ValueError("the delay's column needs a fitted torque: see delay.py")
+        case Term.MODEL_SCALE | Term.DELAY:
+            raise ValueError(f"the column of {term.value} needs more than the motion: see {term.value}.py")
 
 
 def stribeck_velocity_column(motion: AxisMotion, static_rise: float, stribeck: Stribeck) -> Samples:
@@ -75,6 +78,13 @@ def stribeck_velocity_column(motion: AxisMotion, static_rise: float, stribeck: S
     power = (speed / stribeck.velocity) ** stribeck.exponent
     slope = static_rise * np.exp(-power) * stribeck.exponent * power / stribeck.velocity
     return motion.smooth(np.sign(motion.velocity) * slope)
+
+
+def stribeck_exponent_column(motion: AxisMotion, static_rise: float, stribeck: Stribeck) -> Samples:
+    """d tau / d exponent, (n,): -static_rise sign(v) exp(-x) x ln(|v| / vs), x = (|v| / vs)^e."""
+    ratio = np.maximum(np.abs(motion.velocity) / stribeck.velocity, _TINY)
+    power = ratio**stribeck.exponent
+    return motion.smooth(-static_rise * np.sign(motion.velocity) * np.exp(-power) * power * np.log(ratio))
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ def _summary(identification: Identification, truth: Truth) -> str:
 
 def _axis(result: AxisIdentification, truth: Mapping[str, float] | None) -> str:
     figures = (
-        ("Friction over speed", torque_speed_figure(result, true_law(truth, result.law.offset))),
+        ("Friction over speed", torque_speed_figure(result, true_law(truth, result.best_offset))),
         ("Residual over time, in motion", residual_figure(result)),
     )
     plots = "".join(f"<h3>{title}</h3>{_div(figure)}" for title, figure in figures)
@@ -162,10 +162,10 @@ def _method(identification: Identification) -> str:
     )
     return (
         "<section><h2>How it was done</h2><ul>"
-        f"<li>Filter: zero-phase 4th-order Butterworth at {identification.cutoff_hz:g} Hz, forward and backward.</li>"
+        f"<li>Filter: zero-phase 4th-order Butterworth at {identification.settings.cutoff_hz:g} Hz, forward and backward.</li>"
         f"{lowered}"
         f"<li>In motion means faster than: {html.escape(thresholds)}.</li>"
-        f"<li>Left out on either side of a reversal: {identification.reversal_margin * 1e3:g} ms.</li>{skipped}"
+        f"<li>Left out on either side of a reversal: {identification.settings.reversal_margin * 1e3:g} ms.</li>{skipped}"
         "<li>Intervals: heteroskedasticity- and autocorrelation-consistent covariance (Newey and West 1987, bandwidth "
         "of Andrews 1991).</li>"
         "<li>Least squares on the inverse dynamic identification model: Gautier 1997; Janot, Vandanjon, Gautier 2014."

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from controller.identification.friction_law import FrictionLaw
 from controller.identification.model import JointKind
 from controller.identification.motion import AxisSamples
+from controller.identification.settings import Settings
 from controller.identification.strokes import Stroke
 from drivetwin.files import provenance
 from drivetwin.recording.recording import Samples
@@ -43,6 +44,10 @@ class Parameter:
     value: float
     unit: str
     interval: tuple[float, float]
+
+    def moved(self, by: float) -> Parameter:
+        """The parameter plus a constant."""
+        return Parameter(self.value + by, self.unit, (self.interval[0] + by, self.interval[1] + by))
 
     def to_json(self) -> dict[str, Any]:
         """As in the contract."""
@@ -115,6 +120,12 @@ class AxisIdentification:
         """Of this axis."""
         return UNITS[self.kind]
 
+    @property
+    def best_offset(self) -> float:
+        """Offset of the law that holds: the direction-dependent one where that is real [N·m or N]."""
+        real = self.direction is not None and self.direction.real
+        return self.directional_law.offset if real and self.directional_law is not None else self.law.offset
+
     def to_json(self, truth: Mapping[str, float] | None) -> dict[str, Any]:
         """One entry of `axes`."""
         optional = {
@@ -141,10 +152,13 @@ class Identification:
     machine: str
     axes: dict[str, AxisIdentification]
     skipped: dict[str, str]
-    cutoff_hz: float
+    settings: Settings
     lowered_cutoffs: dict[str, float]
-    reversal_margin: float
-    confidence: float
+
+    @property
+    def confidence(self) -> float:
+        """Of all intervals."""
+        return self.settings.confidence
 
     def to_json(
         self, truth: Truth | None = None, seed: int = 0, inputs: Sequence[Path] = (), root: Path | None = None
@@ -156,9 +170,9 @@ class Identification:
         known = truth or {}
         filtering: dict[str, Any] = {
             "name": "zero-phase 4th-order Butterworth, forward and backward",
-            "cutoff_hz": self.cutoff_hz,
+            "cutoff_hz": self.settings.cutoff_hz,
             "standstill_velocity": {name: axis.standstill_velocity for name, axis in self.axes.items()},
-            "reversal_margin": self.reversal_margin,
+            "reversal_margin": self.settings.reversal_margin,
         }
         if self.lowered_cutoffs:
             filtering["lowered_cutoff_hz"] = self.lowered_cutoffs
@@ -167,6 +181,7 @@ class Identification:
             **provenance(seed, inputs, root),
             "machine": self.machine,
             "filter": filtering,
+            "settings": asdict(self.settings),
             "confidence": self.confidence,
             "axes": {name: axis.to_json(known.get(name)) for name, axis in self.axes.items()},
         }

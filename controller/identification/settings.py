@@ -1,4 +1,4 @@
-"""What the user may choose about the least squares; every default is written into the result."""
+"""What the user may choose about the least squares; all of it is written into the result under `settings`."""
 
 from __future__ import annotations
 
@@ -17,10 +17,12 @@ class Settings:
         published EMPS figures; a machine that sticks for some milliseconds at each reversal needs more than that plus
         the filter's reach (about 0.02 s at 48 Hz), because the sign of the velocity is not its friction there. Around
         a standstill 1.5 times the filter's reach is always left out.
-    estimate_delay: fit the time by which the torque precedes the motion in the recording as well. Off, as in the
-        published EMPS figures; a capture over a bus needs it (delay.py says why).
+    estimate_delay: fit the time by which the torque precedes the motion in the recording as well (delay.py says why it
+        matters). Off, as in the published EMPS figures, and for captures of drives that map torque and position of the
+        same instant, as the emulated ones do: docs/identification.md has what it changes there, which is nothing.
     confidence: of the intervals, two-sided.
-    stribeck_exponent: of exp(-(|v| / stribeck_velocity)^exponent).
+    stribeck_exponent: of exp(-(|v| / stribeck_velocity)^exponent), where the data cannot tell it.
+    stribeck_exponent_bounds: the exponent is sought between these.
     stribeck_gain: share of the cross-validated residual energy that the Stribeck term must take away to be included.
     direction_gain: the same for the direction-dependent viscous friction to be called real.
     significance: p-value below which a term is significant.
@@ -32,6 +34,7 @@ class Settings:
     estimate_delay: bool = False
     confidence: float = 0.90
     stribeck_exponent: float = 2.0
+    stribeck_exponent_bounds: tuple[float, float] = (0.5, 4.0)
     stribeck_gain: float = 0.10
     direction_gain: float = 0.10
     significance: float = 1e-4

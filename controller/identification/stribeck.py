@@ -1,166 +1,142 @@
-"""Does the friction rise towards low speed, and how: the Stribeck term.
-
-The regression is linear but for the Stribeck velocity, which variable projection takes out (Golub and Pereyra 1973):
-for each trial velocity the linear parameters are solved for, and the velocity with the least squares wins.
-"""
+"""Does the friction rise towards low speed, and how: the Stribeck term, and what is known of its exponent."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy import stats
 
-from controller.identification.covariance import hac_covariance
-from controller.identification.least_squares import Solution, solve
+from controller.identification.covariance import Covariance, hac_covariance
+from controller.identification.cross_validation import Blocks, searched_gain
+from controller.identification.least_squares import Solution, share_beside, solve
 from controller.identification.motion import AxisSamples
-from controller.identification.regressors import Design, Indices, Stribeck, Term, column, stribeck_velocity_column
+from controller.identification.regressors import (
+    Design,
+    Stribeck,
+    Term,
+    stribeck_exponent_column,
+    stribeck_velocity_column,
+)
 from controller.identification.settings import Settings
+from controller.identification.stribeck_shape import at_exponent, best_shape, rise_column, survey
 from drivetwin.recording.recording import Samples
 
-_TRIALS = 40
-_BLOCK = 0.5
-_FOLDS = 5
-_TOP_SHARE = 0.5
-_LEAST_SLOW_SHARE = 0.01
+_DEGENERATE = 1e-4
+"""Share of its norm that the exponent's column must keep beside the others for a covariance to be formed at all."""
+
+
+@dataclass(frozen=True)
+class Exponent:
+    """What the data say of the exponent: its `interval`, at most the bounds of the settings, and whether they can tell.
+
+    Where they cannot, the settings' exponent stands. `quantile`: of the normal distribution, at the interval's confidence.
+    """
+
+    interval: tuple[float, float]
+    told: bool
+    quantile: float
 
 
 @dataclass(frozen=True)
 class StribeckTest:
     """`gain`: share of the cross-validated residual energy of 0.5 s means that the term takes away; `statistic`: of the
-    static rise over its standard error."""
+    static rise over its standard error; `trials`: number of shapes that were tried, for which `p_value` is corrected."""
 
     real: bool
     gain: float
     statistic: float
     p_value: float
+    trials: int
     stribeck: Stribeck | None
-
-
-@dataclass(frozen=True)
-class _Trials:
-    """The Stribeck column's best velocity and how its residual energy was found."""
-
-    velocity: float
-    gain: float
+    exponent: Exponent | None
 
 
 def with_stribeck(design: Design, samples: Sequence[AxisSamples], stribeck: Stribeck) -> Design:
     """`design` with the column of the static rise."""
-    return design.extend(Term.STATIC_RISE, _stacked(samples, stribeck))
+    return design.extend(Term.STATIC_RISE, rise_column(samples, stribeck))
 
 
 def stribeck_jacobian(design: Design, samples: Sequence[AxisSamples], solution: Solution, stribeck: Stribeck) -> Samples:
-    """Derivatives of the torque by all parameters, that of the Stribeck velocity last; (n, p + 1)."""
+    """Derivatives of the torque by all parameters, Stribeck velocity and exponent last; (n, p + 2)."""
     rise = solution.value(Term.STATIC_RISE)
-    last = np.concatenate([stribeck_velocity_column(entry.motion, rise, stribeck) for entry in samples])
-    return np.column_stack([design.matrix, last])
+    velocity = np.concatenate([stribeck_velocity_column(entry.motion, rise, stribeck) for entry in samples])
+    exponent = np.concatenate([stribeck_exponent_column(entry.motion, rise, stribeck) for entry in samples])
+    return np.column_stack([design.matrix, velocity, exponent])
+
+
+def stribeck_covariance(
+    design: Design, samples: Sequence[AxisSamples], solution: Solution, stribeck: Stribeck, exponent: Exponent
+) -> Covariance:
+    """Covariance of (terms..., stribeck_velocity, exponent), (p + 2, p + 2), of the regression `design` with its rise.
+
+    An exponent that the data tell is a parameter like the others. One that they cannot tell is taken as given, and to the
+    covariance come the changes d of all parameters when the regression is solved at the ends of its interval, as if those
+    lay a normal quantile z away: Cov + sum of d d' / z^2.
+    """
+    jacobian = stribeck_jacobian(design, samples, solution, stribeck)
+    if exponent.told:
+        return hac_covariance(design, jacobian, solution.residual)
+    given = hac_covariance(design, jacobian[:, :-1], solution.residual)
+    matrix = np.zeros((jacobian.shape[1], jacobian.shape[1]))
+    matrix[:-1, :-1] = given.matrix
+    rest = design.pick([term for term in design.terms if term is not Term.STATIC_RISE])
+    for end in exponent.interval:
+        shape = at_exponent(rest, samples, stribeck, end)
+        values = solve(with_stribeck(rest, samples, shape)).values
+        change = np.array([*(values - solution.values), shape.velocity - stribeck.velocity, end - stribeck.exponent])
+        matrix += np.outer(change, change) / exponent.quantile**2
+    return Covariance(matrix, given.degrees_of_freedom)
 
 
 def find_stribeck(design: Design, samples: Sequence[AxisSamples], settings: Settings) -> StribeckTest:
     """Look for a Stribeck term on top of `design`, which should carry all other terms, direction-dependent ones too.
 
-    It is real where it is positive, significant, and takes away `settings.stribeck_gain` of the cross-validated
-    residual energy. The energy is that of 0.5 s means, folds of alternating blocks: a friction law is about the mean
-    torque at a speed, not about ripple.
+    It is real where it is positive, significant, and takes away `settings.stribeck_gain` of the cross-validated residual
+    energy. Its velocity and exponent mean nothing where there is no rise (Davies 1977), so that the best of many trials
+    would be significant by chance: the p-value is that of the best one, its shape taken as given, times the number of
+    trials (Bonferroni), and the gain has the shape chosen anew without each fold.
     """
-    trials = _try_velocities(design, samples, settings.stribeck_exponent)
-    if trials is None:
-        return StribeckTest(False, 0.0, 0.0, 1.0, None)
-    stribeck = Stribeck(trials.velocity, settings.stribeck_exponent)
-    full = with_stribeck(design, samples, stribeck)
+    tried = survey(design, samples, settings.stribeck_exponent_bounds)
+    best = tried.best() if tried else None
+    if tried is None or best is None:
+        return StribeckTest(False, 0.0, 0.0, 1.0, 0, None, None)
+    blocks = Blocks(design)
+    gain = searched_gain(blocks.matrix(design.matrix), tried.means, blocks.means(design.target))
+    full = with_stribeck(design, samples, best)
     solution = solve(full)
-    rise = solution.value(Term.STATIC_RISE)
-    jacobian = stribeck_jacobian(full, samples, solution, stribeck)
-    covariance = hac_covariance(full, jacobian, solution.residual)
-    index = full.terms.index(Term.STATIC_RISE)
-    p_value = covariance.p_value(rise, index)
-    real = rise > 0 and p_value < settings.significance and trials.gain >= settings.stribeck_gain
-    return StribeckTest(real, trials.gain, rise / covariance.standard_error(index), p_value, stribeck)
+    rise, index = solution.value(Term.STATIC_RISE), full.terms.index(Term.STATIC_RISE)
+    given = hac_covariance(full, full.matrix, solution.residual)
+    trials = len(tried.shapes)
+    p_value = min(1.0, trials * given.p_value(rise, index))
+    real = rise > 0 and p_value < settings.significance and gain >= settings.stribeck_gain
+    shape, exponent = _shape(design, samples, best, settings) if real else (best, None)
+    return StribeckTest(real, gain, rise / given.standard_error(index), p_value, trials, shape, exponent)
 
 
-def cross_validated_gain(design: Design, fewer: Sequence[Term]) -> float:
-    """Share of the cross-validated residual energy of 0.5 s means that `design` takes away beside its terms `fewer`."""
-    means, fold = _block_means(design)
-    count = len(design.terms)
-    few = [design.terms.index(term) for term in fewer]
-    before = _cross_validated(means, fold, few)
-    after = _cross_validated(means, fold, list(range(count)))
-    return 1.0 - after / before if before > 0 else 0.0
+def _shape(design: Design, samples: Sequence[AxisSamples], start: Stribeck, settings: Settings) -> tuple[Stribeck, Exponent]:
+    """The shape of least squares, its exponent as the settings have it where the data cannot tell."""
+    free = best_shape(design, samples, start, settings.stribeck_exponent_bounds)
+    full = with_stribeck(design, samples, free)
+    exponent = _exponent(full, samples, solve(full), free, settings)
+    return (free if exponent.told else at_exponent(design, samples, free, settings.stribeck_exponent)), exponent
 
 
-def _try_velocities(design: Design, samples: Sequence[AxisSamples], exponent: float) -> _Trials | None:
-    """The Stribeck velocity of least squares among those with a positive rise; None where no trial has one."""
-    grid = _trial_velocities(samples)
-    if len(grid) == 0:
-        return None
-    energy = _energy(design, samples, exponent)
-    tried = np.array([energy(float(np.log(velocity))) for velocity in grid])
-    best = int(np.argmin(tried))
-    if tried[best] >= tried.max():
-        return None
-    low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-    found = minimize_scalar(energy, bounds=(np.log(low), np.log(high)), method="bounded", options={"xatol": 1e-4})
-    velocity = float(np.exp(found.x)) if found.fun < tried[best] else float(grid[best])
-    full = with_stribeck(design, samples, Stribeck(velocity, exponent))
-    return _Trials(velocity, cross_validated_gain(full, design.terms))
-
-
-def _energy(design: Design, samples: Sequence[AxisSamples], exponent: float) -> Callable[[float], float]:
-    """Residual energy as a function of log stribeck_velocity, that without the term where its rise is not positive."""
-    rows = design.weight > 0
-    root = np.sqrt(design.weight[rows])
-    basis, _ = np.linalg.qr(design.matrix[rows] * root[:, None])
-    rest = design.target[rows] * root
-    rest = rest - basis @ (basis.T @ rest)
-    worst = float(rest @ rest)
-
-    def energy(log_velocity: float) -> float:
-        values = _stacked(samples, Stribeck(float(np.exp(log_velocity)), exponent))[rows] * root
-        values = values - basis @ (basis.T @ values)
-        norm, product = float(values @ values), float(values @ rest)
-        if product <= 0 or norm <= 0:
-            return worst
-        return worst - product**2 / norm
-
-    return energy
-
-
-def _trial_velocities(samples: Sequence[AxisSamples]) -> Samples:
-    """Geometric from the speed below which 1 % of the motion lies to half the top speed [rad/s or m/s]."""
-    speed = np.concatenate([np.abs(entry.motion.velocity[entry.fitted]) for entry in samples])
-    weight = np.concatenate([np.full(int(entry.fitted.sum()), entry.motion.period) for entry in samples])
-    order = np.argsort(speed)
-    share = np.cumsum(weight[order]) / weight.sum()
-    low = float(speed[order][np.searchsorted(share, _LEAST_SLOW_SHARE)])
-    high = _TOP_SHARE * float(speed.max())
-    return np.geomspace(low, high, _TRIALS) if 0 < low < high else np.empty(0)
-
-
-def _stacked(samples: Sequence[AxisSamples], stribeck: Stribeck) -> Samples:
-    return np.concatenate([column(entry.motion, Term.STATIC_RISE, stribeck) for entry in samples])
-
-
-def _block_means(design: Design) -> tuple[Samples, Indices]:
-    """Weighted means over 0.5 s of columns and target, times the root of their weight, (blocks, p + 1); their folds."""
-    seconds = np.floor(design.seconds / _BLOCK).astype(np.int64)
-    _, block = np.unique(np.column_stack([design.piece, seconds]), axis=0, return_inverse=True)
-    block = block.ravel()
-    weight = np.bincount(block, weights=design.weight)
-    used = weight > 0
-    both = np.column_stack([design.matrix, design.target])
-    sums = np.column_stack([np.bincount(block, weights=values * design.weight) for values in both.T])
-    means = sums[used] / np.sqrt(weight[used])[:, None]
-    return means, np.arange(len(means), dtype=np.int64) % _FOLDS
-
-
-def _cross_validated(means: Samples, fold: Indices, columns: list[int]) -> float:
-    """Residual energy of each fold under the fit to the others."""
-    energy = 0.0
-    for held in range(_FOLDS):
-        out = fold == held
-        values, *_ = np.linalg.lstsq(means[~out][:, columns], means[~out, -1], rcond=None)
-        rest = means[out, -1] - means[out][:, columns] @ values
-        energy += float(rest @ rest)
-    return energy
+def _exponent(
+    design: Design, samples: Sequence[AxisSamples], solution: Solution, stribeck: Stribeck, settings: Settings
+) -> Exponent:
+    """Can the data tell the exponent? They cannot where its interval leaves the bounds."""
+    low, high = settings.stribeck_exponent_bounds
+    normal = float(stats.norm.ppf(0.5 + settings.confidence / 2.0))
+    jacobian = stribeck_jacobian(design, samples, solution, stribeck)
+    weighted = jacobian * np.sqrt(design.weight)[:, None]
+    if share_beside(weighted[:, :-1], weighted[:, -1]) < _DEGENERATE:
+        return Exponent((low, high), False, normal)
+    covariance = hac_covariance(design, jacobian, solution.residual)
+    error = covariance.standard_error(len(covariance.matrix) - 1)
+    factor = float(np.exp(min(covariance.quantile(settings.confidence) * error / stribeck.exponent, 10.0)))
+    interval = stribeck.exponent / factor, stribeck.exponent * factor
+    inside = low < interval[0] and interval[1] < high
+    clipped = max(interval[0], low), min(interval[1], high)
+    return Exponent(clipped, inside, normal)

@@ -8,7 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from controller.identification.least_squares import Solution
+from controller.identification.model_scale import rest_torque
 from controller.identification.motion import AxisSamples, Mask
+from controller.identification.regressors import Term
 from drivetwin.recording.recording import Samples
 
 _LEAST_SECONDS = 0.1
@@ -38,14 +41,15 @@ class Stroke:
         return dict(vars(self))
 
 
-def find_strokes(samples: Sequence[AxisSamples], inertias: tuple[float, float]) -> tuple[Stroke, ...]:
-    """All strokes of an axis. `inertias` [kg·m² or kg]: the model's at qpos0 and the one found, which replaces it."""
-    return tuple(stroke for entry in samples for stroke in _strokes(entry, *inertias))
+def find_strokes(samples: Sequence[AxisSamples], inertia: float, found: Solution) -> tuple[Stroke, ...]:
+    """All strokes of an axis. `inertia` [kg·m² or kg]: the model's at qpos0, in whose place stands the one `found`."""
+    return tuple(stroke for entry in samples for stroke in _strokes(entry, inertia, found))
 
 
-def _strokes(samples: AxisSamples, of_model: float, found: float) -> list[Stroke]:
+def _strokes(samples: AxisSamples, inertia: float, found: Solution) -> list[Stroke]:
     motion = samples.motion
-    friction = motion.torque - motion.model_torque + (of_model - found) * motion.acceleration
+    rest = (1.0 + found.value(Term.MODEL_SCALE)) * rest_torque(motion, inertia)
+    friction = motion.torque - rest - found.value(Term.INERTIA) * motion.acceleration
     steady = _steady(samples)
     least = max(_LEAST_SECONDS / motion.period, _LEAST_SAMPLES)
     strokes = []

@@ -26,6 +26,10 @@ def true_law(truth: Mapping[str, float] | None, offset: float) -> FrictionLaw | 
     )
 
 
+_OTHERWISE_NAMED = {"stribeck_exponent": "exponent"}
+"""Parameters that a plant's effects name otherwise."""
+
+
 def true_value(truth: Mapping[str, float], name: str) -> float | None:
     """The true value of parameter `name`; None where it is not known.
 
@@ -33,7 +37,7 @@ def true_value(truth: Mapping[str, float], name: str) -> float | None:
     """
     sign = {"coulomb_positive": 1.0, "coulomb_negative": -1.0}.get(name)
     if sign is None:
-        return truth.get(name)
+        return truth.get(_OTHERWISE_NAMED.get(name, name))
     if "offset" not in truth or name not in truth:
         return None
     return truth[name] + sign * truth["offset"]

@@ -36,12 +36,12 @@ def write_results(
     write_json(directory / "identified.json", identification.to_json(truth, seed, files, directory))
     for name, axis in identification.axes.items():
         told(f"{name} plots")
-        draw_axis(axis, directory, true_law(known.get(name), axis.law.offset))
+        draw_axis(axis, directory, true_law(known.get(name), axis.best_offset))
     told("friction.png")
     draw_overview(
         identification,
         directory,
-        {name: true_law(known.get(name), axis.law.offset) for name, axis in identification.axes.items()},
+        {name: true_law(known.get(name), axis.best_offset) for name, axis in identification.axes.items()},
     )
     told("report.html")
     write_report(identification, directory / "report.html", known, title)

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 from controller.identification import Settings, identify, write_results
 from controller.identification.friction_law import FrictionLaw
+from controller.identification.residuals import error_if_moving, error_of_fit
 from drivetwin.cli.fit import fit_command
 from drivetwin.errors import UserError
 from drivetwin.recording.recording import AxisInfo, Recording
@@ -101,6 +102,19 @@ def test_joint_that_the_model_lacks(strokes: Recording) -> None:
         identify(synthetic.turntable(), [replace(strokes, info=info)])
 
 
+def test_no_data_is_no_perfect_fit() -> None:
+    with pytest.raises(UserError, match="no sample in motion"):
+        error_of_fit([])
+    assert error_if_moving([]) is None
+
+
+def test_torque_that_is_zero_throughout_is_refused(strokes: Recording) -> None:
+    columns = strokes.columns["turn"]
+    silent = replace(strokes, columns={"turn": columns | {"torque": np.zeros_like(columns["torque"])}})
+    with pytest.raises(UserError):
+        identify(synthetic.turntable(), [silent])
+
+
 def test_results_are_as_the_contract_says(strokes: Recording, sweep: Recording, tmp_path: Path) -> None:
     truth = {"turn": {"coulomb": 1.9, "viscous": 1.15, "static_torque": 2.4, "stribeck_velocity": 0.05}}
     found = identify(synthetic.turntable(), [strokes], [sweep], Settings(standstill_velocity={"turn": 0.004}))
@@ -111,7 +125,20 @@ def test_results_are_as_the_contract_says(strokes: Recording, sweep: Recording, 
     assert {"version", "inputs", "machine"} <= set(written)
     assert written["filter"]["cutoff_hz"] == 48.0
     assert written["filter"]["standstill_velocity"] == {"turn": 0.004}
+    assert written["settings"] == {
+        "cutoff_hz": 48.0,
+        "standstill_velocity": {"turn": 0.004},
+        "reversal_margin": 0.0,
+        "estimate_delay": False,
+        "confidence": 0.9,
+        "stribeck_exponent": 2.0,
+        "stribeck_exponent_bounds": [0.5, 4.0],
+        "stribeck_gain": 0.1,
+        "direction_gain": 0.1,
+        "significance": 1e-4,
+    }
     axis = written["axes"]["turn"]
+    assert axis["parameters"]["stribeck_exponent"]["unit"] == "1"
     assert axis["truth"] == truth["turn"]
     assert axis["parameters"]["viscous"]["unit"] == "N·m·s/rad"
     low, high = axis["parameters"]["viscous"]["ci90"]
@@ -142,6 +169,18 @@ def test_fit_command(strokes: Recording, tmp_path: Path) -> None:
     assert isinstance(refused.exception, UserError)
     assert "no axis 'wrist'" in str(refused.exception)
     assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize("value", ["-1", "nan", "inf"])
+@pytest.mark.parametrize("option", ["--reversal-margin", "--cutoff"])
+def test_fit_refuses_numbers_that_make_no_sense(option: str, value: str, tmp_path: Path) -> None:
+    app = Typer()
+    app.command()(fit_command)
+    arguments = ["model.xml", "recording", option, value, "--out", str(tmp_path / "out")]
+    refused = CliRunner().invoke(app, arguments)
+    assert isinstance(refused.exception, UserError)
+    assert str(refused.exception).startswith(f"{option} {value}: expected")
+    assert not (tmp_path / "out").exists()
 
 
 def _coulomb(recordings: list[Recording]) -> float:

@@ -76,7 +76,9 @@ def test_epos_load_is_an_offset_and_the_inertia_cannot_be_told(screw: AxisIdenti
     low, high = screw.parameters["offset"].interval
     assert low < high < 0.0
     forwards, backwards = screw.parameters["coulomb_positive"], screw.parameters["coulomb_negative"]
-    assert forwards.interval[1] < backwards.interval[0]
+    assert forwards.value < backwards.value
+    assert "2 is kept" in screw.unidentifiable["stribeck_exponent"]
+    assert screw.parameters["stribeck_velocity"].value == pytest.approx(2.64, rel=0.02)
     assert "inertia" not in screw.parameters
     assert "accelerates" in screw.unidentifiable["inertia"]
 
