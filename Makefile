@@ -2,6 +2,9 @@
 
 PYTHON ?= python3
 BIN := .venv/bin
+# Small matrices: threads of the linear algebra cost more than they bring.
+export OMP_NUM_THREADS ?= 1
+export OPENBLAS_NUM_THREADS ?= 1
 .DEFAULT_GOAL := run
 
 .PHONY: run test test-vcan seeds bench lock clean

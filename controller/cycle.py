@@ -10,7 +10,6 @@ from controller.link import SYNC_COB_ID, Link
 from controller.pacing import Pacing
 from drivetwin.errors import UserError
 
-
 HINTS = {
     0x8611: ", following error: is the axis blocked, or its torque limit too low for gravity and friction?",
     0x8130: ", heartbeat or guarding lost",

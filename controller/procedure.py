@@ -30,7 +30,8 @@ from drivetwin.recording.recording import AxisInfo, Recording
 
 FIT = Settings(cutoff_hz=100.0, reversal_margin=0.03)
 """How these recordings are fitted. At 1 kHz the motion is clean to well above 100 Hz, so the filter smears the strokes' ramps
-less than at the 48 Hz of the published EMPS figures; what it does smear, around reversals, is left out."""
+less than at the 48 Hz of the published EMPS figures; what it does smear, around reversals, is left out. The delay is not
+fitted: torque and position come in the same PDO, of the same instant (measured in docs/identification.md)."""
 
 OVERSHOOT_TIME = 0.02
 """How far an axis may leave its travel before all are stopped, as time at its full speed [s]."""

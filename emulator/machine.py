@@ -17,18 +17,27 @@ class _Strict(BaseModel):
 
 
 class Motor(_Strict):
-    """Motor shaft: rated and peak torque [N·m], rotor inertia [kg·m²], holding brake torque [N·m] (0: no brake)."""
+    """Motor shaft and power stage.
+
+    Rated and peak torque [N·m], rotor inertia [kg·m²], holding brake torque [N·m] (0: no brake), thermal time constant of
+    the I2t model [s], nominal DC link voltage [V], current at rated torque [A], speed that the rotor bears [rad/s] (None: any).
+    """
 
     rated_torque: PositiveFloat
     peak_torque: PositiveFloat
     inertia: PositiveFloat
     holding_brake: float = Field(default=0.0, ge=0.0)
+    thermal_time_constant: PositiveFloat = 10.0
+    dc_link_voltage: PositiveFloat = 325.0
+    rated_current: PositiveFloat = 2.0
+    max_speed: PositiveFloat | None = None
 
 
 class Encoder(_Strict):
-    """Encoder on the motor shaft."""
+    """Encoder on the motor shaft; its index pulse comes once a turn, at `index_angle` [rad]."""
 
     increments_per_revolution: PositiveInt
+    index_angle: float = 0.0
 
 
 class CurrentSensor(_Strict):
@@ -55,6 +64,13 @@ class LimitSwitches(_Strict):
     positive: float
 
 
+class HomeSwitch(_Strict):
+    """Joint positions [rad or m] between which the home switch is actuated."""
+
+    negative: float
+    positive: float
+
+
 class Axis(_Strict):
     """One motor-driven joint. `gear_ratio` is motor turns a joint turn, or rad/m on a prismatic joint."""
 
@@ -68,6 +84,7 @@ class Axis(_Strict):
     current_loop_time_constant: PositiveFloat
     loops: Loops
     limit_switches: LimitSwitches
+    home_switch: HomeSwitch | None = None
     power_on_position: float
 
 

@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import can
 
 from drive_profiles import DriveProfile
+from emulator.canopen.parameter_store import ParameterStore
 from emulator.clock import DEFAULT_CYCLE, Clock
 from emulator.drive.drive import Drive
 from emulator.drive.servo import SERVO_PERIOD, Servo, ServoBank
 from emulator.effects import PlacedEffect
+from emulator.faults import FaultyWire
 from emulator.machine import Machine
 from emulator.plant import Plant
 
 LONGEST_CYCLE = 10.0
 """A larger 1006h counts as this [s]."""
 
+REQUEST_WAIT = 0.001
+"""Longest that a request of another interface waits for `poll` [s]."""
+
 
 class VirtualMachine:
     """Drives of one type on a machine's axes, joined to a bus by `receive` (frames in) and `transmit` (frames out).
+
+    `wires` are the drives' own, in the order of the axes: faults of the bus are injected there.
 
     Single-threaded: whoever owns the bus calls `receive` for each frame and `poll` when none comes.
     """
@@ -32,18 +40,32 @@ class VirtualMachine:
         clock: Clock,
         seed: int,
         transmit: Callable[[can.Message], None],
+        store: Path | None = None,
     ) -> None:
+        """`store` is the directory in which the drives keep their stored parameters, a file an axis; None: they have none."""
         self.machine = machine
         self.plant = Plant(machine, effects)
         self._servos = ServoBank(len(machine.axes), seed)
         self._clock = clock
         self._transmit = transmit
         self._time = 0.0
+        self._requests: list[Callable[[], None]] = []
+        self.wires = [FaultyWire(self._send, self.now) for _ in machine.axes]
         self.drives = [
-            Drive(profile, axis, Servo(self._servos, index), float(self.plant.motor_position[index]), self._send, self.now)
-            for index, axis in enumerate(machine.axes.values())
+            Drive(
+                profile,
+                axis,
+                Servo(self._servos, index),
+                float(self.plant.motor_position[index]),
+                self.wires[index].transmit,
+                self.now,
+                ParameterStore(store / f"{name}.json") if store is not None else None,
+            )
+            for index, (name, axis) in enumerate(machine.axes.items())
         ]
         self._devices = [drive.device for drive in self.drives]
+        for wire, device in zip(self.wires, self._devices, strict=True):
+            wire.join(device)
 
     def power_on(self) -> None:
         """Every drive boots and says so on the bus."""
@@ -63,17 +85,26 @@ class VirtualMachine:
             self._sync(message)
             return
         data, remote = bytes(message.data), message.is_remote_frame
-        for device in self._devices:
-            device.receive(cob_id, data, remote)
+        for wire in self.wires:
+            wire.receive(cob_id, data, remote)
+
+    def attach(self, answer_requests: Callable[[], None]) -> None:
+        """Let `poll` answer what another interface (Modbus) asks of the drives: between two frames, in the owner's thread."""
+        self._requests.append(answer_requests)
 
     def poll(self) -> None:
-        """Run the cycles that are due without a SYNC; call it often."""
+        """Run the cycles that are due without a SYNC, and answer other interfaces; call it often."""
+        for answer in self._requests:
+            answer()
         for _ in range(self._clock.cycles_due(self.cycle())):
             self._run_cycle()
 
     def wait(self) -> float | None:
         """Seconds until `poll` is to be called again, None if it need not be."""
-        return self._clock.wait()
+        pause = self._clock.wait()
+        if not self._requests:
+            return pause
+        return REQUEST_WAIT if pause is None else min(pause, REQUEST_WAIT)
 
     def cycle(self) -> float:
         """Communication cycle [s]: 1006h of the first drive that has one, or 1 ms; in whole servo periods, 10 s at most."""
@@ -81,8 +112,8 @@ class VirtualMachine:
 
     def _sync(self, message: can.Message) -> None:
         counter = message.data[0] if message.dlc else None
-        for device in self._devices:
-            device.sync(counter)
+        for wire in self.wires:
+            wire.sync(counter)
         for _ in range(self._clock.cycles_at_sync(self.cycle())):
             self._run_cycle()
 

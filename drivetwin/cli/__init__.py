@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import signal
 import sys
 from typing import NoReturn
 
@@ -10,10 +11,12 @@ import can
 import typer
 from typer.exceptions import Abort, TyperException
 
+from drivetwin.cli.eds import eds_command
 from drivetwin.cli.emulate import emulate_command
 from drivetwin.cli.fit import fit_command
 from drivetwin.cli.identify import identify_command
 from drivetwin.cli.import_ import import_command
+from drivetwin.cli.snapshot import snapshot_command
 from drivetwin.errors import UserError
 
 app = typer.Typer(
@@ -27,10 +30,12 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+app.command("eds")(eds_command)
 app.command("emulate")(emulate_command)
 app.command("fit")(fit_command)
 app.command("identify")(identify_command)
 app.command("import")(import_command)
+app.command("snapshot")(snapshot_command)
 
 
 INTERRUPTED = 130
@@ -42,16 +47,19 @@ def main() -> None:
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
     for library in ("can", "canopen"):
         logging.getLogger(library).setLevel(logging.CRITICAL)  # what they log is raised as well
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as Ctrl-C does: nothing half-written stays behind
     try:
         status = app(standalone_mode=False)
     except UserError as error:
         _end(str(error), error.exit_status)
     except can.CanError as error:
         _end(f"{error}", UserError.exit_status)
+    except OSError as error:
+        _end(f"{error.strerror or error}: {error.filename or 'input or output'}", UserError.exit_status)
     except Abort:
-        _end("not confirmed; nothing was done", UserError.exit_status)
+        _end("not confirmed (--yes confirms without asking); nothing was done", UserError.exit_status)
     except TyperException as error:
-        message = " ".join(error.format_message().split()).rstrip(".")
+        message = " ".join(error.format_message().split()).rstrip(".") or "no command given"
         _end(f"{message}; see: drivetwin --help", UserError.exit_status)
     if status == INTERRUPTED:
         _end("interrupted", INTERRUPTED)

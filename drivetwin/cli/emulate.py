@@ -11,12 +11,16 @@ import can
 import typer
 
 from drive_profiles import load_profile
+from drive_profiles.eds_profile import profile_from_eds
+from drive_profiles.snapshot import read_snapshot
 from drivetwin.bus import host_bus
 from drivetwin.errors import UserError
 from emulator.clock import CLOCKS
 from emulator.effects import read_effects
 from emulator.machine import load_machine
+from emulator.modbus import serve_modbus
 from emulator.plant import truth_path
+from emulator.snapshot import load_snapshot
 from emulator.virtual_machine import VirtualMachine
 
 POLL = 0.2
@@ -25,13 +29,26 @@ POLL = 0.2
 
 def emulate_command(
     machine: Annotated[str, typer.Option(help="Machine: scara, stage or arm.")] = "scara",
-    profile: Annotated[str, typer.Option(help="Drive type: servoone or cia402-full.")] = "servoone",
+    profile: Annotated[str, typer.Option(help="Drive type: servoone, cia402-full or dryve_d1.")] = "servoone",
     bus: Annotated[str, typer.Option(help="vcan0, can0 or ws://127.0.0.1:PORT (port 0: a free one).")] = "ws://127.0.0.1:54701",
     clock: Annotated[str, typer.Option(help="realtime follows the wall clock; sync moves only with SYNC.")] = "realtime",
     truth: Annotated[
         Path | None, typer.Option(help="True effects of the plant (effects/1); default: the machine's own.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sensors' noise.")] = 0,
+    store: Annotated[
+        Path | None, typer.Option(help="Directory in which the drives keep stored parameters (1010h) between runs.")
+    ] = None,
+    modbus: Annotated[
+        str | None, typer.Option(help="Serve Modbus TCP too, at HOST:PORT or PORT of 127.0.0.1 (port 0: a free one).")
+    ] = None,
+    modbus_serial: Annotated[
+        str | None, typer.Option(help="Serve Modbus RTU too, on DEVICE[,BAUD[,PARITY]]; 19200,E unless told.")
+    ] = None,
+    eds: Annotated[Path | None, typer.Option(help="A drive's own EDS or DCF: its objects in place of the profile's.")] = None,
+    snapshot: Annotated[
+        list[Path] | None, typer.Option(help="What `drivetwin snapshot` read of a drive; loaded into the node it names.")
+    ] = None,
 ) -> None:
     """Put a virtual machine's drives on a bus and let any master command them.
 
@@ -44,15 +61,19 @@ def emulate_command(
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(CLOCKS)}")
     chosen = load_machine(machine)
     effects = read_effects(truth_path(chosen, truth))
-    drive_type = load_profile(profile)
+    drive_type = load_profile(profile) if eds is None else profile_from_eds(eds, load_profile(profile))
     hosted = host_bus(bus)
     try:
-        virtual = VirtualMachine(chosen, drive_type, effects, CLOCKS[clock](), seed, hosted.bus.send)
+        virtual = VirtualMachine(chosen, drive_type, effects, CLOCKS[clock](), seed, hosted.bus.send, store)
+        for file in snapshot or ():
+            load_snapshot(virtual.drives, read_snapshot(file), file)
         nodes = ", ".join(f"{axis.node_id} {name}" for name, axis in chosen.axes.items())
         ended = _end_on_signals()
-        print(f"{machine}: {profile} drives, nodes {nodes}, on {hosted.name}, clock {clock}. Ctrl-C ends.", flush=True)
-        virtual.power_on()
-        _serve(virtual, hosted.bus, ended)
+        with serve_modbus(virtual, modbus, modbus_serial) as ports:
+            where = ", ".join((hosted.name, *ports))
+            print(f"{machine}: {profile} drives, nodes {nodes}, on {where}, clock {clock}. Ctrl-C ends.", flush=True)
+            virtual.power_on()
+            _serve(virtual, hosted.bus, ended)
     finally:
         hosted.close()
 

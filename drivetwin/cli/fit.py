@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
@@ -32,9 +33,7 @@ def fit_command(
     cutoff: Annotated[float, typer.Option(metavar="HZ", help="Cut-off of the zero-phase filter, in Hz.")] = 48.0,
     standstill: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="[AXIS=]SPEED", help="Speed above which an axis moves, in rad/s or m/s; default: automatic."
-        ),
+        typer.Option(metavar="[AXIS=]SPEED", help="Speed above which an axis moves, in rad/s or m/s; default: automatic."),
     ] = None,
     reversal_margin: Annotated[
         float, typer.Option(metavar="S", help="Time left out on either side of each reversal, in seconds.")
@@ -52,6 +51,8 @@ def fit_command(
     docs/identification.md describes the method.
     """
     console = Console()
+    _refuse_unless("--cutoff", cutoff, cutoff > 0.0, "a frequency above 0 Hz")
+    _refuse_unless("--reversal-margin", reversal_margin, reversal_margin >= 0.0, "a time of 0 s or more")
     machine = load_model(model)
     fitted = _read(recordings, machine.joints, allow_gaps)
     held = _read(validate or [], machine.joints, allow_gaps)
@@ -68,15 +69,19 @@ def fit_command(
         found = identify(machine, fitted, held, settings, _Step(progress, task, "fitting"))
         inputs = [model]
         title = f"{found.machine}: identification from recordings"
-        write_results(
-            found, [*fitted, *held], staged, title=title, inputs=inputs, progress=_Step(progress, task, "writing")
-        )
+        write_results(found, [*fitted, *held], staged, title=title, inputs=inputs, progress=_Step(progress, task, "writing"))
     for axis in found.axes.values():
         console.print(_table(axis))
         console.print(_verdict(axis), highlight=False)
     for name, why in found.skipped.items():
         console.print(f"{name} has no result: {why}", highlight=False)
     console.print(_written(found, out), highlight=False, soft_wrap=True)
+
+
+def _refuse_unless(option: str, value: float, good: bool, expected: str) -> None:
+    """One line where an option is no finite number in its range."""
+    if not (good and math.isfinite(value)):
+        raise UserError(f"{option} {value:g}: expected {expected}")
 
 
 def _read(paths: Iterable[Path], joints: tuple[str, ...], allow_gaps: bool) -> list[Recording]:
@@ -98,9 +103,7 @@ def _thresholds(given: list[str], axes: set[str]) -> dict[str, float]:
     for text in given:
         axis, _, speed = text.rpartition("=")
         if axis and axis not in axes:
-            raise UserError(
-                f"--standstill {text}: no axis '{axis}' in the recordings; there are: {', '.join(sorted(axes))}"
-            )
+            raise UserError(f"--standstill {text}: no axis '{axis}' in the recordings; there are: {', '.join(sorted(axes))}")
         try:
             value = float(speed)
         except ValueError:
@@ -129,9 +132,7 @@ def _table(axis: AxisIdentification) -> Table:
     table.add_column("unit", no_wrap=True)
     for name, parameter in axis.parameters.items():
         low, high = parameter.interval
-        table.add_row(
-            LABELS.get(name, name), number(parameter.value), f"{number(low)} to {number(high)}", parameter.unit
-        )
+        table.add_row(LABELS.get(name, name), number(parameter.value), f"{number(low)} to {number(high)}", parameter.unit)
     return table
 
 
@@ -140,9 +141,7 @@ def _verdict(axis: AxisIdentification) -> str:
     lines = [f"{LABELS.get(name, name)} is not identifiable: {why}" for name, why in axis.unidentifiable.items()]
     lines.append(_error_line("relative error", axis.relative_error, axis.validation_relative_error))
     if axis.relative_error_directional is not None:
-        lines.append(
-            _error_line("by direction", axis.relative_error_directional, axis.validation_relative_error_directional)
-        )
+        lines.append(_error_line("by direction", axis.relative_error_directional, axis.validation_relative_error_directional))
     if axis.direction:
         lines.append(f"direction: {axis.direction.note}")
     lines.append(f"Stribeck: {axis.stribeck.note}")

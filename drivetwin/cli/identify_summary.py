@@ -12,6 +12,7 @@ from rich.table import Table
 
 from controller.identification import Identification, Parameter, Truth
 from controller.identification.friction_law import FrictionLaw
+from controller.identification.truth import true_value
 from controller.procedure import Captured
 from controller.sdo_check import FrictionPoint
 
@@ -35,7 +36,7 @@ def print_summary(console: Console, found: Identification, truth: Truth | None, 
     console.print(f"{out / 'report.html'}  {out / 'identified.json'}  {out / 'bus.log'}", highlight=False, soft_wrap=True)
 
 
-SHOWN = ("inertia", "coulomb", "viscous", "offset", "static_torque", "stribeck_velocity")
+SHOWN = ("inertia", "coulomb", "viscous", "offset", "static_torque", "stribeck_velocity", "stribeck_exponent")
 """Parameters in the terminal; the report has the direction-dependent ones as well."""
 
 
@@ -49,7 +50,7 @@ def _parameters(found: Identification, truth: Truth) -> Table:
         shown = {name: axis.parameters[name] for name in SHOWN if name in axis.parameters}
         for row, (name, parameter) in enumerate(shown.items()):
             cells = [axis_name if row == 0 else "", name, f"{parameter.value:.4g}", _interval(parameter), parameter.unit]
-            table.add_row(*cells, *(_against(parameter, truth[axis_name].get(name)) if truth else []))
+            table.add_row(*cells, *(_against(parameter, true_value(truth[axis_name], name)) if truth else []))
         table.add_section()
     return table
 

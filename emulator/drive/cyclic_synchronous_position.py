@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from emulator.drive.interpolation import Interpolator
+from emulator.drive.limits import PositionLimits
 from emulator.drive.mode import Axis, Mode
 from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
 from emulator.drive.state_machine import Statusword
@@ -18,6 +19,7 @@ class CyclicSynchronousPosition(Mode):
     def __init__(self, axis: Axis) -> None:
         super().__init__(axis)
         self._interpolator = Interpolator()
+        self._limits = PositionLimits(axis)
         self._target = axis.dictionary[0x607A]
 
     def enter(self) -> None:
@@ -26,7 +28,8 @@ class CyclicSynchronousPosition(Mode):
     def plan(self, controlword: int) -> Loop:
         axis = self.axis
         demand = axis.servo.demand
-        self._interpolator.cycle(axis.scaling.angle(float(self._target.value)), axis.interpolation, demand)
+        angle = self._limits.clamp(axis.scaling.angle(float(self._target.value)))
+        self._interpolator.cycle(angle, axis.interpolation, demand)
         demand[:, VELOCITY_OFFSET] = axis.velocity_offset()
         demand[:, TORQUE_OFFSET] = axis.torque_offset()
         return Loop.POSITION

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from emulator.drive.interpolation import Interpolator
+from emulator.drive.limits import PositionLimits
 from emulator.drive.mode import Axis, Mode
 from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
 from emulator.drive.state_machine import Controlword, Statusword
@@ -18,6 +19,7 @@ class InterpolatedPosition(Mode):
     def __init__(self, axis: Axis) -> None:
         super().__init__(axis)
         self._interpolator = Interpolator()
+        self._limits = PositionLimits(axis)
         self._setpoint = axis.dictionary[0x60C1, 1]
         self._hold = 0.0
         self._active = False
@@ -31,7 +33,7 @@ class InterpolatedPosition(Mode):
         axis = self.axis
         self._active = bool(controlword & Controlword.MODE_BIT_4)
         if self._active:
-            self._hold = axis.scaling.angle(float(self._setpoint.value))
+            self._hold = self._limits.clamp(axis.scaling.angle(float(self._setpoint.value)))
         demand = axis.servo.demand
         self._interpolator.cycle(self._hold, axis.interpolation, demand)
         demand[:, VELOCITY_OFFSET] = axis.velocity_offset()

@@ -3,58 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
-from math import inf
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
-from emulator.canopen.object_dictionary import ObjectDictionary
-from emulator.drive.interpolation import Interpolation
-from emulator.drive.scaling import Scaling
-from emulator.drive.servo import Loop, Servo
+from emulator.drive.axis import Axis
+from emulator.drive.servo import Loop
 
-
-class LimitSwitches(Protocol):
-    """The two limit switches of an axis, actuated by the motor's true angle [rad]."""
-
-    def negative(self, angle: float) -> bool:
-        """Whether the negative switch is actuated at `angle`."""
-        ...
-
-    def positive(self, angle: float) -> bool:
-        """Whether the positive switch is actuated at `angle`."""
-        ...
-
-
-@dataclass
-class Axis:
-    """What a mode works with: the drive's dictionary, its loops, its factor group, its switches."""
-
-    dictionary: ObjectDictionary
-    servo: Servo
-    switches: LimitSwitches
-    scaling: Scaling
-    interpolation: Interpolation
-
-    def move_origin(self, angle: float) -> None:
-        """Make motor angle `angle` [rad] the zero of positions."""
-        self.scaling = replace(self.scaling, origin=angle)
-
-    def ramp(self, index: int) -> float:
-        """Motor acceleration [rad/s²] that an object gives; one that is 0 is no limit: the speed changes within a period."""
-        value = abs(self.scaling.angular(float(self.dictionary[index].value)))
-        return value if value > 0.0 else inf
-
-    def torque_offset(self) -> float:
-        """60B2h [N·m]."""
-        return int(self.dictionary[0x60B2].value) * self.rated_torque() / 1000.0
-
-    def velocity_offset(self) -> float:
-        """60B1h [rad/s]."""
-        return self.scaling.angular(float(self.dictionary[0x60B1].value))
-
-    def rated_torque(self) -> float:
-        """6076h [N·m]."""
-        return int(self.dictionary[0x6076].value) / 1000.0
+__all__ = ["Axis", "Mode"]
 
 
 class Mode(ABC):
@@ -68,6 +22,14 @@ class Mode(ABC):
     @abstractmethod
     def enter(self) -> None:
         """Operation is enabled in this mode: start from where the axis is, without a jump."""
+
+    def resume(self) -> None:
+        """Halt has ended: go on; where the mode has nothing to keep, as if it were entered."""
+        self.enter()
+
+    def notice(self, controlword: int) -> None:
+        """A controlword has been written while operation is enabled, perhaps several in a cycle."""
+        return
 
     @abstractmethod
     def plan(self, controlword: int) -> Loop:

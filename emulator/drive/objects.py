@@ -19,10 +19,22 @@ def role(dictionary: ObjectDictionary, profile: DriveProfile, name: str) -> Vari
     return None if place is None else dictionary[place.index, place.subindex]
 
 
-def commission(dictionary: ObjectDictionary, profile: DriveProfile, axis: MachineAxis) -> None:
-    """Put motor data and tuned gains where this drive type keeps them, as its stored parameters."""
+def optional(dictionary: ObjectDictionary, index: int, subindex: int = 0) -> Variable | None:
+    """The variable at an address, None where this drive type has none."""
+    if (index, subindex) not in dictionary:
+        return None
+    return dictionary[index, subindex]
+
+
+def number(variable: Variable | None, otherwise: float) -> float:
+    """The stored value of a variable that may not exist."""
+    return otherwise if variable is None else float(variable.value)
+
+
+def commissioned(axis: MachineAxis) -> dict[str, float]:
+    """Motor data and tuned gains of an axis by role, SI on the motor side."""
     loops, gear = axis.loops, axis.gear_ratio
-    values = {
+    return {
         "rated_torque": axis.motor.rated_torque,
         "motor_inertia": axis.motor.inertia,
         "position_gain": loops.position_gain,
@@ -34,12 +46,19 @@ def commission(dictionary: ObjectDictionary, profile: DriveProfile, axis: Machin
         "servo_period": SERVO_PERIOD,
         "current_loop_time_constant": axis.current_loop_time_constant,
     }
-    for name, value in values.items():
+
+
+def commission(dictionary: ObjectDictionary, profile: DriveProfile, axis: MachineAxis) -> None:
+    """Put motor data and tuned gains where this drive type keeps them, as its stored parameters."""
+    for name, value in commissioned(axis).items():
         variable = role(dictionary, profile, name)
         if variable is not None:
             store(variable, value / profile.roles[name].si_per_unit)
     store(dictionary[0x6076], axis.motor.rated_torque * 1000.0)
     store(dictionary[0x6072], 1000.0 * axis.motor.peak_torque / axis.motor.rated_torque)
+    current = optional(dictionary, 0x6075)
+    if current is not None:
+        store(current, axis.motor.rated_current * 1000.0)
     increments = axis.encoder.increments_per_revolution
     store(dictionary[0x608F, 1], increments)
     store(dictionary[0x6092, 1], increments)  # until a master scales it, a position unit is an encoder increment

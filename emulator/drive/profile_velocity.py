@@ -4,44 +4,68 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from emulator.drive.limits import PositionLimits, cap_speed
 from emulator.drive.mode import Axis, Mode
 from emulator.drive.ramp import ramp_cycle
 from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
 from emulator.drive.state_machine import Statusword
+from emulator.drive.windows import Window
 
 REACHED = 0.01
 """Share of the target speed within which it counts as reached, where the drive has no 606Dh."""
+STANDING = 0.05
+"""Motor speed that counts as 0, where the drive has no 606Fh [rad/s]."""
 
 
 class ProfileVelocity(Mode):
-    """Ramps by 6083h and 6084h, limited to 607Fh; bit 10 is target reached, bit 12 is speed 0."""
+    """Ramps by 6083h and 6084h, within 607Fh and 6080h, and stops at a software limit.
+
+    Bit 10: within 606Dh of the target for 606Eh. Bit 12: speed 0, not beyond 606Fh for 6070h.
+    """
 
     code: ClassVar[int] = 3
 
     def __init__(self, axis: Axis) -> None:
         super().__init__(axis)
+        self._limits = PositionLimits(axis)
         self._velocity = 0.0
         self._target = 0.0
+        self._reached, self._moving = Window(), Window()
 
     def enter(self) -> None:
         self._velocity = float(self.axis.servo.state["velocity"])
+        self._reached.restart()
+        self._moving.restart()
 
     def plan(self, controlword: int) -> Loop:
         axis, dictionary = self.axis, self.axis.dictionary
-        limit = abs(axis.scaling.angular(float(dictionary[0x607F].value)))
-        target = axis.scaling.angular(float(dictionary[0x60FF].value))
-        self._target = max(-limit, min(limit, target)) if limit > 0.0 else target
+        self._target = cap_speed(axis, axis.scaling.angular(float(dictionary[0x60FF].value)))
+        position, down = float(axis.servo.state["position"]), axis.ramp(0x6084)
+        self._target = self._limits.cap_speed(self._target, position, down)
         demand = axis.servo.demand
-        position = float(axis.servo.state["position"])
-        ramp_cycle(position, self._velocity, self._target, axis.ramp(0x6083), axis.ramp(0x6084), demand)
+        ramp_cycle(position, self._velocity, self._target, axis.ramp(0x6083), down, demand)
         demand[:, VELOCITY_OFFSET] = axis.velocity_offset()
         demand[:, TORQUE_OFFSET] = axis.torque_offset()
         self._velocity = float(demand[-1, 1])
         return Loop.VELOCITY
 
+    def after(self) -> None:
+        actual, cycle = float(self.axis.servo.state["velocity"]), self.axis.cycle
+        window = self._speed(0x606D, max(REACHED * abs(self._target), STANDING))
+        self._reached.look(abs(actual - self._target) < window, self._time(0x606E), cycle)
+        self._moving.look(abs(actual) >= self._speed(0x606F, STANDING), self._time(0x6070), cycle)
+
     def status_bits(self) -> int:
-        actual = float(self.axis.servo.state["velocity"])
-        window = max(REACHED * abs(self._target), 0.05)
-        reached = Statusword.TARGET_REACHED if abs(actual - self._target) < window else 0
-        standing = Statusword.MODE_BIT_12 if abs(actual) < 0.05 else 0
+        reached = Statusword.TARGET_REACHED if self._reached.held else 0
+        standing = 0 if self._moving.held else Statusword.MODE_BIT_12
         return reached | standing
+
+    def _speed(self, index: int, otherwise: float) -> float:
+        """A window or threshold [rad/s]."""
+        dictionary = self.axis.dictionary
+        return abs(self.axis.scaling.angular(float(dictionary[index].value))) if index in dictionary else otherwise
+
+    def _time(self, index: int) -> float:
+        """A time [s]."""
+        dictionary = self.axis.dictionary
+        return float(dictionary[index].value) / 1000.0 if index in dictionary else 0.0

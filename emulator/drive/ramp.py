@@ -1,4 +1,4 @@
-"""A speed that changes at a given rate: the profile of velocity mode, of homing, of every stop."""
+"""A value that changes at a given rate: the speed of velocity modes, of homing, of every stop; the torque of mode 4."""
 
 from __future__ import annotations
 
@@ -25,3 +25,16 @@ def ramp_cycle(position: float, velocity: float, target: float, up: float, down:
         position += 0.5 * (before + velocity) * SERVO_PERIOD
         demand[period, 0] = position
         demand[period, 1] = velocity
+
+
+@compiled
+def approach(value: float, target: float, rate: float, column) -> float:  # type: ignore[no-untyped-def]
+    """Fill a column (n,) of demands with a value that goes to `target` by `rate` a second; the last one."""
+    change = rate * SERVO_PERIOD
+    for period in range(column.shape[0]):
+        if abs(target - value) <= change * (1.0 + 1e-9):
+            value = target
+        else:
+            value += change if target > value else -change
+        column[period] = value
+    return value

@@ -7,7 +7,7 @@ PI of the velocity error + 60B2h, limited; integration stops while limited.
 
 from __future__ import annotations
 
-from enum import IntEnum
+from enum import IntEnum, IntFlag
 from math import floor, pi
 
 import numpy as np
@@ -28,6 +28,19 @@ class Loop(IntEnum):
     POSITION = 3
 
 
+LOOPS = tuple(Loop)
+"""By their numbers."""
+
+
+class Alarm(IntFlag):
+    """What the loops find wrong within a servo period."""
+
+    FOLLOWING_ERROR = 1
+    OVERCURRENT = 2
+    OVERLOAD = 4
+    OVERSPEED = 8
+
+
 PARAMETERS = np.dtype(
     [
         ("position_gain", "f8"),  # 1/s
@@ -36,10 +49,20 @@ PARAMETERS = np.dtype(
         ("velocity_feedforward", "f8"),  # 0..1
         ("velocity_filter", "f8"),  # share of the new value a period
         ("current_filter", "f8"),  # share of the new value a period
-        ("torque_limit", "f8"),  # N·m
+        ("torque_limit", "f8"),  # N·m, both directions
+        ("torque_positive", "f8"),  # N·m, 60E0h
+        ("torque_negative", "f8"),  # N·m, 60E1h, as a magnitude
+        ("speed_limit", "f8"),  # rad/s, 6080h, where only torque is controlled
         ("encoder_quantum", "f8"),  # rad
         ("torque_noise", "f8"),  # N·m rms
         ("torque_quantum", "f8"),  # N·m
+        ("encoder_alive", "f8"),  # 1, or 0: the count stands still
+        ("error_limit", "f8"),  # rad
+        ("error_timeout", "f8"),  # s
+        ("trip_torque", "f8"),  # N·m, beyond it the power stage switches off
+        ("overspeed", "f8"),  # rad/s
+        ("heating", "f8"),  # 1/(N·m)², inverse square of the torque that the motor bears for ever
+        ("thermal_share", "f8"),  # share of the way to the steady heat a period
     ]
 )
 
@@ -54,6 +77,10 @@ STATE = np.dtype(
         ("torque_demand", "f8"),  # N·m, what the velocity loop asks
         ("torque", "f8"),  # N·m, what the motor gives
         ("torque_actual", "f8"),  # N·m, as measured
+        ("error_time", "f8"),  # s, for how long the following error has been beyond its limit
+        ("heat", "f8"),  # I2t, 1: as warm as the rated torque makes it for ever
+        ("limited", "i8"),  # 1 while the torque is at a limit
+        ("alarms", "i8"),  # bits of Alarm that came up since they were cleared
     ]
 )
 
@@ -74,7 +101,9 @@ def servo_period(  # type: ignore[no-untyped-def]  # record arrays have no stati
     for axis in range(parameters.shape[0]):
         p = parameters[axis]
         s = state[axis]
-        counted = floor(motor_position[axis] / p.encoder_quantum) * p.encoder_quantum
+        counted = s.position
+        if p.encoder_alive != 0.0:
+            counted = floor(motor_position[axis] / p.encoder_quantum) * p.encoder_quantum
         s.velocity += p.velocity_filter * ((counted - s.position) / SERVO_PERIOD - s.velocity)
         s.position = counted
         if loops[axis] == 0:
@@ -83,18 +112,28 @@ def servo_period(  # type: ignore[no-untyped-def]  # record arrays have no stati
             s.position_demand = counted
             s.integral = 0.0
             s.torque_demand = 0.0
+            s.limited = 0
         else:
             _cascade(p, s, loops[axis], demand[axis])
         s.torque += p.current_filter * (s.torque_demand - s.torque)
         motor_torque[axis] = s.torque
         measured = (s.torque + p.torque_noise * noise[axis]) / p.torque_quantum
         s.torque_actual = floor(measured + 0.5) * p.torque_quantum
+        _watch(p, s, loops[axis])
 
 
 @compiled
 def _cascade(p, s, loop, demand) -> None:  # type: ignore[no-untyped-def]
+    most, least = min(p.torque_limit, p.torque_positive), -min(p.torque_limit, p.torque_negative)
     if loop == 1:
         wanted = demand[3]
+        if p.speed_limit < np.inf:
+            most = max(least, min(most, p.velocity_gain * (p.speed_limit - s.velocity)))
+            least = min(most, max(least, p.velocity_gain * (-p.speed_limit - s.velocity)))
+        s.following_error = 0.0
+        s.velocity_demand = s.velocity
+        s.position_demand = s.position
+        s.integral = 0.0
     else:
         s.velocity_demand = demand[1] + demand[2]
         if loop == 3:
@@ -103,9 +142,28 @@ def _cascade(p, s, loop, demand) -> None:  # type: ignore[no-untyped-def]
             s.velocity_demand = p.position_gain * s.following_error + p.velocity_feedforward * demand[1] + demand[2]
         error = s.velocity_demand - s.velocity
         wanted = p.velocity_gain * error + s.integral + demand[3]
-        if abs(wanted) < p.torque_limit:
+        if least < wanted < most:
             s.integral += p.velocity_gain * p.integral_rate * SERVO_PERIOD * error
-    s.torque_demand = min(max(wanted, -p.torque_limit), p.torque_limit)
+    s.torque_demand = min(max(wanted, least), most)
+    s.limited = 0 if least <= wanted <= most else 1
+
+
+@compiled
+def _watch(p, s, loop) -> None:  # type: ignore[no-untyped-def]
+    """Following error for longer than its time-out, current trip, I2t, overspeed."""
+    if loop == 3 and abs(s.following_error) > p.error_limit:
+        s.error_time += SERVO_PERIOD
+        if s.error_time > p.error_timeout:
+            s.alarms |= 1
+    else:
+        s.error_time = 0.0
+    if abs(s.torque) > p.trip_torque:
+        s.alarms |= 2
+    s.heat += p.thermal_share * (p.heating * s.torque * s.torque - s.heat)
+    if s.heat > 1.0:
+        s.alarms |= 4
+    if abs(s.velocity) > p.overspeed:
+        s.alarms |= 8
 
 
 class Servo:
@@ -120,7 +178,8 @@ class Servo:
     @property
     def loop(self) -> Loop:
         """The loops that are closed now."""
-        return Loop(int(self._bank.loops[self._index]))
+        loop: Loop = LOOPS[self._bank.loops[self._index]]
+        return loop
 
     @loop.setter
     def loop(self, loop: Loop) -> None:
@@ -145,6 +204,9 @@ class ServoBank:
     def __init__(self, axes: int, seed: int) -> None:
         self.periods = 8
         self.parameters = np.zeros(axes, dtype=PARAMETERS)
+        self.parameters["encoder_alive"] = 1.0
+        for unlimited in ("torque_positive", "torque_negative", "speed_limit", "error_limit", "trip_torque", "overspeed"):
+            self.parameters[unlimited] = np.inf
         self.state = np.zeros(axes, dtype=STATE)
         self.loops = np.zeros(axes, dtype=np.int64)
         self._make_room(self.periods)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum, IntEnum, auto
 
 
@@ -100,6 +101,8 @@ class StateMachine:
         self.stop: Stop | None = None
         self._after_stop: State | None = None
         self._last_controlword = 0
+        self.may_reset: Callable[[], bool] = lambda: True
+        """Whether the cause of a fault is gone; without that transition 15 is refused."""
 
     def power_on(self) -> None:
         """Transitions 0 and 1: self-test done."""
@@ -112,7 +115,7 @@ class StateMachine:
         rising = controlword & ~self._last_controlword
         self._last_controlword = controlword
         if self.state is State.FAULT:
-            if rising & Controlword.FAULT_RESET:
+            if rising & Controlword.FAULT_RESET and self.may_reset():
                 self.state = State.SWITCH_ON_DISABLED
             return
         if self.state not in (State.FAULT_REACTION_ACTIVE, State.NOT_READY_TO_SWITCH_ON):

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from controller import bring_up as bring_up_module
-from controller import cycle as cycle_module
+from controller.pacing import Lockstep
 from drivetwin.bus import host_bus
 from drivetwin.cli import main
 from emulator.canopen.abort_codes import AbortCode, SdoAbort
@@ -155,7 +155,7 @@ def test_a_real_machine_does_not_move_without_a_yes(refused: Refused, tmp_path: 
     path = tmp_path / "limits.yaml"
     path.write_text("axes: {slide: {travel: [-0.1, 0.1], speed: 0.1, torque: 50}}")
     err = refused(f"identify OUT --machine stage --bus can0 --clock realtime --limits {path}")
-    assert err == "drivetwin: not confirmed; nothing was done\n"
+    assert err == "drivetwin: not confirmed (--yes confirms without asking); nothing was done\n"
 
 
 def test_a_bus_where_nobody_answers(refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -219,11 +219,10 @@ def test_a_drive_that_faults_in_the_middle(refused: Refused, monkeypatch: pytest
 
 
 def test_a_drive_that_dies_in_the_middle(refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cycle_module, "ANSWER_TIMEOUT", 0.05)
+    monkeypatch.setattr(Lockstep, "answer_timeout", 0.05)
 
     def die(machine: VirtualMachine) -> None:
-        device = machine.drives[2].device
-        device.receive = device.sync = lambda *_: None  # type: ignore[method-assign]
+        machine.wires[2].bus_off()
 
     made = spoiled(monkeypatch, lambda machine: at(4.0, machine, lambda: die(machine)))
     err = refused("identify OUT --machine scara")

@@ -77,7 +77,7 @@ def test_holding_brake_holds_while_disabled(machine: str, axis: str, before: lis
 def test_unknown_mode_is_refused() -> None:
     bench = DriveBench()
     with pytest.raises(SdoAbort):
-        bench.write(0x6060, 1)
+        bench.write(0x6060, 5)
     with pytest.raises(SdoAbort):
         DriveBench(profile="servoone").write(0x6060, CYCLIC)
 
@@ -201,7 +201,7 @@ def home(bench: DriveBench, limit: int = 12_000) -> set[int]:
 @pytest.mark.parametrize(("machine", "axis"), [("stage", "slide"), ("scara", "lift"), ("scara", "stretch")])
 @pytest.mark.parametrize("method", [17, 18])
 def test_home_is_the_edge_of_the_switch(method: int, machine: str, axis: str) -> None:
-    """Within the way of one servo period at the slow speed, and an increment; the zero is 607Ch beyond it (CiA 402-2, figure of 607Ch)."""
+    """Within the way of one servo period at the slow speed, and an increment; the zero is 607Ch beyond it (CiA 402-2)."""
     bench = homing_bench(method, machine=machine, axis=axis)
     assert home(bench) <= {RUNNING, ATTAINED}
     bench.sync(300)
@@ -224,7 +224,9 @@ def test_homing_that_begins_on_the_switch() -> None:
     bench.write(0x60FF, -bench.units(5.0))
     bench.sync(2000)
     assert int(bench.read(0x60FD)) & 3 == 1
-    bench.write(0x6060, HOMING)
+    assert bench.emergencies() == [0x5442]
+    bench.command(0x80, SHUTDOWN)
+    bench.enable(HOMING)
     bench.sync(50)
     home(bench)
     bench.sync(200)
@@ -244,7 +246,7 @@ def test_home_is_here(method: int, polarity: int) -> None:
 
 
 def test_a_homing_method_that_is_not_there() -> None:
-    bench = homing_bench(1)
+    bench = homing_bench(15)
     home(bench, limit=3)
     assert mode_bits(bench) == FAILED | REACHED  # error, and the axis stands
 

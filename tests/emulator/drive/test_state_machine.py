@@ -271,7 +271,7 @@ def test_fault_reaction_option_code(option: int, deceleration: float) -> None:
     assert (bench.read(0x603F), bench.read(0x1001)) == (0, 0)
 
 
-@pytest.mark.parametrize(("option", "deceleration"), [(1, PROFILE), (2, QUICK_RAMP), (3, QUICK_RAMP)])
+@pytest.mark.parametrize(("option", "deceleration"), [(1, PROFILE), (2, QUICK_RAMP)])
 def test_halt(option: int, deceleration: float) -> None:
     """Bit 8 with 605Dh: slow down and stay enabled; statusword bit 10 says when the axis stands; go on when it is cleared."""
     bench = moving()

@@ -1,0 +1,74 @@
+"""What a mode of operation works with: the drive's dictionary, loops, factor group, hardware; one axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf
+
+from drive_profiles import DriveProfile
+from emulator.canopen.object_dictionary import ObjectDictionary, Variable
+from emulator.drive.hardware import Hardware, LimitSwitches
+from emulator.drive.interpolation import Interpolation
+from emulator.drive.objects import number, optional, role
+from emulator.drive.scaling import Scaling
+from emulator.drive.servo import SERVO_PERIOD, Servo
+
+MOST_OF = {0x6083: 0x60C5, 0x6084: 0x60C6, 0x6085: 0x60C6, 0x609A: 0x60C5}
+"""Object with the limit (max acceleration, max deceleration) of each object with a ramp."""
+
+NO_LIMIT = 0xFFFFFFFF
+"""Greatest UNSIGNED32: an acceleration of this value, or 0, is no limit."""
+
+
+@dataclass
+class Axis:
+    """One axis of a drive. `limit_active` is set by whoever cuts a demand, and shows as bit 11 of the statusword."""
+
+    profile: DriveProfile
+    dictionary: ObjectDictionary
+    servo: Servo
+    hardware: Hardware
+    scaling: Scaling
+    interpolation: Interpolation
+    limit_active: bool = False
+
+    @property
+    def switches(self) -> LimitSwitches:
+        """The limit switches."""
+        return self.hardware.switches
+
+    @property
+    def cycle(self) -> float:
+        """Length of the coming communication cycle [s]."""
+        return len(self.servo.demand) * SERVO_PERIOD
+
+    def role(self, name: str) -> Variable | None:
+        """The variable that plays a role on this drive type, None where the type has none."""
+        return role(self.dictionary, self.profile, name)
+
+    def move_origin(self, angle: float) -> None:
+        """Make motor angle `angle` [rad] the zero of positions."""
+        self.scaling = replace(self.scaling, origin=angle)
+
+    def ramp(self, index: int) -> float:
+        """Motor acceleration [rad/s²] that an object gives, limited by 60C5h or 60C6h where the drive has them.
+
+        One that is 0 is no limit: the speed changes within a period.
+        """
+        return min(self._acceleration(index), self._acceleration(MOST_OF.get(index, 0)))
+
+    def torque_offset(self) -> float:
+        """60B2h [N·m]."""
+        return int(self.dictionary[0x60B2].value) * self.rated_torque() / 1000.0
+
+    def velocity_offset(self) -> float:
+        """60B1h [rad/s]."""
+        return self.scaling.angular(float(self.dictionary[0x60B1].value))
+
+    def rated_torque(self) -> float:
+        """6076h [N·m]."""
+        return int(self.dictionary[0x6076].value) / 1000.0
+
+    def _acceleration(self, index: int) -> float:
+        raw = number(optional(self.dictionary, index), 0.0)
+        return abs(self.scaling.angular(raw)) if 0.0 < raw < NO_LIMIT else inf

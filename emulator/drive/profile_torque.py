@@ -1,0 +1,38 @@
+"""Profile torque mode (4): the torque goes to 6071h by the slope 6087h (CiA 402-2, clause 'Profile torque mode')."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import ClassVar
+
+from emulator.drive.mode import Axis, Mode
+from emulator.drive.ramp import approach
+from emulator.drive.servo import TORQUE_OFFSET, Loop
+from emulator.drive.state_machine import Statusword
+
+
+class ProfileTorque(Mode):
+    """6071h in thousandths of rated torque, 6087h in thousandths a second (0: at once); bit 10 when the slope has ended."""
+
+    code: ClassVar[int] = 4
+
+    def __init__(self, axis: Axis) -> None:
+        super().__init__(axis)
+        self._torque = 0.0
+        self._target = 0.0
+
+    def enter(self) -> None:
+        self._torque = float(self.axis.servo.state["torque_demand"])
+
+    def plan(self, controlword: int) -> Loop:
+        axis = self.axis
+        self._target = int(axis.dictionary[0x6071].value) * axis.rated_torque() / 1000.0
+        slope = int(axis.dictionary[0x6087].value) * axis.rated_torque() / 1000.0
+        demand = axis.servo.demand
+        demand[:] = 0.0
+        self._torque = approach(self._torque, self._target, slope if slope > 0.0 else inf, demand[:, TORQUE_OFFSET])
+        demand[:, TORQUE_OFFSET] += axis.torque_offset()
+        return Loop.TORQUE
+
+    def status_bits(self) -> int:
+        return Statusword.TARGET_REACHED if self._torque == self._target else 0

@@ -1,0 +1,140 @@
+"""Digital inputs and outputs, touch probe, DC link, currents (CiA 402-2), against the plant's true positions."""
+
+from __future__ import annotations
+
+from math import ceil, pi
+
+import pytest
+from drive_bench import PROFILE_VELOCITY, DriveBench
+
+from emulator.drive.digital_io import digital_outputs
+from emulator.drive.hardware import ALWAYS, NEVER, LimitSwitches, Switch
+from emulator.drive.servo import SERVO_PERIOD
+
+SPEED = 20.0
+PERIOD = SPEED * SERVO_PERIOD * 1.3
+"""The way of one servo period [rad]."""
+
+
+def moving(profile: str = "cia402-full") -> DriveBench:
+    bench = DriveBench(profile=profile)
+    bench.write(0x6083, bench.units(500.0))
+    bench.write(0x6084, bench.units(500.0))
+    bench.write(0x60FF, bench.units(SPEED))
+    bench.enable(PROFILE_VELOCITY)
+    bench.sync(100)
+    return bench
+
+
+def zone(bench: DriveBench, ahead: float, width: float) -> Switch:
+    """A probe signal that begins `ahead` of the motor [rad]."""
+    start = bench.motor + ahead
+    return Switch(start, start + width)
+
+
+def told(bench: DriveBench, index: int) -> float:
+    """Motor angle [rad] of a latched position."""
+    return bench.read(index) / bench.units(1.0) + bench.drive.axis.scaling.origin
+
+
+def test_digital_inputs() -> None:
+    bench = DriveBench()
+    hardware = bench.drive.hardware
+    assert bench.read(0x60FD) == 0
+    for bit, disturb in (
+        (0, lambda: setattr(hardware, "switches", LimitSwitches(1e9, 1e9))),
+        (1, lambda: setattr(hardware, "switches", LimitSwitches(-1e9, -1e9))),
+        (2, lambda: setattr(hardware, "home_switch", ALWAYS)),
+        (3, lambda: setattr(hardware, "sto", True)),
+    ):
+        disturb()
+        assert int(bench.read(0x60FD)) >> bit & 1
+    hardware.home_switch = None
+    assert not int(bench.read(0x60FD)) >> 2 & 1
+
+
+def test_digital_outputs() -> None:
+    """60FEh:01 under the mask 60FEh:02, where the drive has one."""
+    full, servoone = DriveBench(), DriveBench(profile="servoone")
+    full.write(0x60FE, 0xF0F0, 1)
+    assert digital_outputs(full.drive.axis) == 0
+    full.write(0x60FE, 0xFF00, 2)
+    assert digital_outputs(full.drive.axis) == 0xF000
+    servoone.write(0x60FE, 0xF0F0, 1)
+    assert digital_outputs(servoone.drive.axis) == 0xF0F0
+
+
+@pytest.mark.parametrize("profile", ["cia402-full", "servoone"])
+@pytest.mark.parametrize("probe", [0, 1])
+def test_touch_probe_latches_both_edges_once(profile: str, probe: int) -> None:
+    """Single: the first edge of each kind is kept until the probe is enabled anew; caught at the servo period."""
+    bench = moving(profile)
+    positive, negative = ((0x60BA, 0x60BB), (0x60BC, 0x60BD))[probe]
+    shift = 8 * probe
+    first = zone(bench, 2.0, 1.0)
+    bench.drive.hardware.probes[probe] = first
+    bench.write(0x60B8, 0x31 << shift)
+    bench.sync()
+    assert bench.read(0x60B9) == 0x01 << shift
+    bench.sync(300)
+    assert bench.read(0x60B9) == 0x07 << shift
+    assert 0.0 <= told(bench, positive) - first.low <= PERIOD
+    assert 0.0 <= told(bench, negative) - first.high <= PERIOD
+    kept = bench.read(positive)
+    bench.drive.hardware.probes[probe] = NEVER
+    bench.sync()
+    bench.drive.hardware.probes[probe] = zone(bench, 2.0, 1.0)
+    bench.sync(300)
+    assert bench.read(positive) == kept
+    bench.write(0x60B8, 0)
+    bench.sync()
+    assert bench.read(0x60B9) == 0
+
+
+@pytest.mark.parametrize(("function", "status"), [(0x11, 0x03), (0x21, 0x05)])
+def test_touch_probe_of_one_edge(function: int, status: int) -> None:
+    bench = moving()
+    bench.drive.hardware.probes[0] = zone(bench, 2.0, 1.0)
+    bench.write(0x60B8, function)
+    bench.sync(300)
+    assert bench.read(0x60B9) == status
+
+
+def test_touch_probe_goes_on_latching() -> None:
+    """Continuous: the last edge counts."""
+    bench = moving()
+    bench.write(0x60B8, 0x13)
+    for _ in range(3):
+        bench.drive.hardware.probes[0] = NEVER
+        bench.sync(2)
+        signal = zone(bench, 2.0, 1.0)
+        bench.drive.hardware.probes[0] = signal
+        bench.sync(200)
+        assert 0.0 <= told(bench, 0x60BA) - signal.low <= PERIOD
+
+
+def test_touch_probe_on_the_zero_impulse() -> None:
+    bench = moving()
+    bench.drive.hardware.index_angle = 1.0
+    bench.write(0x60B8, 0x15)
+    bench.sync()
+    pulse = 2.0 * pi * ceil((bench.motor - 1.0) / (2.0 * pi)) + 1.0
+    bench.sync(600)
+    assert 0.0 <= told(bench, 0x60BA) - pulse <= PERIOD
+
+
+def test_an_actuated_probe_is_no_edge_when_enabled() -> None:
+    bench = moving()
+    bench.drive.hardware.probes[0] = ALWAYS
+    bench.write(0x60B8, 0x31)
+    bench.sync(50)
+    assert bench.read(0x60B9) == 0x01
+
+
+def test_currents() -> None:
+    """6078h in thousandths of 6075h is the torque in thousandths of 6076h, as torque is proportional to current."""
+    bench = moving()
+    assert bench.read(0x6075) == 2000
+    for _ in range(20):
+        bench.sync()
+        assert bench.read(0x6078) == bench.read(0x6077)
