@@ -33,7 +33,15 @@ SLOW_DOWN_ON_QUICK_STOP_RAMP = 2
 
 
 def connect(link: Link, machine: Machine, profile: DriveProfile) -> list[DriveNode]:
-    """The machine's drives on this link, not yet spoken to."""
+    """The machine's drives on this link, not yet spoken to.
+
+    Raises UserError for a drive type that this controller cannot stream to or capture from.
+    """
+    if lacking := [role for role in ("position_setpoint", "torque_actual") if role not in profile.roles]:
+        raise UserError(
+            f"drives of type {profile.name} have no {' and no '.join(lacking)} for a PDO to carry, and this procedure needs "
+            "them; choose another --profile"
+        )
     return [DriveNode(link, name, axis, profile) for name, axis in machine.axes.items()]
 
 
