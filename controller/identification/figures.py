@@ -18,7 +18,8 @@ def torque_speed_figure(result: AxisIdentification, true_law: FrictionLaw | None
     units = result.units
     speed, torque = friction_points(result)
     figure = go.Figure()
-    figure.add_scattergl(x=speed, y=torque, mode="markers", name="measured", marker={"size": 3, "color": CLOUD})
+    # not scattergl, which plotly draws above the curves
+    figure.add_scatter(x=speed, y=torque, mode="markers", name="measured", marker={"size": 3, "color": CLOUD})
     grid = speed_range(result)
     if true_law:
         _curve(figure, true_law, grid, "true, with the fitted offset", {"color": TRUE, "width": 6})
