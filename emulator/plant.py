@@ -166,7 +166,7 @@ def _prepare(spec: mujoco.MjSpec, machine: Machine, effects: tuple[PlacedEffect,
         for placed in effects:
             if placed.axis == name:
                 _check_units(placed, joint)
-                law = placed.effect.add_to(joint, law)
+                law = placed.effect.add_to(spec, joint, law)
         _check_resists(name, law)
         joint.damping[0] = law.viscous
         joint.frictionloss = law.coulomb

@@ -1,4 +1,4 @@
-"""What an effect is: a name, a family, parameters with units and bounds, what it adds to the plant, what it predicts."""
+"""What an effect is: a name, a family, parameters with units and bounds, what it adds to the plant, and maybe predicts."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ class Unit:
 
 TORQUE = Unit("N·m", "N")
 DAMPING = Unit("N·m·s/rad", "N·s/m")
+STIFFNESS = Unit("N·m/rad", "N/m")
 VELOCITY = Unit("rad/s", "m/s")
 NUMBER = Unit("1", "1")
 
@@ -75,8 +76,13 @@ class Effect(ABC):
     parameters: ClassVar[tuple[Parameter, ...]]
 
     @abstractmethod
-    def add_to(self, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
-        """Add the effect to the plant: edit the joint's specification, or return the friction law with the effect in it."""
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
+        """Add the effect to the plant: edit the specification about the axis's joint, or return the law changed by it."""
+
+
+@dataclass(frozen=True)
+class StaticEffect(Effect):
+    """An effect whose torque follows from the present motion of its axis alone. What others cost, only a replay tells."""
 
     @abstractmethod
     def predict(
@@ -89,14 +95,14 @@ class Effect(ABC):
 
 
 @dataclass(frozen=True)
-class FrictionEffect(Effect):
+class FrictionEffect(StaticEffect):
     """An effect that is a change of the friction law: what it costs is what the changed law resists more."""
 
     @abstractmethod
     def change(self, law: FrictionLaw) -> FrictionLaw:
         """The law with the effect in it."""
 
-    def add_to(self, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
         return self.change(law)
 
     def predict(

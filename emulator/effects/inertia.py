@@ -9,11 +9,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.effects.base import Effect, FrictionLaw, Parameter, Unit
+from emulator.effects.base import FrictionLaw, Parameter, StaticEffect, Unit
 
 
 @dataclass(frozen=True)
-class Inertia(Effect):
+class Inertia(StaticEffect):
     """torque = difference * acceleration: added to the joint's `armature`, on the joint side."""
 
     name: ClassVar[str] = "inertia"
@@ -22,7 +22,7 @@ class Inertia(Effect):
 
     difference: float
 
-    def add_to(self, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
         joint.armature += self.difference
         return law
 
