@@ -118,6 +118,6 @@ def position_demand(
     """
     columns = []
     for axis, drive in enumerate(drives):
-        before = np.full(drive.setpoint_delay, start[axis])
-        columns.append(np.concatenate([before, setpoints[:, axis]])[: len(setpoints)])
+        sent = np.concatenate([np.full(len(drive.setpoint_weights), start[axis]), setpoints[:, axis]])
+        columns.append(np.convolve(sent, drive.setpoint_weights, mode="valid")[: len(setpoints)])
     return np.column_stack(columns)

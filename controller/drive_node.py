@@ -7,7 +7,9 @@ import struct
 from dataclasses import dataclass
 
 import canopen
+import numpy as np
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
+from numpy.typing import NDArray
 
 from controller.dictionary import object_dictionary
 from controller.link import Link, PumpedNode
@@ -24,6 +26,8 @@ INPUT = struct.Struct("<if")
 """TPDO 2: position actual value, torque actual value as float32."""
 
 SYNCHRONOUS, EVENT_DRIVEN = 1, 255
+
+GREATEST_I16 = 0x7FFF
 
 STATE_MASK = 0x6F
 SWITCH_ON_DISABLED, READY_TO_SWITCH_ON, SWITCHED_ON, OPERATION_ENABLED = 0x40, 0x21, 0x23, 0x27
@@ -130,12 +134,18 @@ class DriveNode:
         return "cubic_spline" if "cubic_spline" in self.profile.interpolation_codes else "linear"
 
     @property
-    def setpoint_delay(self) -> int:
-        """Cycles from the SYNC at which a set-point takes effect to the SYNC at which it is the position demand (6062h).
+    def setpoint_weights(self) -> tuple[float, ...]:
+        """Weights of the set-point of a cycle ago, of two cycles ago, ... in the position demand (6062h) at a SYNC.
 
-        A straight line ends on it a cycle later; a cubic B-spline passes it a cycle after that.
+        A straight line ends on its set-point a cycle later; a uniform cubic B-spline passes a cycle after that by its
+        point (de Boor, A Practical Guide to Splines, 1978, ch. IX).
         """
-        return 2 if self.interpolation == "cubic_spline" else 1
+        return (1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0) if self.interpolation == "cubic_spline" else (1.0,)
+
+    @property
+    def setpoint_delay(self) -> int:
+        """Cycles from the SYNC at which a set-point takes effect to the SYNC at which it is the position demand (6062h)."""
+        return 1 + len(self.setpoint_weights) // 2
 
     # -- PDO ----------------------------------------------------------------------------------------------------------
 
@@ -224,6 +234,18 @@ class DriveNode:
     def in_units(self, value: float) -> int:
         """A position [m or rad], speed or acceleration in the drive's user units."""
         return round(value / self.unit)
+
+    def torque_offsets(self, joint: NDArray[np.float64]) -> list[int]:
+        """60B2h for joint torques (n,) [N·m or N]: per mille of the motor's rated torque (6076h).
+
+        Raises UserError where one is beyond the object's 16 bits.
+        """
+        rated = self.joint_torque(float(self.read(0x6076)) / 1000.0)
+        raw = np.rint(joint / rated * 1000.0)
+        if np.abs(raw).max(initial=0.0) > GREATEST_I16:
+            most = GREATEST_I16 / 1000.0 * rated
+            raise UserError(f"{self.where()}: a torque offset of {np.abs(joint).max():.4g} is beyond the {most:.4g} of 60B2h")
+        return [int(value) for value in raw]
 
     def joint_torque(self, motor: float) -> float:
         """Joint torque or force of a motor torque [N·m]: times the gear ratio, no efficiency taken off."""

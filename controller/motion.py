@@ -24,6 +24,13 @@ STATE_TIMEOUT = 1.0
 
 
 @dataclass(frozen=True)
+class Offsets:
+    """What is streamed beside the positions, a row a cycle, (n, axes), joint side: torque [N·m or N] (60B2h)."""
+
+    torque: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class Samples:
     """What came back while streaming: per drive, (n, axes) position [joint, m or rad] and torque [joint, N·m or N]."""
 
@@ -87,6 +94,7 @@ def disable(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
     """
     for drive in drives:
         drive.operating = False
+        drive.torque_offset = 0
         drive.controlword = QUICK_STOP
     _await_state(cycle, drives, SWITCH_ON_DISABLED)
     for drive in drives:
@@ -125,19 +133,25 @@ def stream(
     cycle: Cycle,
     drives: Sequence[DriveNode],
     positions: NDArray[np.float64],
+    offsets: Offsets | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Samples:
-    """Stream joint positions (n, axes) [m or rad], one row a cycle, and return what came back.
+    """Stream joint positions (n, axes) [m or rad] and offsets, one row a cycle, and return what came back.
 
     Row k of the samples was taken at the SYNC at which row k of the set-points took effect; the drive's position demand
-    reaches that set-point `DriveNode.setpoint_delay` cycles later.
+    reaches that set-point `DriveNode.setpoint_delay` cycles later, while row k of the offsets acts from that SYNC to the next.
+    Afterwards the torque offsets stay as in the last row. Raises UserError for a torque that 60B2h cannot hold.
     """
     setpoints = [[int(value) for value in np.rint(positions[:, axis] / drive.unit)] for axis, drive in enumerate(drives)]
+    torques = [[drive.torque_offset] * len(positions) for drive in drives]
+    if offsets is not None:
+        torques = [drive.torque_offsets(offsets.torque[:, axis]) for axis, drive in enumerate(drives)]
     raw_position = np.zeros((len(positions), len(drives)))
     raw_torque = np.zeros((len(positions), len(drives)))
     for row in range(len(positions)):
         for axis, drive in enumerate(drives):
             drive.setpoint = setpoints[axis][row]
+            drive.torque_offset = torques[axis][row]
         cycle.run()
         for axis, drive in enumerate(drives):
             raw_position[row, axis] = drive.position

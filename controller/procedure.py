@@ -7,24 +7,23 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import can
-import numpy as np
-from numpy.typing import NDArray
 
 from controller.bring_up import bring_up, connect
 from controller.bus_log import BusLog
-from controller.capture import describe, position_demand, record
+from controller.capture import describe
 from controller.cycle import Cycle
 from controller.drive_node import DriveNode
-from controller.excitation import SPEED_LEVELS, VALIDATION_LEVELS, excitation, strokes, with_held
+from controller.excitation import SPEED_LEVELS, VALIDATION_LEVELS, excitation, strokes
 from controller.identification import Settings
 from controller.limits import Limits, apply_torque_limits
 from controller.link import Link
 from controller.machine import Machine
-from controller.motion import enable_streaming, home, positions_now, stream
+from controller.motion import enable_streaming, home
 from controller.pacing import Pacing
+from controller.progress import Progress
 from controller.sdo_check import FrictionPoint, friction_by_sdo
+from controller.session import Session
 from controller.stop import stopped_at_the_end
-from controller.trajectory import move, side_by_side
 from drive_profiles import DriveProfile
 from drivetwin.recording.recording import AxisInfo, Recording
 
@@ -47,16 +46,6 @@ class Captured:
     cycles: int = 0
     late_cycles: int = 0
     worst_lateness: float = 0.0
-
-
-class Progress:
-    """Where the procedure says how far it is; this one is silent."""
-
-    def phase(self, name: str, seconds: float) -> None:
-        """A phase of about `seconds` of motion begins."""
-
-    def advance(self, seconds: float) -> None:
-        """So much of it is done."""
 
 
 def capture_machine(
@@ -97,7 +86,7 @@ def _capture(
     progress.phase("home", 5.0)
     home(cycle, drives)
     enable_streaming(cycle, drives)
-    session = _Session(cycle, drives, machine, axes, progress)
+    session = Session(cycle, drives, machine, axes, progress)
     session.go_to({name: axis.rest for name, axis in machine.axes.items()})
     for drive in drives:
         margin = drive.axis.max_speed * OVERSHOOT_TIME
@@ -108,7 +97,7 @@ def _capture(
     return captured
 
 
-def _identify_group(session: _Session, group: Sequence[str], seed: int, captured: Captured) -> None:
+def _identify_group(session: Session, group: Sequence[str], seed: int, captured: Captured) -> None:
     axes = {name: session.machine.axes[name] for name in group}
     period = session.cycle.period
     label = "_".join(group)
@@ -124,35 +113,3 @@ def _identify_group(session: _Session, group: Sequence[str], seed: int, captured
     captured.sdo_points += friction_by_sdo(session.cycle, moving)
     enable_streaming(session.cycle, moving)
     session.go_to({name: axis.rest for name, axis in axes.items()})
-
-
-@dataclass
-class _Session:
-    """Drives that are enabled and stream."""
-
-    cycle: Cycle
-    drives: Sequence[DriveNode]
-    machine: Machine
-    axes: dict[str, AxisInfo]
-    progress: Progress
-
-    def go_to(self, targets: dict[str, float]) -> None:
-        """Move the named axes [m or rad]; the others hold."""
-        start = positions_now(self.drives)
-        paths = []
-        for drive, position in zip(self.drives, start, strict=True):
-            target = targets.get(drive.name, float(position))
-            axis = drive.axis
-            paths.append(move(float(position), target, axis.max_speed, 0.5 * axis.max_acceleration, self.cycle.period))
-        stream(self.cycle, self.drives, side_by_side(paths))
-        self.cycle.run_for(0.1)
-
-    def capture(self, name: str, paths: dict[str, NDArray[np.float64]]) -> Recording:
-        """Stream the paths of the named axes, the others holding, and record every axis."""
-        held = dict(zip(self.axes, (float(value) for value in positions_now(self.drives)), strict=True))
-        demand = with_held(paths, held)
-        self.progress.phase(name.replace("_", " "), len(demand) * self.cycle.period)
-        start = positions_now(self.drives)
-        samples = stream(self.cycle, self.drives, demand, lambda cycles: self.progress.advance(cycles * self.cycle.period))
-        shown = position_demand(self.drives, start, demand)
-        return record(name, self.machine.machine, self.cycle.period, self.axes, shown, samples)

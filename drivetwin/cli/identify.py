@@ -19,7 +19,8 @@ from controller.identification.result import Truth
 from controller.limits import Limits, read_limits, within
 from controller.machine import Machine, load_machine
 from controller.pacing import PACINGS
-from controller.procedure import FIT, Captured, Progress, capture_machine
+from controller.procedure import FIT, Captured, capture_machine
+from controller.progress import Progress
 from controller.sdo_check import to_json
 from drive_profiles import DriveProfile, load_profile
 from drivetwin.bus import INPROC, InprocBus, is_copper, open_bus

@@ -10,7 +10,7 @@ from virtual_bench import VirtualBench
 
 from controller import link as link_module
 from controller.cycle import DriveFaultError
-from controller.motion import disable, enable_streaming, home, positions_now, stream
+from controller.motion import Offsets, disable, enable_streaming, home, positions_now, stream
 from controller.pacing import Lockstep
 from controller.sdo_check import friction_by_sdo
 from controller.stop import stopped_at_the_end
@@ -111,7 +111,7 @@ def go(bench: VirtualBench, trouble: Callable[[], None]) -> None:
 
     started = bench.cycle.count
     done: list[bool] = []
-    stream(bench.cycle, bench.drives, path, struck)
+    stream(bench.cycle, bench.drives, path, progress=struck)
 
 
 def comes_to_rest(bench: VirtualBench) -> bool:
@@ -241,3 +241,29 @@ def test_torque_polled_by_sdo_is_the_friction_of_the_plant() -> None:
     for point in friction_by_sdo(bench.cycle, bench.drives):
         law = truth["coulomb"] + truth["viscous"] * point.velocity
         assert point.torque == pytest.approx(law, rel=0.05)
+
+
+@pytest.mark.parametrize("profile", ["servoone", "cia402-full"])
+def test_the_torque_offset_is_what_the_motor_gives_more(profile: str) -> None:
+    """Row k of the offsets acts from SYNC k on: the next sample has it, less what the current loop lags and the loops answer."""
+    torques = []
+    row, size = 20, 30.0
+    for height in (0.0, size):
+        bench = VirtualBench("stage", profile).up()
+        enable_streaming(bench.cycle, bench.drives)
+        bench.cycle.run_for(0.2)
+        demand = np.full((40, 1), positions_now(bench.drives)[0])
+        offsets = np.zeros((40, 1))
+        offsets[row:] = height
+        torques.append(stream(bench.cycle, bench.drives, demand, Offsets(offsets)).torque[:, 0])
+    np.testing.assert_array_equal(torques[0][: row + 1], torques[1][: row + 1])
+    lag = bench.virtual.machine.axes["slide"].current_loop_time_constant
+    assert torques[1][row + 1] - torques[0][row + 1] == pytest.approx(size * (1.0 - np.exp(-0.001 / lag)), rel=0.15)
+
+
+def test_a_torque_offset_beyond_16_bits_is_refused() -> None:
+    bench = VirtualBench("stage").up()
+    enable_streaming(bench.cycle, bench.drives)
+    demand = np.full((5, 1), positions_now(bench.drives)[0])
+    with pytest.raises(UserError, match=r"axis slide \(node 1\): a torque offset of 1e\+06 is beyond the .* of 60B2h"):
+        stream(bench.cycle, bench.drives, demand, Offsets(np.full((5, 1), 1e6)))
