@@ -164,10 +164,15 @@ class Model:
 
 def load_model(path: Path) -> Model:
     """Read an MJCF file. Raises UserError where it is missing or MuJoCo refuses it."""
+    return Model(compiled(path), path)
+
+
+def compiled(path: Path) -> mujoco.MjModel:
+    """MuJoCo's own model of an MJCF file; raises as `load_model`."""
     if not path.is_file():
         raise UserError(f"no model at {path}: give the path of a MuJoCo XML file")
     try:
-        return Model(mujoco.MjModel.from_xml_path(str(path)), path)
+        return mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:
         raise UserError(f"{path} is not a MuJoCo model: {error}") from error
 

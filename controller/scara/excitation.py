@@ -1,0 +1,38 @@
+"""Motion that tells the arm's base parameters: all axes at once, about several poses of the arm."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controller.session import Session
+from controller.trajectory import exciting
+from drivetwin.recording.recording import Recording
+
+POSES = (0.1, 0.3, 0.5, 0.7, 0.9)
+"""Where stretch moves about, as shares of its travel: from folded to stretched."""
+
+DURATION = 8.0
+"""Of the motion about each pose [s]."""
+
+
+def capture_together(session: Session, seed: int) -> list[Recording]:
+    """Multisines of lift, rotate and stretch at the same time, about each of `POSES`; the arm is at rest afterwards."""
+    return [_capture_about(session, number, pose, seed + number * len(session.axes)) for number, pose in enumerate(POSES)]
+
+
+def _capture_about(session: Session, number: int, pose: float, seed: int) -> Recording:
+    """One pose; each axis has phases of its own."""
+    axes = session.machine.axes
+    centers = {name: 0.5 * (axis.travel[0] + axis.travel[1]) for name, axis in axes.items()}
+    low, high = axes["stretch"].travel
+    centers["stretch"] = low + pose * (high - low)
+    session.go_to(centers)
+    paths = {
+        name: exciting(
+            centers[name], axis.travel, axis.max_speed, axis.max_acceleration, DURATION, session.cycle.period, seed + offset
+        )
+        for offset, (name, axis) in enumerate(axes.items())
+    }
+    recording = session.capture(f"together_{number}", {name: np.asarray(path) for name, path in paths.items()})
+    session.go_to({name: axis.rest for name, axis in axes.items()})
+    return recording

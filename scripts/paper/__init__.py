@@ -1,0 +1,1 @@
+"""What `make paper` is made of, a file a question."""
