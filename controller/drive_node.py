@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import struct
 from dataclasses import dataclass
+from functools import cached_property
 
 import canopen
 import numpy as np
@@ -236,16 +237,22 @@ class DriveNode:
         return round(value / self.unit)
 
     def torque_offsets(self, joint: NDArray[np.float64]) -> list[int]:
-        """60B2h for joint torques (n,) [N·m or N]: per mille of the motor's rated torque (6076h).
+        """60B2h for joint torques (n,) [N·m or N], one a cycle: per mille of the motor's rated torque (6076h).
 
+        What rounding leaves is carried to the next cycle, so that it is no error but at frequencies that no axis follows.
         Raises UserError where one is beyond the object's 16 bits.
         """
-        rated = self.joint_torque(float(self.read(0x6076)) / 1000.0)
-        raw = np.rint(joint / rated * 1000.0)
+        rated = self.joint_torque(self.rated_torque)
+        raw = np.diff(np.rint(np.cumsum(joint / rated * 1000.0)), prepend=0.0)
         if np.abs(raw).max(initial=0.0) > GREATEST_I16:
             most = GREATEST_I16 / 1000.0 * rated
             raise UserError(f"{self.where()}: a torque offset of {np.abs(joint).max():.4g} is beyond the {most:.4g} of 60B2h")
         return [int(value) for value in raw]
+
+    @cached_property
+    def rated_torque(self) -> float:
+        """Rated torque of the motor [N·m] (6076h), to which torques in per mille refer; read once."""
+        return float(self.read(0x6076)) / 1000.0
 
     def joint_torque(self, motor: float) -> float:
         """Joint torque or force of a motor torque [N·m]: times the gear ratio, no efficiency taken off."""

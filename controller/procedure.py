@@ -8,32 +8,22 @@ from pathlib import Path
 
 import can
 
-from controller.bring_up import bring_up, connect
-from controller.bus_log import BusLog
-from controller.capture import describe
-from controller.cycle import Cycle
-from controller.drive_node import DriveNode
 from controller.excitation import SPEED_LEVELS, VALIDATION_LEVELS, excitation, strokes
 from controller.identification import Settings
-from controller.limits import Limits, apply_torque_limits
-from controller.link import Link
+from controller.limits import Limits
 from controller.machine import Machine
-from controller.motion import enable_streaming, home
+from controller.motion import enable_streaming
 from controller.pacing import Pacing
 from controller.progress import Progress
 from controller.sdo_check import FrictionPoint, friction_by_sdo
-from controller.session import Session
-from controller.stop import stopped_at_the_end
+from controller.session import Session, session_on
 from drive_profiles import DriveProfile
-from drivetwin.recording.recording import AxisInfo, Recording
+from drivetwin.recording.recording import Recording
 
 FIT = Settings(cutoff_hz=100.0, reversal_margin=0.03)
 """How these recordings are fitted. At 1 kHz the motion is clean to well above 100 Hz, so the filter smears the strokes' ramps
 less than at the 48 Hz of the published EMPS figures; what it does smear, around reversals, is left out. The delay is not
 fitted: torque and position come in the same PDO, of the same instant (measured in docs/identification.md)."""
-
-OVERSHOOT_TIME = 0.02
-"""How far an axis may leave its travel before all are stopped, as time at its full speed [s]."""
 
 
 @dataclass
@@ -62,37 +52,17 @@ def capture_machine(
 
     Raises UserError for whatever the bench has to set right; every axis is then stopped and without voltage.
     """
-    with Link(bus) as link, BusLog(log, str(bus.channel_info), pacing.time) as bus_log:
-        link.log = bus_log.frame
-        drives = connect(link, machine, profile)
-        cycle = Cycle(link, drives, pacing)
-        progress.phase("bring up", 0.1)
-        bring_up(link, drives, cycle.period)
-        pacing.check(link, drives[0])
-        if limits is not None:
-            apply_torque_limits(drives, limits)
-        axes = describe(drives)
-        cycle.start()
-        with stopped_at_the_end(cycle, drives):
-            captured = _capture(cycle, drives, machine, axes, seed, progress)
-        captured.cycles = cycle.count
-        captured.late_cycles, captured.worst_lateness = pacing.late_cycles, pacing.worst_lateness
-        return captured
+    with session_on(bus, machine, profile, pacing, limits, progress, log) as session:
+        captured = capture_friction(session, seed)
+    captured.cycles = session.cycle.count
+    captured.late_cycles, captured.worst_lateness = pacing.late_cycles, pacing.worst_lateness
+    return captured
 
 
-def _capture(
-    cycle: Cycle, drives: Sequence[DriveNode], machine: Machine, axes: dict[str, AxisInfo], seed: int, progress: Progress
-) -> Captured:
-    progress.phase("home", 5.0)
-    home(cycle, drives)
-    enable_streaming(cycle, drives)
-    session = Session(cycle, drives, machine, axes, progress)
-    session.go_to({name: axis.rest for name, axis in machine.axes.items()})
-    for drive in drives:
-        margin = drive.axis.max_speed * OVERSHOOT_TIME
-        drive.stay_within(drive.axis.travel[0] - margin, drive.axis.travel[1] + margin)
+def capture_friction(session: Session, seed: int) -> Captured:
+    """Move and record every group of axes of a machine that is homed and streams."""
     captured = Captured()
-    for group in machine.groups:
+    for group in session.machine.groups:
         _identify_group(session, group, seed, captured)
     return captured
 

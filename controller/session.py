@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
+import can
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.capture import position_demand, record
+from controller.bring_up import bring_up, connect
+from controller.bus_log import BusLog
+from controller.capture import describe, position_demand, record
 from controller.cycle import Cycle
 from controller.drive_node import DriveNode
 from controller.excitation import with_held
+from controller.limits import Limits, apply_torque_limits
+from controller.link import Link
 from controller.machine import Machine
-from controller.motion import Offsets, positions_now, stream
+from controller.motion import Offsets, enable_streaming, home, positions_now, stream
+from controller.pacing import Pacing
 from controller.progress import Progress
+from controller.stop import stopped_at_the_end
 from controller.trajectory import move, side_by_side
+from drive_profiles import DriveProfile
 from drivetwin.recording.recording import AxisInfo, Recording
+
+OVERSHOOT_TIME = 0.02
+"""How far an axis may leave its travel before all are stopped, as time at its full speed [s]."""
 
 
 @dataclass
@@ -55,3 +68,44 @@ class Session:
 
     def _advance(self, cycles: int) -> None:
         self.progress.advance(cycles * self.cycle.period)
+
+
+@contextmanager
+def session_on(
+    bus: can.BusABC,
+    machine: Machine,
+    profile: DriveProfile,
+    pacing: Pacing,
+    limits: Limits | None,
+    progress: Progress,
+    log: Path,
+) -> Iterator[Session]:
+    """The machine on `bus` brought up, homed, at rest and streaming; every frame goes to the candump log `log`.
+
+    Raises UserError for whatever the bench has to set right. However the block ends, every axis is stopped and without
+    voltage afterwards.
+    """
+    with Link(bus) as link, BusLog(log, str(bus.channel_info), pacing.time) as bus_log:
+        link.log = bus_log.frame
+        drives = connect(link, machine, profile)
+        cycle = Cycle(link, drives, pacing)
+        progress.phase("bring up", 0.1)
+        bring_up(link, drives, cycle.period)
+        pacing.check(link, drives[0])
+        if limits is not None:
+            apply_torque_limits(drives, limits)
+        session = Session(cycle, drives, machine, describe(drives), progress)
+        cycle.start()
+        with stopped_at_the_end(cycle, drives):
+            _start(session)
+            yield session
+
+
+def _start(session: Session) -> None:
+    session.progress.phase("home", 5.0)
+    home(session.cycle, session.drives)
+    enable_streaming(session.cycle, session.drives)
+    session.go_to({name: axis.rest for name, axis in session.machine.axes.items()})
+    for drive in session.drives:
+        margin = drive.axis.max_speed * OVERSHOOT_TIME
+        drive.stay_within(drive.axis.travel[0] - margin, drive.axis.travel[1] + margin)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from controller.identification.regressors import Design, Term
+from controller.identification.regressors import Design, Label
 from drivetwin.recording.recording import Samples
 
 _BLOCK = 0.5
@@ -41,7 +41,7 @@ class Blocks:
         return np.column_stack([self.means(values) for values in columns.T])
 
 
-def cross_validated_gain(design: Design, fewer: Sequence[Term]) -> float:
+def cross_validated_gain(design: Design, fewer: Sequence[Label]) -> float:
     """Share of the cross-validated residual energy that `design` takes away beside its terms `fewer`."""
     blocks = Blocks(design)
     matrix, target = blocks.matrix(design.matrix), blocks.means(design.target)

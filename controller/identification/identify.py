@@ -148,7 +148,7 @@ def _usable_design(samples: Sequence[AxisSamples], inertia: float, settings: Set
     excited = speed_changes(samples)
     offered = inertia if excited else 0.0
     design = build_design(samples, [term for term in wanted if excited or term is not Term.INERTIA], offered)
-    kept = identifiable(design)
+    kept = _told(design, wanted)
     if excited and Term.INERTIA not in kept:
         offered = 0.0
         design = build_design(samples, kept, offered)
@@ -162,6 +162,12 @@ def _usable_design(samples: Sequence[AxisSamples], inertia: float, settings: Set
     if settings.estimate_delay and Term.INERTIA in kept:
         design = with_delay(design, samples)
     return design, missing, offered
+
+
+def _told(design: Design, terms: Sequence[Term]) -> tuple[Term, ...]:
+    """Those of `terms` that the data tell."""
+    told = identifiable(design)
+    return tuple(term for term in terms if term in told)
 
 
 def _fit(design: Design, samples: Sequence[AxisSamples], found: StribeckTest) -> Fit:

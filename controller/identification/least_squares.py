@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from controller.identification.regressors import Design, Term
+from controller.identification.regressors import Design, Label
 from drivetwin.errors import UserError
 from drivetwin.recording.recording import Samples
 
@@ -19,11 +19,11 @@ _WEIGHT_RATIO = 10.0
 class Solution:
     """Least-squares estimate: `values` (p,) of `terms`, `residual` (n,) of all rows."""
 
-    terms: tuple[Term, ...]
+    terms: tuple[Label, ...]
     values: Samples
     residual: Samples
 
-    def value(self, term: Term) -> float:
+    def value(self, term: Label) -> float:
         """The estimate of `term`, 0 where it is not part of the regression."""
         return float(self.values[self.terms.index(term)]) if term in self.terms else 0.0
 
@@ -39,7 +39,7 @@ def solve(design: Design) -> Solution:
     return Solution(design.terms, values, design.target - design.matrix @ values)
 
 
-def identifiable(design: Design) -> tuple[Term, ...]:
+def identifiable(design: Design) -> tuple[Label, ...]:
     """The terms, first come first served, whose column keeps 2 % of its norm beside those before it."""
     root = np.sqrt(design.weight)
     kept: list[int] = []

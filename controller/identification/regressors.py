@@ -37,6 +37,9 @@ class Term(Enum):
     DELAY = "delay"
 
 
+Label = Term | str
+"""What a column of a regression is called: a term of the friction law, or the name of another model's parameter."""
+
 _TINY = 1e-12
 
 SYMMETRIC = (Term.COULOMB, Term.VISCOUS, Term.INERTIA, Term.OFFSET)
@@ -96,7 +99,7 @@ class Design:
     correlation time within it.
     """
 
-    terms: tuple[Term, ...]
+    terms: tuple[Label, ...]
     matrix: Samples
     target: Samples
     weight: Samples
@@ -104,12 +107,12 @@ class Design:
     seconds: Samples
     block: Indices
 
-    def pick(self, terms: Sequence[Term]) -> Design:
+    def pick(self, terms: Sequence[Label]) -> Design:
         """The same regression with fewer or reordered columns."""
         at = [self.terms.index(term) for term in terms]
         return replace(self, terms=tuple(terms), matrix=self.matrix[:, at])
 
-    def extend(self, term: Term, values: Samples) -> Design:
+    def extend(self, term: Label, values: Samples) -> Design:
         """The same regression with one more column (n,)."""
         return replace(self, terms=(*self.terms, term), matrix=np.column_stack([self.matrix, values]))
 

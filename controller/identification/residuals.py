@@ -20,7 +20,7 @@ from drivetwin.errors import UserError
 def traces_of(samples: Sequence[AxisSamples], fit: Fit, offered: float, validation: bool) -> tuple[Trace, ...]:
     """The residual of each recording under `fit`; `offered` is the inertia that was taken off the model's torque."""
     later = (Term.STATIC_RISE, Term.MODEL_SCALE, Term.DELAY)
-    at_once = [term for term in fit.design.terms if term not in later]
+    at_once = [term for term in fit.design.terms if isinstance(term, Term) and term not in later]
     scale, delay = fit.solution.value(Term.MODEL_SCALE), fit.solution.value(Term.DELAY)
     traces = []
     for entry in samples:

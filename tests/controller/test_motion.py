@@ -245,7 +245,7 @@ def test_torque_polled_by_sdo_is_the_friction_of_the_plant() -> None:
 
 @pytest.mark.parametrize("profile", ["servoone", "cia402-full"])
 def test_the_torque_offset_is_what_the_motor_gives_more(profile: str) -> None:
-    """Row k of the offsets acts from SYNC k on: the next sample has it, less what the current loop lags and the loops answer."""
+    """Row k of the offsets acts from SYNC k on: the next sample has it, less what the current loop lags."""
     torques = []
     row, size = 20, 30.0
     for height in (0.0, size):

@@ -1,0 +1,224 @@
+"""From recordings of the arm to its base parameters and friction, all in one regression (the paper's Fig. 3, extended).
+
+    tau = Y(q, q', q'') base + sum over axes [coulomb sgn(v) + viscous v + static_rise sgn(v) exp(-(|v|/vs)^e) + offset]
+
+The axes share parameters (what couples rotate and stretch), so their rows are solved together, each axis weighted by the noise
+of its own torque: Gautier, Dynamic identification of robots with power model, ICRA 1997; weights as in Swevers et al.,
+IEEE Control Systems Magazine 27(5), 2007, eq. 14.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from controller.identification.covariance import hac_covariance
+from controller.identification.friction_law import FrictionLaw
+from controller.identification.least_squares import Solution, solve
+from controller.identification.model import Model
+from controller.identification.motion import AxisMotion, AxisSamples, axis_motions, select, standstill_velocity
+from controller.identification.regressors import Design, Label, Stribeck, Term, column
+from controller.identification.result import Parameter
+from controller.identification.settings import Settings
+from controller.scara.dynamics import PARAMETERS, BaseParameters, regressor
+from controller.scara.geometry import JOINTS
+from drivetwin.errors import UserError
+from drivetwin.recording.recording import Recording, Samples
+
+AXES = JOINTS[:3]
+"""lift, rotate, stretch: the axes that motors drive."""
+
+SETTINGS = Settings(cutoff_hz=20.0, reversal_margin=0.05)
+"""Far enough below where belts of such an arm ring (50 to 100 Hz) for its inertias to be those of a rigid one."""
+
+ACROSS = ("forearm_moment_across", "blade_moment_across")
+
+Pieces = list[list[AxisMotion]]
+
+
+@dataclass(frozen=True)
+class FrictionCurve:
+    """Captured torque less rigid-body torque of one axis against its velocity: samples in motion (n,), joint side, SI."""
+
+    velocity: Samples
+    torque: Samples
+
+
+@dataclass(frozen=True)
+class BaseIdentification:
+    """`parameters` by the names of BaseParameters, without those that nothing proves to differ from 0.
+
+    By axis: the friction `laws`, their parameters, the measured `curves`, and |residual| / |torque| of the fit.
+    """
+
+    base: BaseParameters
+    parameters: dict[str, Parameter]
+    laws: dict[str, FrictionLaw]
+    friction: dict[str, dict[str, Parameter]]
+    curves: dict[str, FrictionCurve]
+    relative_error: dict[str, float]
+
+
+def identify_arm(
+    model: Model, recordings: Sequence[Recording], laws: Mapping[str, FrictionLaw], settings: Settings = SETTINGS
+) -> BaseIdentification:
+    """Base parameters and friction of the arm from `recordings` of lift, rotate and stretch.
+
+    `laws` give the shape of each axis's Stribeck curve (its velocity and exponent), found where the axes moved slowly; the
+    torques are fitted anew. Raises UserError where an axis is not recorded, or never moves.
+    """
+    pieces = [axis_motions(model, recording, settings.cutoff_hz) for recording in recordings]
+    _refuse_missing(recordings, pieces)
+    samples = _samples(pieces, settings)
+    shapes = {axis: _shape(laws[axis]) for axis in AXES}
+    design = _design(pieces, samples, shapes)
+    design = _without_symmetric(_weighted(design, solve(design)), settings)
+    solution = solve(design)
+    covariance = hac_covariance(design, design.matrix, solution.residual)
+    half = covariance.quantile(settings.confidence)
+
+    def parameter(label: Label, unit: str) -> Parameter:
+        value = solution.value(label)
+        error = half * covariance.standard_error(design.terms.index(label))
+        return Parameter(value, unit, (value - error, value + error))
+
+    base = BaseParameters(**{meaning.name: solution.value(meaning.name) for meaning in PARAMETERS})
+    return BaseIdentification(
+        base=base,
+        parameters={entry.name: parameter(entry.name, entry.unit) for entry in PARAMETERS if entry.name in design.terms},
+        laws={axis: _law(solution, axis, shapes[axis]) for axis in AXES},
+        friction={
+            axis: {term.value: parameter(_name(axis, term), _UNITS[axis][term]) for term in _terms(axis, shapes[axis])}
+            for axis in AXES
+        },
+        curves={axis: _curve(pieces, samples, base, number) for number, axis in enumerate(AXES)},
+        relative_error={axis: _relative_error(design, solution, number) for number, axis in enumerate(AXES)},
+    )
+
+
+_TURNING = {Term.COULOMB: "N·m", Term.VISCOUS: "N·m·s/rad", Term.STATIC_RISE: "N·m", Term.OFFSET: "N·m"}
+_SLIDING = {Term.COULOMB: "N", Term.VISCOUS: "N·s/m", Term.STATIC_RISE: "N"}
+_UNITS = {"lift": _SLIDING, "rotate": _TURNING, "stretch": _TURNING}
+
+
+def _terms(axis: str, shape: Stribeck | None) -> list[Term]:
+    """What friction of an axis is made of. The lift has no offset: its weight is a base parameter."""
+    return [term for term in _UNITS[axis] if shape is not None or term is not Term.STATIC_RISE]
+
+
+def _name(axis: str, term: Term) -> str:
+    return f"{axis}.{term.value}"
+
+
+def _shape(law: FrictionLaw) -> Stribeck | None:
+    return None if law.stribeck_velocity is None else Stribeck(law.stribeck_velocity, law.stribeck_exponent)
+
+
+def _samples(pieces: Pieces, settings: Settings) -> list[list[AxisSamples]]:
+    """Which samples count: a list a recording, an entry an axis."""
+    thresholds = []
+    for number, axis in enumerate(AXES):
+        threshold = standstill_velocity([piece[number] for piece in pieces])
+        if threshold is None:
+            raise UserError(f"{axis} stands still in every recording: record a motion of it")
+        thresholds.append(threshold)
+    return [
+        [select(motion, threshold, settings) for motion, threshold in zip(piece, thresholds, strict=True)] for piece in pieces
+    ]
+
+
+def _design(pieces: Pieces, samples: list[list[AxisSamples]], shapes: Mapping[str, Stribeck | None]) -> Design:
+    """Rows of every axis of every recording below each other; `piece` counts recording and axis."""
+    labels = [meaning.name for meaning in PARAMETERS]
+    labels += [_name(axis, term) for axis in AXES for term in _terms(axis, shapes[axis])]
+    matrices, targets, weights, numbers, seconds, blocks = [], [], [], [], [], []
+    for index, (piece, counted) in enumerate(zip(pieces, samples, strict=True)):
+        rigid = regressor(*_motion(piece))
+        for number, (axis, motion, entry) in enumerate(zip(AXES, piece, counted, strict=True)):
+            matrix = np.zeros((len(motion.time), len(labels)))
+            matrix[:, : len(PARAMETERS)] = rigid[:, number]
+            for term in _terms(axis, shapes[axis]):
+                matrix[:, labels.index(_name(axis, term))] = column(motion, term, shapes[axis])
+            matrices.append(matrix)
+            targets.append(motion.torque)
+            weights.append(entry.fitted * motion.period)
+            numbers.append(np.full(len(motion.time), index * len(AXES) + number))
+            seconds.append(np.arange(len(motion.time)) * motion.period)
+            blocks.append(np.floor(seconds[-1] * motion.cutoff_hz + 1e-9).astype(np.int64))
+    return Design(
+        terms=tuple(labels),
+        matrix=np.vstack(matrices),
+        target=np.concatenate(targets),
+        weight=np.concatenate(weights),
+        piece=np.concatenate(numbers),
+        seconds=np.concatenate(seconds),
+        block=np.concatenate(blocks),
+    )
+
+
+def _motion(piece: Sequence[AxisMotion]) -> tuple[Samples, Samples, Samples]:
+    """Joints, velocity, acceleration (n, 3) of a recording."""
+    return (
+        np.column_stack([motion.position for motion in piece]),
+        np.column_stack([motion.velocity for motion in piece]),
+        np.column_stack([motion.acceleration for motion in piece]),
+    )
+
+
+def _weighted(design: Design, solution: Solution) -> Design:
+    """Each axis's rows divided by the variance of its residual: newtons and newton metres become comparable."""
+    axis = design.piece % len(AXES)
+    weight = design.weight.copy()
+    for number in range(len(AXES)):
+        rows = (axis == number) & (design.weight > 0.0)
+        weight[axis == number] /= float(np.mean(solution.residual[rows] ** 2))
+    return replace(design, weight=weight)
+
+
+def _without_symmetric(design: Design, settings: Settings) -> Design:
+    """Bodies are symmetric to their links by the drawing: a moment across one stays only where the data prove it."""
+    solution = solve(design)
+    covariance = hac_covariance(design, design.matrix, solution.residual)
+    unproven = [
+        label
+        for index, label in enumerate(design.terms)
+        if label in ACROSS and covariance.p_value(solution.value(label), index) >= settings.significance
+    ]
+    return design.pick([label for label in design.terms if label not in unproven])
+
+
+def _law(solution: Solution, axis: str, shape: Stribeck | None) -> FrictionLaw:
+    law = FrictionLaw(
+        coulomb=solution.value(_name(axis, Term.COULOMB)),
+        viscous=solution.value(_name(axis, Term.VISCOUS)),
+        offset=solution.value(_name(axis, Term.OFFSET)),
+    )
+    if shape is None:
+        return law
+    rise = solution.value(_name(axis, Term.STATIC_RISE))
+    return replace(law, static_rise=rise, stribeck_velocity=shape.velocity, stribeck_exponent=shape.exponent)
+
+
+def _curve(pieces: Pieces, samples: list[list[AxisSamples]], base: BaseParameters, axis: int) -> FrictionCurve:
+    velocity, torque = [], []
+    for piece, counted in zip(pieces, samples, strict=True):
+        rigid = regressor(*_motion(piece))[:, axis] @ base.vector()
+        rows = counted[axis].fitted
+        velocity.append(piece[axis].velocity[rows])
+        torque.append((piece[axis].torque - rigid)[rows])
+    return FrictionCurve(np.concatenate(velocity), np.concatenate(torque))
+
+
+def _relative_error(design: Design, solution: Solution, axis: int) -> float:
+    """|measured - model| / |measured| over the fitted samples of one axis."""
+    rows = (design.piece % len(AXES) == axis) & (design.weight > 0.0)
+    return float(np.linalg.norm(solution.residual[rows]) / np.linalg.norm(design.target[rows]))
+
+
+def _refuse_missing(recordings: Sequence[Recording], pieces: Pieces) -> None:
+    for recording, piece in zip(recordings, pieces, strict=True):
+        recorded = [motion.axis for motion in piece]
+        if recorded != list(AXES):
+            raise UserError(f"recording '{recording.name}' has axes {', '.join(recorded)}; expected {', '.join(AXES)}")
