@@ -32,7 +32,7 @@ def stroke(start: float, end: float, speed: float, acceleration: float, period: 
     speed = min(speed, np.sqrt(0.5 * distance * acceleration))
     ramp = 2.0 * speed / acceleration
     cruise = distance / speed - ramp
-    time = _sample_times(2.0 * ramp + cruise, period)
+    time = sample_times(2.0 * ramp + cruise, period)
     return np.asarray(start + np.sign(end - start) * _stroke_distance(time, speed, ramp, cruise))
 
 
@@ -64,7 +64,7 @@ def exciting(
     Swevers et al., IEEE T-RA 13(5), 1997, eq. 2; random phases of five frequencies, scaled to the limits of travel, speed and
     acceleration, faded in and out over a quarter of the time.
     """
-    time = _sample_times(duration, period)
+    time = sample_times(duration, period)
     random = np.random.default_rng(seed)
     frequencies = np.array([0.5, 1.1, 1.9, 3.1, 4.3])
     phases = random.uniform(0.0, 2.0 * pi, len(frequencies))
@@ -89,6 +89,6 @@ def side_by_side(paths: list[Positions]) -> NDArray[np.float64]:
     return np.column_stack([np.concatenate([path, np.full(length - len(path), path[-1])]) for path in paths])
 
 
-def _sample_times(duration: float, period: float) -> Positions:
+def sample_times(duration: float, period: float) -> Positions:
     """Times period, 2 period, ... up to the first at or after `duration`."""
     return np.asarray(np.arange(1, ceil(duration / period) + 1) * period, dtype=np.float64)
