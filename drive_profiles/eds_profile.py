@@ -21,7 +21,7 @@ from drive_profiles.profile import (
     load_profile,
     supported_modes,
 )
-from drive_profiles.requirements import Address, required_objects
+from drive_profiles.requirements import MANDATORY, Address, mode_objects, required_objects
 from drivetwin.errors import UserError
 
 _BITS = {
@@ -71,6 +71,11 @@ STANDARD = "cia402-full"
 
 MANUFACTURER = range(0x2000, 0x6000)
 
+_COB_IDS = {0x1014: 0, **{base + pdo: 1 for base in (0x1400, 0x1800) for pdo in range(4)}}
+"""Sub-index of the COB-ID of EMCY and of each PDO."""
+_INVALID = 1 << 31
+"""Bit of a COB-ID that does not exist."""
+
 _ERROR_FIELD = 0x1003
 """The error history is a list: it has no gaps (CiA 301, 7.5.2.4)."""
 
@@ -80,9 +85,10 @@ Objects = dict[Address, ObjectEntry]
 def profile_from_eds(path: Path, base: DriveProfile) -> DriveProfile:
     """The drive type that has the objects of an EDS or DCF and behaves as `base` does.
 
-    Values that the file leaves open are those of `base`. Raises UserError naming file and section where the file cannot
-    be believed (a data type that there is none, a PDO mapping that does not fit its objects), or all the objects that the
-    drive's behaviour needs and the file lacks.
+    Values that the file leaves open are those of `base`, and so are the defaults by which the drive behaves where the file
+    lacks an optional object. Of the modes of `base` it has those whose objects are in the file. Raises UserError naming file
+    and section where the file cannot be believed (a data type that there is none, a PDO mapping that does not fit its
+    objects), or all the mandatory objects that the file lacks.
     """
     file = read_eds(path)
     complaints = Complaints(path)
@@ -91,6 +97,7 @@ def profile_from_eds(path: Path, base: DriveProfile) -> DriveProfile:
     objects = _with_open_values(told, base, complaints)
     roles = dict(_roles(objects, base, complaints))
     _check_complete(path, objects, base)
+    base = _with_modes(objects, base, complaints)
     profile = _with_head(file, objects, roles, base)
     _check_mappings(path, {(entry.index, entry.subindex): entry for entry in profile.objects})
     complaints.tell()
@@ -296,12 +303,42 @@ def _check_kinds(path: Path, objects: Objects, base: DriveProfile) -> None:
 
 def _check_complete(path: Path, objects: Objects, base: DriveProfile) -> None:
     history = range(max((sub for index, sub in objects if index == _ERROR_FIELD), default=0))
-    missing = sorted(required_objects(base.modes).union((_ERROR_FIELD, sub) for sub in history) - set(objects))
+    missing = sorted(MANDATORY.union((_ERROR_FIELD, sub) for sub in history) - set(objects))
+    if not missing and not _modes(objects, base):
+        missing = sorted(mode_objects(base.streaming_mode) - set(objects))
     if missing:
         raise UserError(
             f"{path} lacks objects that a drive which behaves as {base.name} needs: {', '.join(_grouped(missing))}; "
             "add them to the file, or choose another --profile"
         )
+
+
+def _modes(objects: Objects, base: DriveProfile) -> tuple[int, ...]:
+    return tuple(mode for mode in base.modes if mode_objects(mode) <= objects.keys())
+
+
+def _with_modes(objects: Objects, base: DriveProfile, complaints: Complaints) -> DriveProfile:
+    """The base with the modes whose objects are there, and what it goes by where the file has no such object."""
+    modes = _modes(objects, base)
+    for mode in set(base.modes) - set(modes):
+        complaints.note("no objects for mode of operation {}", str(mode))
+    known = {(entry.index, entry.subindex): entry for entry in base.objects}
+    lacking = sorted(required_objects(modes) - objects.keys())
+    return replace(
+        base,
+        modes=modes,
+        streaming_mode=base.streaming_mode if base.streaming_mode in modes else modes[0],
+        implicit=tuple(_silent(known[address]) for address in lacking if address in known),
+    )
+
+
+def _silent(entry: ObjectEntry) -> ObjectEntry:
+    """An object that the file lacks must say nothing on the bus: no EMCY, no PDO."""
+    if entry.index in _COB_IDS and entry.subindex == _COB_IDS[entry.index]:
+        return replace(entry, default=_INVALID, default_node_relative=False)
+    if _is_mapping(entry.index):
+        return replace(entry, default=0)
+    return entry
 
 
 def _grouped(addresses: Iterable[Address]) -> list[str]:

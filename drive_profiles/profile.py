@@ -107,7 +107,8 @@ class DriveProfile:
     """A drive type: identity (1018h), modes of operation (6060h codes), quantities by role, and every object it has.
 
     `interpolation_codes` are the values of role `interpolation_type` by name: linear, cubic_spline, perhaps none.
-    `lss` says whether its node-ID and bit rate are set by LSS (CiA 305), `quirks` in what it differs from others.
+    `lss` says whether its node-ID and bit rate are set by LSS (CiA 305), `quirks` in what it differs from others. `implicit`
+    are objects that the type does not have on the bus, by whose defaults the virtual drive behaves nevertheless.
     """
 
     name: str
@@ -123,6 +124,7 @@ class DriveProfile:
     objects: tuple[ObjectEntry, ...]
     lss: bool = False
     quirks: frozenset[Quirk] = frozenset()
+    implicit: tuple[ObjectEntry, ...] = ()
 
 
 def available_profiles() -> tuple[str, ...]:
@@ -136,7 +138,8 @@ def load_profile(name: str) -> DriveProfile:
     Raises UserError naming the known types, or the file and the key or row that is wrong.
     """
     if name not in available_profiles():
-        raise UserError(f"unknown drive profile {name!r}; known are {', '.join(available_profiles())}")
+        own = f"; for a drive's own file write --eds {name}" if name.lower().endswith((".eds", ".dcf")) else ""
+        raise UserError(f"unknown drive profile {name!r}; known are {', '.join(available_profiles())}{own}")
     return load_profile_from(PROFILES / name)
 
 

@@ -63,8 +63,8 @@ class VirtualMachine:
             )
             for index, (name, axis) in enumerate(machine.axes.items())
         ]
-        self._devices = [drive.device for drive in self.drives]
-        for wire, device in zip(self.wires, self._devices, strict=True):
+        self._nodes = [(wire, drive.device) for wire, drive in zip(self.wires, self.drives, strict=True)]
+        for wire, device in self._nodes:
             wire.join(device)
 
     def power_on(self) -> None:
@@ -77,16 +77,21 @@ class VirtualMachine:
         return self._time
 
     def receive(self, message: can.Message) -> None:
-        """Handle one frame of the bus. Error frames, extended and FD frames are not CANopen's."""
+        """Handle one frame of the bus. Error frames, extended and FD frames are not CANopen's.
+
+        SYNC is for each drive what its 1005h says; that of the first drive moves time.
+        """
         if message.is_error_frame or message.is_extended_id or message.is_fd:
             return
-        cob_id = message.arbitration_id
-        if cob_id == self._devices[0].sync_cob_id and not message.is_remote_frame:
-            self._sync(message)
-            return
-        data, remote = bytes(message.data), message.is_remote_frame
-        for wire in self.wires:
-            wire.receive(cob_id, data, remote)
+        cob_id, data, remote = message.arbitration_id, bytes(message.data), message.is_remote_frame
+        moves_time = cob_id == self._nodes[0][1].sync_cob_id and not remote
+        for wire, device in self._nodes:
+            if cob_id == device.sync_cob_id and not remote:
+                wire.sync(data[0] if data else None)
+            else:
+                wire.receive(cob_id, data, remote)
+        if moves_time:
+            self._run_cycles_at_sync()
 
     def attach(self, answer_requests: Callable[[], None]) -> None:
         """Let `poll` answer what another interface (Modbus) asks of the drives: between two frames, in the owner's thread."""
@@ -110,10 +115,7 @@ class VirtualMachine:
         """Communication cycle [s]: 1006h of the first drive that has one, or 1 ms; in whole servo periods, 10 s at most."""
         return self._periods() * SERVO_PERIOD
 
-    def _sync(self, message: can.Message) -> None:
-        counter = message.data[0] if message.dlc else None
-        for wire in self.wires:
-            wire.sync(counter)
+    def _run_cycles_at_sync(self) -> None:
         for _ in range(self._clock.cycles_at_sync(self.cycle())):
             self._run_cycle()
 
@@ -130,7 +132,7 @@ class VirtualMachine:
         self._time += self._servos.periods * SERVO_PERIOD
         for drive in self.drives:
             drive.after()
-        for device in self._devices:
+        for _, device in self._nodes:
             device.tick()
 
     def _send(self, cob_id: int, data: bytes) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from emulator.canopen import nmt
 from emulator.canopen.alarms import Alarms
-from emulator.canopen.emergency import BUS_OFF_RECOVERED, ERROR_PASSIVE, Emergency, ErrorRegister
+from emulator.canopen.emergency import BUS_OFF_RECOVERED, COMMUNICATION, ERROR_PASSIVE, Emergency, ErrorRegister
 from emulator.canopen.error_behaviour import ErrorBehaviour
 from emulator.canopen.heartbeat import Heartbeat
 from emulator.canopen.heartbeat_consumer import HeartbeatConsumer
@@ -14,12 +14,13 @@ from emulator.canopen.lss import REQUEST_COB_ID as LSS_COB_ID
 from emulator.canopen.lss import UNCONFIGURED, LssSlave
 from emulator.canopen.nmt import Nmt, NmtState
 from emulator.canopen.node_guarding import NodeGuarding
-from emulator.canopen.object_dictionary import ObjectDictionary
+from emulator.canopen.object_dictionary import ObjectDictionary, Variable
 from emulator.canopen.parameter_store import Group, ParameterStore
 from emulator.canopen.rpdo import Rpdo
 from emulator.canopen.sdo_server import REQUEST_COB_ID, SdoServer
 from emulator.canopen.storage import Storage
 from emulator.canopen.sync import Sync
+from emulator.canopen.sync_timeout import SyncTimeout
 from emulator.canopen.time_stamp import TimeStamp
 from emulator.canopen.tpdo import Tpdo
 
@@ -55,6 +56,7 @@ class Device:
         self._transmit = transmit
         self._store = store
         self.lss: LssSlave | None = None
+        self._sync_timeout: SyncTimeout | None = None
         self._storage = Storage(dictionary, store)
         for group in Group:
             self._storage.apply(group)
@@ -90,6 +92,10 @@ class Device:
         """Make it an LSS slave (CiA 305), with the node-ID that LSS stored; a device with node-ID 255 does nothing but LSS."""
         self.lss = LssSlave(self.od, self.nmt, self._store, self._transmit, self._reset_communication)
 
+    def add_sync_timeout(self, kind: Variable, time: Variable, lost: Callable[[int], None]) -> None:
+        """Supervise SYNC by two objects of the drive type; `lost` gets the error code when it stays away."""
+        self._sync_timeout = SyncTimeout(kind, time, self._now, self._alarms, lost)
+
     def power_on(self) -> None:
         """Boot: boot-up message, then pre-operational."""
         self._reset_communication()
@@ -108,6 +114,8 @@ class Device:
     def sync(self, counter: int | None = None) -> None:
         """A SYNC came, perhaps with a counter: synchronous TPDOs are sampled and sent, then synchronous RPDOs take effect."""
         self._sync.run(counter)
+        if self._sync_timeout is not None:
+            self._sync_timeout.came()
 
     def tick(self) -> None:
         """Simulated time has moved: send what is due by time or by a change of value."""
@@ -119,7 +127,7 @@ class Device:
 
     def bus_off(self) -> None:
         """The CAN controller is off the bus: the node reacts as by 1029h (CiA 301, 7.5.2.32)."""
-        self.error_behaviour.communication_error()
+        self.error_behaviour.communication_error(COMMUNICATION)
 
     def bus_recovered(self) -> None:
         """The CAN controller is back: EMCY 8140h, which is over as soon as it is told."""
@@ -172,6 +180,8 @@ class Device:
         self.time_stamp.load()
         self.heartbeat_consumer.load()
         self.node_guarding.reset()
+        if self._sync_timeout is not None:
+            self._sync_timeout.reset()
         for pdo in self._pdos:
             pdo.parameters.load()
 

@@ -18,6 +18,8 @@ from emulator.canopen.object_dictionary import ObjectDictionary
 from emulator.canopen.timing import TOLERANCE
 
 NO_ERROR = 0x0000
+COMMUNICATION = 0x8100
+"""Communication, generic (CiA 301, table 26)."""
 ERROR_PASSIVE = 0x8120
 """CAN in error passive mode (CiA 301, table 26)."""
 GUARDING = 0x8130
@@ -77,7 +79,7 @@ class Emergency:
         self._cob_id = od[0x1014]
         self._cob_id.on_write = self._check_cob_id
         self._present: dict[tuple[int, bytes], int] = {}
-        self._history: deque[int] = deque(maxlen=sum(1 for variable in od if variable.index == 0x1003) - 1)
+        self._history: deque[int] = deque(maxlen=max(sum(1 for variable in od if variable.index == 0x1003) - 1, 0))
         od[0x1001].on_read = lambda: self.register
         self._publish_history(od)
 
@@ -94,6 +96,10 @@ class Emergency:
         self._present[code, manufacturer] = register_bits
         self._history.appendleft(code | int.from_bytes(manufacturer[:2], "little") << 16)
         self._send(code, manufacturer)
+
+    def tells(self, code: int) -> bool:
+        """Whether an error with that code is present, whatever its manufacturer bytes."""
+        return any(present == code for present, _ in self._present)
 
     def clear(self) -> None:
         """All errors are gone: tell 'error reset or no error', if there was one."""

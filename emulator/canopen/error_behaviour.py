@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import IntEnum
 
 from emulator.canopen.nmt import Nmt, NmtState
@@ -17,14 +18,20 @@ class Reaction(IntEnum):
 
 
 class ErrorBehaviour:
-    """The NMT state that follows a heartbeat event, a life guarding event or bus off; a drive without 1029h acts as by 0."""
+    """The NMT state that follows a heartbeat event, a life guarding event or bus off; a drive without 1029h acts as by 0.
+
+    `on_error` callbacks hear of it before, with its error code (CiA 301, table 26).
+    """
 
     def __init__(self, od: ObjectDictionary, nmt: Nmt) -> None:
         self._nmt = nmt
         self._parameter = od.get((0x1029, 1))
+        self.on_error: list[Callable[[int], None]] = []
 
-    def communication_error(self) -> None:
-        """React as 1029h:01 says."""
+    def communication_error(self, code: int) -> None:
+        """React to the error `code` as 1029h:01 says."""
+        for callback in self.on_error:
+            callback(code)
         reaction = Reaction(self._parameter.number) if self._parameter is not None else Reaction(0)
         if reaction is Reaction.STOPPED:
             self._nmt.enter(NmtState.STOPPED)

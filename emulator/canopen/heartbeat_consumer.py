@@ -98,4 +98,4 @@ class _Watch:
     def _tell_missing(self, _now: float) -> None:
         self._is_missing = True
         self._emergency.raise_error(GUARDING, ErrorRegister.COMMUNICATION, self._detail)
-        self._behaviour.communication_error()
+        self._behaviour.communication_error(GUARDING)

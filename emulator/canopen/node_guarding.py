@@ -81,4 +81,4 @@ class NodeGuarding:
             return
         self._is_missing = True
         self._emergency.raise_error(GUARDING, ErrorRegister.COMMUNICATION)
-        self._behaviour.communication_error()
+        self._behaviour.communication_error(GUARDING)

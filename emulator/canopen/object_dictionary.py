@@ -6,7 +6,7 @@ Services and the drive meet here: a service or the drive binds `on_read` and `on
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 from drive_profiles import DataType, DriveProfile, ObjectEntry
 from emulator.canopen.abort_codes import AbortCode, SdoAbort
@@ -23,7 +23,8 @@ class Variable:
 
     `value` is the raw value as stored. `on_read` gives the value where it is not a stored one; `on_write` is asked
     before a value is stored and may raise SdoAbort. `default` is the power-on value, `low` and `high` the profile's
-    limits; `node_offset` is what the node-ID is added to where the default follows the node-ID.
+    limits; `node_offset` is what the node-ID is added to where the default follows the node-ID. `is_command`: a value
+    makes the device act on other objects, so that a PDO writes it after the set-points that came with it.
     """
 
     __slots__ = (
@@ -34,6 +35,7 @@ class Variable:
         "default",
         "high",
         "index",
+        "is_command",
         "low",
         "name",
         "node_offset",
@@ -62,6 +64,7 @@ class Variable:
         self.size = size(entry.data_type)
         self.on_read: Callable[[], Value] | None = None
         self.on_write: Callable[[Value], None] | None = None
+        self.is_command = False
         if self.size is not None:
             least, most = type_range(entry.data_type)
             self._low = least if entry.low is None else entry.low
@@ -139,20 +142,27 @@ Key = int | tuple[int, int]
 
 
 class ObjectDictionary:
-    """All variables by address: `od[0x6041]` is sub-index 0, `od[0x60C1, 1]` any other."""
+    """All variables by address: `od[0x6041]` is sub-index 0, `od[0x60C1, 1]` any other.
 
-    def __init__(self, variables: list[Variable], node_id: int) -> None:
+    `implicit` variables are there for who asks by address, and for nobody else: the bus has no such object.
+    """
+
+    def __init__(self, variables: list[Variable], node_id: int, implicit: Iterable[Variable] = ()) -> None:
         self._node_id = node_id
         self._variables = {(variable.index, variable.subindex): variable for variable in variables}
+        self._by_address = {(variable.index, variable.subindex): variable for variable in implicit} | self._variables
         self._indices = frozenset(variable.index for variable in variables)
 
     @classmethod
     def from_profile(cls, profile: DriveProfile, node_id: int) -> ObjectDictionary:
         """The dictionary of a drive of that type with that node-ID."""
-        return cls([Variable(entry, _default(entry, node_id)) for entry in profile.objects], node_id)
+        listed, implicit = (
+            [Variable(entry, _default(entry, node_id)) for entry in entries] for entries in (profile.objects, profile.implicit)
+        )
+        return cls(listed, node_id, implicit)
 
     def __getitem__(self, key: Key) -> Variable:
-        return self._variables[(key, 0) if isinstance(key, int) else key]
+        return self._by_address[(key, 0) if isinstance(key, int) else key]
 
     def __contains__(self, key: Key) -> bool:
         return ((key, 0) if isinstance(key, int) else key) in self._variables

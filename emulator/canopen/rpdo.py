@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from emulator.canopen.abort_codes import SdoAbort
 from emulator.canopen.alarms import Alarms
 from emulator.canopen.data_types import Value
 from emulator.canopen.emergency import PDO_TOO_LONG, PDO_TOO_SHORT, RPDO_TIME_OUT, Emergency, ErrorRegister
-from emulator.canopen.object_dictionary import ObjectDictionary
+from emulator.canopen.object_dictionary import ObjectDictionary, Variable
 from emulator.canopen.pdo_mapping import maps_to_rpdo
 from emulator.canopen.pdo_parameters import SYNCHRONOUS, PdoParameters
 from emulator.canopen.sync import Sync
@@ -44,7 +44,7 @@ class Rpdo:
         self._changed = changed
         self._pending: bytes | None = None
         self._length_error = 0
-        self._writers: tuple[Callable[[Value], None], ...] = ()
+        self._writers: tuple[tuple[int, Callable[[Value], None]], ...] = ()
         self.parameters = PdoParameters(
             od,
             0x13FF + number,
@@ -75,7 +75,7 @@ class Rpdo:
         self._pending = None
         self._deadline = self._event_timer.number * EVENT_UNIT if self._event_timer is not None else 0.0
         self._alarm.stop()
-        self._writers = tuple(variable.writer() for variable in mapping.variables)
+        self._writers = tuple((place, variable.writer()) for place, variable in _commands_last(mapping.variables))
         self._length = mapping.layout.size
         self._unpack = mapping.layout.unpack_from
 
@@ -124,12 +124,13 @@ class Rpdo:
             self._judge_length(len(data))
             if len(data) < self._length:
                 return
-        for write, value in zip(self._writers, self._unpack(data), strict=True):
+        values = self._unpack(data)
+        for place, write in self._writers:
             try:
-                write(value)
+                write(values[place])
             except SdoAbort as refusal:
                 # a PDO has no answer: the object keeps its value, the others of the frame are taken
-                logger.debug("RPDO %d: %s refused: %s", self._number, value, refusal)
+                logger.debug("RPDO %d: %s refused: %s", self._number, values[place], refusal)
 
     def _judge_length(self, length: int) -> None:
         """Tell a wrong length once, and when it is right again (CiA 301, 7.2.2.5.1)."""
@@ -141,3 +142,8 @@ class Rpdo:
         self._length_error = error
         if error:
             self._emergency.raise_error(error, ErrorRegister.COMMUNICATION, self._detail)
+
+
+def _commands_last(variables: Iterable[Variable]) -> list[tuple[int, Variable]]:
+    """Mapped variables with their places; a controlword, which stands first by default, acts on what follows it."""
+    return sorted(enumerate(variables), key=lambda entry: entry[1].is_command)

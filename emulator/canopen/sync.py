@@ -23,7 +23,8 @@ COUNTER_OVERFLOWS = frozenset((0, *range(2, 241)))
 class Sync:
     """SYNC consumer of one node: `sample`, then `actuate`, is what its PDOs do at a SYNC (CiA 301, 7.2.2.2).
 
-    `counter` is that of the SYNC which came last, None where it had none. `changed` is called after 1007h has changed.
+    `cob_id` is the CAN-ID of the SYNC that this node listens to, `counter` that of the SYNC which came last, None where it had
+    none. `changed` is called after 1007h has changed.
     """
 
     def __init__(
@@ -47,11 +48,6 @@ class Sync:
         self.load()
 
     @property
-    def cob_id(self) -> int:
-        """CAN-ID of the SYNC that this node listens to."""
-        return self._parameter.number & CAN_ID
-
-    @property
     def windowed(self) -> bool:
         """Whether synchronous RPDOs have to come within a time after SYNC (1007h is not 0)."""
         return self._window > 0.0
@@ -63,6 +59,7 @@ class Sync:
 
     def load(self) -> None:
         """Take everything as it stands in the dictionary, and forget what has come."""
+        self.cob_id = self._parameter.number & CAN_ID
         self.counter = None
         self._came = self._now()
         self._length_is_wrong = False
@@ -103,6 +100,7 @@ class Sync:
         if int(value) & BIT_30:
             raise SdoAbort(AbortCode.INVALID_VALUE)
         check_cob_id(int(value))
+        self.cob_id = int(value) & CAN_ID
 
     def _set_window(self, value: Value) -> None:
         self._window = int(value) * MICROSECOND

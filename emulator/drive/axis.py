@@ -71,4 +71,4 @@ class Axis:
 
     def _acceleration(self, index: int) -> float:
         raw = number(optional(self.dictionary, index), 0.0)
-        return abs(self.scaling.angular(raw)) if 0.0 < raw < NO_LIMIT else inf
+        return self.scaling.angular_acceleration(raw) if 0.0 < raw < NO_LIMIT else inf

@@ -7,6 +7,7 @@ from typing import ClassVar
 from emulator.drive.interpolation import Interpolator
 from emulator.drive.limits import PositionLimits
 from emulator.drive.mode import Axis, Mode
+from emulator.drive.position_range import Rotary
 from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
 from emulator.drive.state_machine import Statusword
 
@@ -28,11 +29,15 @@ class CyclicSynchronousPosition(Mode):
     def plan(self, controlword: int) -> Loop:
         axis = self.axis
         demand = axis.servo.demand
-        angle = self._limits.clamp(axis.scaling.angle(float(self._target.value)))
-        self._interpolator.cycle(angle, axis.interpolation, demand)
+        target = axis.scaling.target(float(self._target.value), self._interpolator.setpoint, Rotary.SHORTEST)
+        self._interpolator.cycle(self._limits.clamp(target), axis.interpolation, demand)
         demand[:, VELOCITY_OFFSET] = axis.velocity_offset()
         demand[:, TORQUE_OFFSET] = axis.torque_offset()
         return Loop.POSITION
 
     def status_bits(self) -> int:
-        return Statusword.MODE_BIT_12
+        """Bit 12: the drive follows the command value, which no limit has cut."""
+        return 0 if self.axis.limit_active else Statusword.MODE_BIT_12
+
+    def following_error_bits(self) -> int:
+        return Statusword.MODE_BIT_13

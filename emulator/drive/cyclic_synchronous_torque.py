@@ -26,5 +26,5 @@ class CyclicSynchronousTorque(Mode):
         return Loop.TORQUE
 
     def status_bits(self) -> int:
-        """Bit 12: the drive follows the command value."""
-        return Statusword.MODE_BIT_12
+        """Bit 12: the drive follows the command value, which no limit of torque or speed has cut."""
+        return 0 if self.axis.servo.state["limited"] else Statusword.MODE_BIT_12

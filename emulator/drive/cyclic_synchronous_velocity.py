@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from emulator.drive.limits import PositionLimits, cap_speed
+from emulator.drive.limits import cap_speed
 from emulator.drive.mode import Axis, Mode
-from emulator.drive.ramp import approach
-from emulator.drive.servo import TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
+from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
+from emulator.drive.speed_demand import SpeedDemand
 from emulator.drive.state_machine import Statusword
 
 
@@ -18,23 +18,20 @@ class CyclicSynchronousVelocity(Mode):
 
     def __init__(self, axis: Axis) -> None:
         super().__init__(axis)
-        self._limits = PositionLimits(axis)
-        self._velocity = 0.0
+        self._speed = SpeedDemand(axis)
 
     def enter(self) -> None:
-        self._velocity = float(self.axis.servo.state["velocity"])
+        self._speed.start()
 
     def plan(self, controlword: int) -> Loop:
         axis = self.axis
-        demand = axis.servo.demand
         target = cap_speed(axis, axis.scaling.angular(float(axis.dictionary[0x60FF].value)))
-        target = self._limits.cap_speed(target, float(axis.servo.state["position"]), axis.ramp(0x6084))
-        rate = abs(target - self._velocity) / axis.cycle
-        self._velocity = approach(self._velocity, target, rate, demand[:, VELOCITY])
+        self._speed.line(self._speed.position_allows(target, axis.ramp(0x6084)))
+        demand = axis.servo.demand
         demand[:, VELOCITY_OFFSET] = axis.velocity_offset()
         demand[:, TORQUE_OFFSET] = axis.torque_offset()
         return Loop.VELOCITY
 
     def status_bits(self) -> int:
-        """Bit 12: the drive follows the command value."""
-        return Statusword.MODE_BIT_12
+        """Bit 12: the drive follows the command value, which no limit has cut."""
+        return 0 if self.axis.limit_active else Statusword.MODE_BIT_12

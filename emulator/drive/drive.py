@@ -10,7 +10,8 @@ from emulator.canopen.abort_codes import AbortCode, SdoAbort
 from emulator.canopen.device import Device
 from emulator.canopen.object_dictionary import ObjectDictionary
 from emulator.canopen.parameter_store import ParameterStore
-from emulator.drive import objects, readings
+from emulator.drive import faults, objects, readings
+from emulator.drive.abort_connection import ENABLED, AbortConnection
 from emulator.drive.axis import Axis
 from emulator.drive.cyclic_synchronous_position import CyclicSynchronousPosition
 from emulator.drive.cyclic_synchronous_torque import CyclicSynchronousTorque
@@ -80,7 +81,7 @@ class Drive:
         self._increments_per_radian = default_increments_per_radian(axis.encoder.increments_per_revolution)
         quantum = encoder_quantum(axis.encoder.increments_per_revolution)
         angle = floor(power_on_angle / quantum) * quantum
-        scaling = Scaling(1.0, 1.0, angle)
+        scaling = Scaling(1.0, 1.0, 1.0, angle)
         self.axis = Axis(profile, self.dictionary, servo, self.hardware, scaling, Interpolation.LINEAR)
         set_hardware(self.axis, axis, angle)
         self._modes = {mode.code: mode(self.axis) for mode in MODES if mode.code in profile.modes}
@@ -88,6 +89,7 @@ class Drive:
         self._halted: Mode | None = None
         self._scaling_is_old = True
         self._controlword = 0
+        self._fault_bits = 0
         self._stops = Stops(self.axis)
         self._supervision = Supervision(self.axis, axis.motor)
         self._probe = TouchProbe(self.axis)
@@ -96,6 +98,7 @@ class Drive:
         self.machine.may_reset = self._supervision.may_reset
         readings.install(self.axis, self._scaling, angle, self._increments_per_radian)
         self._install_commands()
+        self._supervise_connection()
         self._parameters.load()
         self.device.on_reset_application.append(self._reset)
 
@@ -116,16 +119,13 @@ class Drive:
             return
         self._plan_motion()
         self._precontrol.add()
-        loop = self.axis.servo.loop
-        if loop is Loop.TORQUE:
-            self._stops.measure()
-        elif loop is not Loop.OFF:
-            self._stops.note()
 
     def after(self) -> None:
         """Look at what the cycle brought: mode progress, probes, faults."""
         if self._mode is not None:
             self._mode.after()
+        if self.machine.state in POWERED:
+            self._stops.after()
         self._probe.after()
         self._supervise()
 
@@ -137,8 +137,7 @@ class Drive:
         elif self.machine.state is State.QUICK_STOP_ACTIVE:
             self._run(Way.QUICK_STOP_RAMP)
         elif self._controlword & Controlword.HALT:
-            self._halted = self._mode or self._halted
-            self._run(self._stops.halt_way())
+            self._halt()
         else:
             self._plan_mode()
 
@@ -154,6 +153,18 @@ class Drive:
             self._run(Way.SLOW_DOWN_RAMP)
         else:
             self.axis.servo.loop = self._mode.plan(self._controlword)
+            self._stops.note(self._mode)
+
+    def _halt(self) -> None:
+        self._halted = self._mode or self._halted
+        way = self._stops.halt_way()
+        loop = self._halted.halt() if self._halted is not None and way is Way.SLOW_DOWN_RAMP else None
+        if self._halted is None or loop is None:
+            self._run(way)
+            return
+        self._mode = None
+        self.axis.servo.loop = loop
+        self._stops.note(self._halted)
 
     def _stop(self, stop: Stop) -> None:
         self._halted = None
@@ -200,17 +211,33 @@ class Drive:
         if 0x603F in self.dictionary:
             self.dictionary[0x603F].value = fault.code
         self.machine.fault()
+        if fault is faults.FOLLOWING_ERROR and self._mode is not None:
+            self._fault_bits = self._mode.following_error_bits()
         if fault.coasts:
             self.axis.servo.loop = Loop.OFF
             if self.machine.state is State.FAULT_REACTION_ACTIVE:
                 self.machine.stopped()
-        self.device.emergency.raise_error(fault.code, fault.register)
+        if not self.device.emergency.tells(fault.code):
+            self.device.emergency.raise_error(fault.code, fault.register)
+
+    def _supervise_connection(self) -> None:
+        """By 6007h, or by what a drive type has for it of its own, whose only reaction is a fault."""
+        option = objects.optional(self.dictionary, 0x6007)
+        if option is not None:
+            AbortConnection(option, self.device, self.machine, self.fault)
+        kind, time = self.axis.role("bus_timeout_type"), self.axis.role("bus_timeout")
+        if kind is not None and time is not None:
+            self.device.add_sync_timeout(kind, time, self._fault_if_enabled)
+
+    def _fault_if_enabled(self, code: int) -> None:
+        if self.machine.state in ENABLED:
+            self.fault(code)
 
     def _reset(self) -> None:
         self.machine.power_on()
         self.axis.servo.loop = Loop.OFF
         self._mode = self._halted = None
-        self._controlword = 0
+        self._controlword = self._fault_bits = 0
         self._scaling_is_old = True
         self._probe.reset()
         self._precontrol.mark()
@@ -229,23 +256,24 @@ class Drive:
             word |= self._mode.status_bits()
         elif self._stands_by_halt():
             word |= Statusword.TARGET_REACHED
-        return word
+        return word | self._fault_bits
 
     def _limited(self) -> bool:
         return self.axis.limit_active or bool(self.axis.servo.state["limited"])
 
     def _stands_by_halt(self) -> bool:
         halting = self.machine.state is State.OPERATION_ENABLED and self._controlword & Controlword.HALT
-        return bool(halting) and self._stops.velocity == 0.0
+        return bool(halting) and self._stops.at_rest
 
     def _install_commands(self) -> None:
         dictionary = self.dictionary
         dictionary[0x6041].on_read = self.statusword
         dictionary[0x6061].on_read = self._mode_display
         dictionary[0x6040].on_write = lambda value: self._write_controlword(int(value))
+        dictionary[0x6040].is_command = True
         dictionary[0x6060].on_write = lambda value: self._check_mode(int(value))
-        for index, sub in (*FACTOR_GROUP, (0x607E, 0)):
-            objects.before_change(dictionary[index, sub], self._mark_scaling)
+        for index, sub in FACTOR_GROUP:
+            objects.before_change(objects.optional(dictionary, index, sub), self._mark_scaling)
         velocity = self._modes.get(Velocity.code)
         if isinstance(velocity, Velocity):
             state = self.axis.servo.state
@@ -262,6 +290,7 @@ class Drive:
         if self._mode is not None and self.machine.state is State.OPERATION_ENABLED:
             self._mode.notice(controlword)
         if was_fault and self.machine.state is not State.FAULT:
+            self._fault_bits = 0
             self.device.emergency.clear()
             if 0x603F in self.dictionary:
                 self.dictionary[0x603F].value = 0

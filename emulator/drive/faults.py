@@ -1,8 +1,10 @@
 """Faults that a drive finds by itself: error code of 603Fh and EMCY, error register 1001h, and whether a ramp is possible.
 
-Codes are those of the DS402 list (CiA 402-2 / IEC 61800-7-201, table 'Error codes'; bits of 1001h: CiA 301, 7.5.2.2). The
-list leaves the contacts 5441h..5449h and the meaning of the 8400h group's sub-codes to the manufacturer: 5441h is the safe
-torque off contact here, 5442h the negative and 5443h the positive limit switch, 8400h a speed beyond its limit.
+Codes are those of the DS402 list (CiA 402-2 / IEC 61800-7-201, table 'Error codes'; bits of 1001h: CiA 301, 7.5.2.2), which
+are those of DRIVECOM. The list has no code for a limit switch and none for safe torque off. It has 5440h 'contacts' with
+5441h..5445h 'contact 1..5, manufacturer-specific', so what those three mean is the choice of this drive: 5441h the contact of
+safe torque off, 5442h and 5443h that of the negative and of the positive limit switch. 8400h is the list's 'velocity speed
+controller', here a speed beyond its limit.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ class Fault:
 _CURRENT = ErrorRegister.GENERIC | ErrorRegister.CURRENT
 _VOLTAGE = ErrorRegister.GENERIC | ErrorRegister.VOLTAGE
 _TEMPERATURE = ErrorRegister.GENERIC | ErrorRegister.TEMPERATURE
+_COMMUNICATION = ErrorRegister.GENERIC | ErrorRegister.COMMUNICATION
 _DRIVE = ErrorRegister.GENERIC | ErrorRegister.DEVICE_PROFILE
 
 OVERCURRENT = Fault(0x2310, _CURRENT, coasts=True)
@@ -51,9 +54,11 @@ FAULTS = (
 )
 
 _GROUPS = {0x2: _CURRENT, 0x3: _VOLTAGE, 0x4: _TEMPERATURE}
+_COMMUNICATION_GROUP = 0x81
 
 
 def fault_of(code: int) -> Fault:
     """The fault of an error code; one that no drive finds by itself is told by its group and may ramp down."""
     known = {fault.code: fault for fault in FAULTS}
-    return known.get(code, Fault(code, _GROUPS.get(code >> 12, _DRIVE), coasts=False))
+    communication = code >> 8 == _COMMUNICATION_GROUP
+    return known.get(code, Fault(code, _COMMUNICATION if communication else _GROUPS.get(code >> 12, _DRIVE), coasts=False))

@@ -10,7 +10,7 @@ import numpy as np
 from drive_profiles import Quirk
 from emulator.drive.hardware import NEVER
 from emulator.drive.homing_methods import METHODS, Edge, Here, Input, Method, NextIndex
-from emulator.drive.mode import Axis, Mode
+from emulator.drive.mode import Axis, Mode, Ramps
 from emulator.drive.ramp import ramp_cycle
 from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
 from emulator.drive.state_machine import Controlword, Statusword
@@ -74,6 +74,10 @@ class Homing(Mode):
         self._pulsed = self._pulsed or (start and not self._held)
         self._held = start
 
+    def ramps(self) -> Ramps:
+        """609Ah slows down in this mode."""
+        return Ramps(self.axis.ramp(0x609A), self.axis.ramp(0x6085))
+
     def plan(self, controlword: int) -> Loop:
         start = bool(controlword & Controlword.MODE_BIT_4)
         if (start and not self._started) or (self._latches and self._pulsed):
@@ -101,6 +105,8 @@ class Homing(Mode):
             self._phase = Phase.DONE
 
     def status_bits(self) -> int:
+        if self._pulsed:
+            return 0  # in progress, though the cycle that begins it is still to come
         if self._phase is Phase.ERROR:
             return Statusword.MODE_BIT_13 | (Statusword.TARGET_REACHED if self._velocity == 0.0 else 0)
         if self._phase is Phase.DONE:

@@ -7,6 +7,7 @@ from typing import ClassVar
 from emulator.drive.interpolation import Interpolator
 from emulator.drive.limits import PositionLimits
 from emulator.drive.mode import Axis, Mode
+from emulator.drive.position_range import Rotary
 from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
 from emulator.drive.state_machine import Controlword, Statusword
 
@@ -33,7 +34,7 @@ class InterpolatedPosition(Mode):
         axis = self.axis
         self._active = bool(controlword & Controlword.MODE_BIT_4)
         if self._active:
-            self._hold = self._limits.clamp(axis.scaling.angle(float(self._setpoint.value)))
+            self._hold = self._limits.clamp(axis.scaling.target(float(self._setpoint.value), self._hold, Rotary.SHORTEST))
         demand = axis.servo.demand
         self._interpolator.cycle(self._hold, axis.interpolation, demand)
         demand[:, VELOCITY_OFFSET] = axis.velocity_offset()

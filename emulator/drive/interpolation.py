@@ -56,6 +56,11 @@ class Interpolator:
     def __init__(self) -> None:
         self._points: NDArray[np.float64] = np.zeros(4)
 
+    @property
+    def setpoint(self) -> float:
+        """The last set-point [rad]."""
+        return float(self._points[3])
+
     def start_at(self, angle: float) -> None:
         """Stand still at `angle` [rad]: enabling must not jump."""
         self._points[:] = angle

@@ -8,6 +8,7 @@ from emulator.canopen.object_dictionary import Variable
 from emulator.drive.axis import Axis
 from emulator.drive.objects import before_change, number, optional
 from emulator.drive.scaling import Scaling
+from emulator.machine import Motor
 
 RPM = 2.0 * pi / 60.0
 INT32 = (-(1 << 31), (1 << 31) - 1)
@@ -90,9 +91,16 @@ def speed_limit(axis: Axis) -> float:
 
 
 def motor_speed_limit(axis: Axis) -> float:
-    """6080h [rad/s]; 0, the greatest value, or no such object is no limit."""
+    """6080h [rad/s]; 0, the greatest value, or no such object is no limit.
+
+    It is in rpm, or where 6095h ('velocity factor 1': motor data * numerator / divisor = velocity units) is not 1:1, in what
+    that makes velocity units of.
+    """
     raw = number(optional(axis.dictionary, 0x6080), 0.0)
-    return raw * RPM if 0 < raw < 0xFFFFFFFF else inf
+    if not 0 < raw < 0xFFFFFFFF:
+        return inf
+    factor = number(optional(axis.dictionary, 0x6095, 1), 1.0) / number(optional(axis.dictionary, 0x6095, 2), 1.0)
+    return raw * RPM if factor == 1.0 else abs(axis.scaling.angular(raw * factor))
 
 
 def cap_speed(axis: Axis, speed: float) -> float:
@@ -105,14 +113,14 @@ def cap_speed(axis: Axis, speed: float) -> float:
 
 
 class TorqueLimits:
-    """Puts 6072h, 60E0h, 60E1h, the drive type's own limit and the motor's peak torque into the loops."""
+    """Puts 6072h, 6073h, 60E0h, 60E1h, the drive type's own limit and the motor's peak torque into the loops."""
 
-    def __init__(self, axis: Axis, peak_torque: float) -> None:
+    def __init__(self, axis: Axis, motor: Motor) -> None:
         self._axis = axis
-        self._peak_torque = peak_torque
+        self._motor = motor
         self._old = True
         own = axis.role("torque_limit")
-        for index in (0x6072, 0x6076, 0x60E0, 0x60E1):
+        for index in (0x6072, 0x6073, 0x6075, 0x6076, 0x60E0, 0x60E1):
             before_change(optional(axis.dictionary, index), self.mark)
         before_change(own, self.mark)
 
@@ -126,11 +134,19 @@ class TorqueLimits:
             return
         parameters = self._axis.servo.parameters
         own = self._axis.role("torque_limit")
-        limit = min(self._share(0x6072), self._peak_torque, inf if own is None else float(own.value))
+        limits = (self._share(0x6072), self._of_current(), self._motor.peak_torque)
+        limit = min(*limits, inf if own is None else float(own.value))
         parameters["torque_limit"] = limit
         parameters["torque_positive"] = self._share(0x60E0)
         parameters["torque_negative"] = self._share(0x60E1)
         self._old = False
+
+    def _of_current(self) -> float:
+        """Torque [N·m] that the motor has at 6073h, in thousandths of the rated current 6075h [mA]."""
+        dictionary, motor = self._axis.dictionary, self._motor
+        rated = number(optional(dictionary, 0x6075), 1000.0 * motor.rated_current) / 1000.0
+        share = number(optional(dictionary, 0x6073), inf) / 1000.0
+        return share * rated * motor.rated_torque / motor.rated_current if rated > 0.0 else 0.0
 
     def _share(self, index: int) -> float:
         """Torque [N·m] of an object in thousandths of rated torque; infinite where the drive has none."""

@@ -6,11 +6,15 @@ from collections.abc import Callable
 from math import pi
 
 from drive_profiles import DataType, DriveProfile
-from emulator.canopen.data_types import Value
+from emulator.canopen.abort_codes import AbortCode, SdoAbort
+from emulator.canopen.data_types import Value, saturate
 from emulator.canopen.object_dictionary import ObjectDictionary, Variable
 from emulator.drive.interpolation import Interpolation
 from emulator.drive.servo import SERVO_PERIOD
 from emulator.machine import Axis as MachineAxis
+
+LINEAR_RAMP, JERK_LIMITED_RAMP = 0, 3
+"""Values of 6086h that this drive has; it has no sin² ramp (1) and no jerk-free ramp (2)."""
 
 
 def role(dictionary: ObjectDictionary, profile: DriveProfile, name: str) -> Variable | None:
@@ -60,8 +64,28 @@ def commission(dictionary: ObjectDictionary, profile: DriveProfile, axis: Machin
     if current is not None:
         store(current, axis.motor.rated_current * 1000.0)
     increments = axis.encoder.increments_per_revolution
-    store(dictionary[0x608F, 1], increments)
-    store(dictionary[0x6092, 1], increments)  # until a master scales it, a position unit is an encoder increment
+    for index in (0x608F, 0x6092):  # until a master scales it, a position unit is an encoder increment
+        store(dictionary[index, 1], increments)
+    resolution = optional(dictionary, 0x6090, 1)
+    if resolution is not None:
+        store(resolution, increments)
+    _allow(resolution, increments)  # the speed is measured by the position encoder, there is no other
+    for index in (0x608A, 0x608C, 0x608E):  # a unit has the dimension of the feed constant, which nothing here is told
+        _allow(optional(dictionary, index), 0)
+    _allow(optional(dictionary, 0x6086), LINEAR_RAMP, JERK_LIMITED_RAMP)
+    _allow(optional(dictionary, 0x60A3), 1)
+
+
+def _allow(variable: Variable | None, *values: int) -> None:
+    """Refuse what the drive cannot do: a master may write `values` and no others."""
+    if variable is None:
+        return
+
+    def check(written: Value) -> None:
+        if written not in values:
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+
+    variable.on_write = check
 
 
 def store(variable: Variable, value: float) -> None:
@@ -101,7 +125,7 @@ def link_rated_torque(dictionary: ObjectDictionary, profile: DriveProfile) -> No
     if own is None or own is standard:
         return
     per_unit = 1000.0 * profile.roles["rated_torque"].si_per_unit
-    on_change(own, lambda raw: setattr(standard, "value", round(raw * per_unit)))
+    on_change(own, lambda raw: setattr(standard, "value", saturate(standard.data_type, round(raw * per_unit))))
     on_change(standard, lambda raw: setattr(own, "value", raw / per_unit))
 
 

@@ -29,7 +29,7 @@ class LoopParameters:
             objects.on_change(axis.role(name), self._setter(name, field, convert))
         self._machine_values = objects.commissioned(machine)
         objects.link_rated_torque(axis.dictionary, axis.profile)
-        self.torque_limits = TorqueLimits(axis, machine.motor.peak_torque)
+        self.torque_limits = TorqueLimits(axis, machine.motor)
         objects.on_change(axis.role("interpolation_type"), self._set_interpolation)
 
     def load(self) -> None:

@@ -85,7 +85,7 @@ def move_to(start: Motion, target: float, bounds: Bounds) -> Profile:
 
 def change_speed(start: Motion, speed: float, bounds: Bounds) -> Profile:
     """The profile from `start` to a constant velocity `speed` [rad/s], which it keeps."""
-    bounds = _finite(bounds, abs(speed) * SERVO_PERIOD)
+    bounds = _finite(bounds, max(abs(speed), abs(start.velocity)) * SERVO_PERIOD)
     return Profile(start, [*_change(start, speed, bounds), (1e9, 0.0, 0.0)], None)
 
 

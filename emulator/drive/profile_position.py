@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 from emulator.drive.limits import PositionLimits, speed_limit
 from emulator.drive.mode import Axis, Mode
 from emulator.drive.objects import number, optional
+from emulator.drive.position_range import Rotary
 from emulator.drive.profile_generator import Bounds, Motion, Profile, change_speed, come_to_rest, move_to
+from emulator.drive.profile_jerk import profile_jerk
 from emulator.drive.servo import POSITION, TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
 from emulator.drive.state_machine import Controlword, Statusword
 from emulator.drive.windows import Window
 
 NEW_SETPOINT, CHANGE_IMMEDIATELY, RELATIVE = Controlword.MODE_BIT_4, Controlword.MODE_BIT_5, Controlword.MODE_BIT_6
 CHANGE_ON_SETPOINT = 1 << 9
-JERK_LIMITED = 3
-"""Value of 6086h."""
 NO_WINDOW = 0xFFFFFFFF
 
 
@@ -100,12 +100,14 @@ class ProfilePosition(Mode):
         acknowledge = Statusword.MODE_BIT_12 if self._acknowledged else 0
         return acknowledge | (Statusword.TARGET_REACHED if self._window.held else 0)
 
+    def following_error_bits(self) -> int:
+        return Statusword.MODE_BIT_13
+
     # -- the handshake ------------------------------------------------------------------------------------------------
 
     def _take(self, controlword: int) -> None:
         """A rising edge of bit 4: accept the set-point, unless the buffer is full."""
-        moving = self._profile is not None and not self._profile.ended
-        if moving and self._active is not None and not controlword & CHANGE_IMMEDIATELY:
+        if self._active is not None and self._moving() and not controlword & CHANGE_IMMEDIATELY:
             if self._next is not None:
                 return
             self._next = self._setpoint(controlword)
@@ -123,19 +125,33 @@ class ProfilePosition(Mode):
             self._acknowledged = False
 
     def _setpoint(self, controlword: int) -> SetPoint:
-        raw = float(self.axis.dictionary[0x607A].value)
-        relative = bool(controlword & RELATIVE)
-        target = self._base() + self.axis.scaling.angular_distance(raw) if relative else self.axis.scaling.angle(raw)
+        raw, scaling = float(self.axis.dictionary[0x607A].value), self.axis.scaling
+        if controlword & RELATIVE:
+            target = self._base() + scaling.angular_distance(raw)
+        else:
+            target = scaling.target(raw, self._departure(controlword), Rotary(self._option() >> 6 & 3))
         return SetPoint(target, self._bounds(), bool(controlword & CHANGE_ON_SETPOINT))
 
     def _base(self) -> float:
         """What a relative target is relative to, by bits 0 and 1 of 60F2h: preceding target, demand, or actual position."""
-        option = int(number(optional(self.axis.dictionary, 0x60F2), 0.0)) & 3
+        option = self._option() & 3
         if option == 1:
             return self._now().position
         if option == 2:
             return float(self.axis.servo.state["position"])
         return self._next.target if self._next is not None else self._target
+
+    def _departure(self, controlword: int) -> float:
+        """Where a set-point begins that is accepted now [rad]: at the present target, where it waits for that, else here."""
+        waits = self._moving() and not controlword & CHANGE_IMMEDIATELY
+        return self._target if waits else self._now().position
+
+    def _moving(self) -> bool:
+        return self._profile is not None and not self._profile.ended and self._active is not None
+
+    def _option(self) -> int:
+        """60F2h."""
+        return int(number(optional(self.axis.dictionary, 0x60F2), 0.0))
 
     # -- the motion ---------------------------------------------------------------------------------------------------
 
@@ -188,19 +204,7 @@ class ProfilePosition(Mode):
         axis = self.axis
         speed = abs(axis.scaling.angular(float(axis.dictionary[0x6081].value)))
         up, down = axis.ramp(0x6083), axis.ramp(0x6084)
-        return Bounds(min(speed, speed_limit(axis)), up, down, self._jerk(up))
-
-    def _jerk(self, acceleration: float) -> float:
-        """[rad/s³]: 60A4h:01, or the acceleration over the drive type's jerk time; infinite unless 6086h is 3."""
-        axis, dictionary = self.axis, self.axis.dictionary
-        if number(optional(dictionary, 0x6086), 0.0) != JERK_LIMITED:
-            return inf
-        jerk = optional(dictionary, 0x60A4, 1)
-        if jerk is not None:
-            return abs(axis.scaling.angular(float(jerk.value))) or inf
-        smoothing = axis.role("jerk_time")
-        time = 0.0 if smoothing is None else float(smoothing.value) * axis.profile.roles["jerk_time"].si_per_unit
-        return acceleration / time if time > 0.0 else inf
+        return Bounds(min(speed, speed_limit(axis)), up, down, profile_jerk(axis, up))
 
     def _window_size(self) -> tuple[float, float]:
         """Position window [rad], infinite where it is switched off, and its time [s]: 6067h, 6068h."""

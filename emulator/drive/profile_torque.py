@@ -6,6 +6,7 @@ from math import inf
 from typing import ClassVar
 
 from emulator.drive.mode import Axis, Mode
+from emulator.drive.objects import number, optional
 from emulator.drive.ramp import approach
 from emulator.drive.servo import TORQUE_OFFSET, Loop
 from emulator.drive.state_machine import Statusword
@@ -24,15 +25,22 @@ class ProfileTorque(Mode):
     def enter(self) -> None:
         self._torque = float(self.axis.servo.state["torque_demand"])
 
+    def halt(self) -> Loop:
+        """The mode's slow-down ramp is the torque slope: the torque goes to 0 by 6087h, its offset included."""
+        return self._go_to(-self.axis.torque_offset())
+
     def plan(self, controlword: int) -> Loop:
-        axis = self.axis
-        self._target = int(axis.dictionary[0x6071].value) * axis.rated_torque() / 1000.0
-        slope = int(axis.dictionary[0x6087].value) * axis.rated_torque() / 1000.0
-        demand = axis.servo.demand
-        demand[:] = 0.0
-        self._torque = approach(self._torque, self._target, slope if slope > 0.0 else inf, demand[:, TORQUE_OFFSET])
-        demand[:, TORQUE_OFFSET] += axis.torque_offset()
-        return Loop.TORQUE
+        self._target = int(self.axis.dictionary[0x6071].value) * self.axis.rated_torque() / 1000.0
+        return self._go_to(self._target)
 
     def status_bits(self) -> int:
         return Statusword.TARGET_REACHED if self._torque == self._target else 0
+
+    def _go_to(self, target: float) -> Loop:
+        axis = self.axis
+        slope = number(optional(axis.dictionary, 0x6087), 0.0) * axis.rated_torque() / 1000.0
+        demand = axis.servo.demand
+        demand[:] = 0.0
+        self._torque = approach(self._torque, target, slope if slope > 0.0 else inf, demand[:, TORQUE_OFFSET])
+        demand[:, TORQUE_OFFSET] += axis.torque_offset()
+        return Loop.TORQUE

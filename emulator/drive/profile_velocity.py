@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import ClassVar
 
-from emulator.drive.limits import PositionLimits, cap_speed
+from emulator.drive.limits import cap_speed
 from emulator.drive.mode import Axis, Mode
-from emulator.drive.ramp import ramp_cycle
+from emulator.drive.profile_generator import Bounds
+from emulator.drive.profile_jerk import profile_jerk
 from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
+from emulator.drive.speed_demand import SpeedDemand
 from emulator.drive.state_machine import Statusword
 from emulator.drive.windows import Window
 
@@ -18,7 +21,7 @@ STANDING = 0.05
 
 
 class ProfileVelocity(Mode):
-    """Ramps by 6083h and 6084h, within 607Fh and 6080h, and stops at a software limit.
+    """Ramps by 6083h and 6084h, with a jerk where 6086h says so, within 607Fh and 6080h, and stops at a software limit.
 
     Bit 10: within 606Dh of the target for 606Eh. Bit 12: speed 0, not beyond 606Fh for 6070h.
     """
@@ -27,40 +30,42 @@ class ProfileVelocity(Mode):
 
     def __init__(self, axis: Axis) -> None:
         super().__init__(axis)
-        self._limits = PositionLimits(axis)
-        self._velocity = 0.0
+        self._speed = SpeedDemand(axis)
         self._target = 0.0
         self._reached, self._moving = Window(), Window()
 
     def enter(self) -> None:
-        self._velocity = float(self.axis.servo.state["velocity"])
+        self._speed.start()
         self._reached.restart()
         self._moving.restart()
 
     def plan(self, controlword: int) -> Loop:
-        axis, dictionary = self.axis, self.axis.dictionary
-        self._target = cap_speed(axis, axis.scaling.angular(float(dictionary[0x60FF].value)))
-        position, down = float(axis.servo.state["position"]), axis.ramp(0x6084)
-        self._target = self._limits.cap_speed(self._target, position, down)
+        axis, speed = self.axis, self._speed
+        up, down = axis.ramp(0x6083), axis.ramp(0x6084)
+        wanted = cap_speed(axis, axis.scaling.angular(float(axis.dictionary[0x60FF].value)))
+        self._target = speed.position_allows(wanted, down)
+        jerk = profile_jerk(axis, up)
+        if jerk == inf or self._target != wanted:  # at a software limit the ramp has to do
+            speed.ramp(self._target, up, down)
+        else:
+            speed.smooth(wanted, Bounds(inf, up, down, jerk))
         demand = axis.servo.demand
-        ramp_cycle(position, self._velocity, self._target, axis.ramp(0x6083), down, demand)
         demand[:, VELOCITY_OFFSET] = axis.velocity_offset()
         demand[:, TORQUE_OFFSET] = axis.torque_offset()
-        self._velocity = float(demand[-1, 1])
         return Loop.VELOCITY
 
     def after(self) -> None:
         actual, cycle = float(self.axis.servo.state["velocity"]), self.axis.cycle
-        window = self._speed(0x606D, max(REACHED * abs(self._target), STANDING))
+        window = self._window(0x606D, max(REACHED * abs(self._target), STANDING))
         self._reached.look(abs(actual - self._target) < window, self._time(0x606E), cycle)
-        self._moving.look(abs(actual) >= self._speed(0x606F, STANDING), self._time(0x6070), cycle)
+        self._moving.look(abs(actual) >= self._window(0x606F, STANDING), self._time(0x6070), cycle)
 
     def status_bits(self) -> int:
         reached = Statusword.TARGET_REACHED if self._reached.held else 0
         standing = 0 if self._moving.held else Statusword.MODE_BIT_12
         return reached | standing
 
-    def _speed(self, index: int, otherwise: float) -> float:
+    def _window(self, index: int, otherwise: float) -> float:
         """A window or threshold [rad/s]."""
         dictionary = self.axis.dictionary
         return abs(self.axis.scaling.angular(float(dictionary[index].value))) if index in dictionary else otherwise

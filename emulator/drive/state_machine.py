@@ -119,9 +119,10 @@ class StateMachine:
                 self.state = State.SWITCH_ON_DISABLED
             return
         if self.state not in (State.FAULT_REACTION_ACTIVE, State.NOT_READY_TO_SWITCH_ON):
-            self._apply(command_of(controlword))
+            self.obey(command_of(controlword))
 
-    def _apply(self, command: Command) -> None:
+    def obey(self, command: Command) -> None:
+        """Apply a command, of the master or of the drive itself; not in a fault."""
         if self.state is State.OPERATION_ENABLED:
             if command is Command.ENABLE_OPERATION:
                 self._clear_stop()

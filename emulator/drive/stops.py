@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from enum import Enum, auto
-from math import isfinite
+from math import inf, isfinite
 
-from emulator.drive.mode import Axis
+from emulator.drive.mode import Axis, Mode, Ramps
 from emulator.drive.ramp import ramp_cycle
 from emulator.drive.servo import POSITION, TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
 from emulator.drive.state_machine import Stop
+from emulator.drive.windows import Window
 
 
 class Way(Enum):
@@ -20,7 +21,6 @@ class Way(Enum):
     TORQUE_LIMIT = auto()
 
 
-_RAMPS = {Way.SLOW_DOWN_RAMP: 0x6084, Way.QUICK_STOP_RAMP: 0x6085}
 _FIRST_FOUR = {1: Way.SLOW_DOWN_RAMP, 2: Way.QUICK_STOP_RAMP, 3: Way.TORQUE_LIMIT, 4: Way.TORQUE_LIMIT}
 OPTIONS: dict[int, dict[int, Way]] = {
     0x605A: {0: Way.COAST, **_FIRST_FOUR, **{option + 4: way for option, way in _FIRST_FOUR.items()}},
@@ -34,15 +34,28 @@ OPTIONS: dict[int, dict[int, Way]] = {
 STAY_IN_QUICK_STOP = (5, 6, 7, 8)
 """Values of 605Ah after which the drive stays in 'quick stop active'."""
 
-STANDSTILL = 0.5
-"""Motor speed below which a stop at the current limit goes on as holding the position [rad/s]."""
+HOLDING = 0.5
+"""Motor speed below which a stop at the current limit goes on as holding the position, and difference of speed with which
+an axis still follows its demand [rad/s].
+"""
+
+STANDSTILL, STANDSTILL_TIME = 0.1, 0.005
+"""An axis whose actual motor speed [rad/s] has been below this for so long [s] is at rest."""
+
+PATIENCE = 1.0
+"""For how long a stop waits for an axis that neither comes to rest nor gets slower, as one that oscillates [s]."""
 
 
 class Stops:
-    """Fills the demand of a drive that is stopping or holding, and knows where the demand stands."""
+    """Fills the demand of a drive that is stopping or holding, and knows whether the axis is at rest."""
 
     def __init__(self, axis: Axis) -> None:
         self._axis = axis
+        self._mode: Mode | None = None
+        self._way: Way | None = None
+        self._standstill = Window()
+        self._slowest = inf
+        self._waited = 0.0
         self.position = float(axis.servo.state["position"])
         self.velocity = 0.0
 
@@ -58,43 +71,92 @@ class Stops:
         """Whether 605Ah says to stay in quick stop active."""
         return int(self._axis.dictionary[0x605A].value) in STAY_IN_QUICK_STOP
 
+    @property
+    def at_rest(self) -> bool:
+        """The axis has been standing, and so does the demand of its speed, where there is one."""
+        return self._standstill.held and (self.velocity == 0.0 or self._axis.servo.loop is Loop.TORQUE)
+
     def measure(self) -> None:
         """A stop that follows starts from what the axis does, not from a demand."""
-        state = self._axis.servo.state
-        self.position, self.velocity = float(state["position"]), float(state["velocity"])
+        self._way = None
+        self.position, self.velocity = float(self._axis.servo.state["position"]), self._speed()
 
-    def note(self) -> None:
-        """A stop that follows starts from the end of the demand that is planned."""
-        last = self._axis.servo.demand[-1]
-        self.position, self.velocity = float(last[POSITION]), float(last[VELOCITY])
+    def note(self, mode: Mode) -> None:
+        """The demand of a mode is planned: a stop that follows starts at its end, if it is of motion and the axis follows."""
+        self._mode = mode
+        if self._axis.servo.loop is Loop.TORQUE:
+            self.measure()
+            return
+        self._way = None
+        self._note()
 
     def coast(self) -> None:
         """No torque."""
+        self._mode = None
+        self._standstill.restart()
         self._axis.servo.loop = Loop.OFF
         self.measure()
 
     def run(self, way: Way) -> bool:
-        """Plan a cycle of stopping; whether the axis' demand stands at its end."""
+        """Plan a cycle of stopping; whether the stop has ended: the axis is at rest, or it does not come to rest."""
         if way is Way.COAST:
             self.coast()
             return True
+        if way is not self._way:
+            self._begin(way)
         if way is Way.TORQUE_LIMIT and not self._slow():
             self._brake()
-            return False
-        self._ramp(_RAMPS.get(way, 0x6085))
-        return self.velocity == 0.0
+        else:
+            self._ramp(way)
+        return self.at_rest or self._waited >= PATIENCE
+
+    def after(self) -> None:
+        """Look at what the cycle brought: does the axis stand, and if not, does it get slower?"""
+        speed, cycle = abs(self._speed()), self._axis.cycle
+        self._standstill.look(speed < STANDSTILL, STANDSTILL_TIME, cycle)
+        ramping = self.velocity != 0.0
+        self._waited = 0.0 if ramping or speed < self._slowest else self._waited + cycle
+        self._slowest = min(self._slowest, speed)
 
     def _way_of(self, option_code: int) -> Way:
         return OPTIONS[option_code].get(int(self._axis.dictionary[option_code].value), Way.QUICK_STOP_RAMP)
 
+    def _speed(self) -> float:
+        return float(self._axis.servo.state["velocity"])
+
+    def _begin(self, way: Way) -> None:
+        """Start at the speed of the axis, and at the demanded position only where the axis follows it.
+
+        Else the position is the one from which the loop goes on with that speed: following error (1 - feed-forward) v / Kp.
+        """
+        speed = self._speed()
+        if not self._follows(speed):
+            parameters = self._axis.servo.parameters
+            gain, left = float(parameters["position_gain"]), 1.0 - float(parameters["velocity_feedforward"])
+            self.position = float(self._axis.servo.state["position"]) + (left * speed / gain if gain > 0.0 else 0.0)
+        self.velocity = speed
+        self._way = way
+        self._slowest, self._waited = inf, 0.0
+
+    def _follows(self, speed: float) -> bool:
+        """Whether the axis moves as demanded, and what its loops still ask for is no more than rated torque."""
+        servo = self._axis.servo
+        if servo.loop is not Loop.POSITION or abs(self.velocity - speed) > HOLDING:
+            return False
+        error = abs(float(servo.state["velocity_demand"]) - speed)
+        return float(servo.parameters["velocity_gain"]) * error <= self._axis.rated_torque()
+
     def _slow(self) -> bool:
-        standing = abs(self.velocity) < STANDSTILL
-        if self._axis.servo.loop is Loop.VELOCITY:
-            self.measure()
-            standing = abs(self.velocity) < STANDSTILL
-        if standing:
-            self.velocity = 0.0
-        return standing
+        """Whether an axis that is stopped at the current limit can be held; from then on it is."""
+        servo = self._axis.servo
+        if servo.loop is Loop.POSITION and self.velocity == 0.0:
+            return True
+        if abs(self._speed()) >= HOLDING:
+            return False
+        if servo.loop is Loop.VELOCITY:
+            self.position = float(servo.state["position"])
+        self.velocity = 0.0
+        return True
 
     def _brake(self) -> None:
         """All torque that the limits allow, against the motion."""
@@ -102,15 +164,19 @@ class Stops:
         servo.demand[:] = 0.0
         servo.demand[:, POSITION] = float(servo.state["position"])
         servo.loop = Loop.VELOCITY
+        self._note()
 
-    def _ramp(self, index: int) -> None:
-        axis = self._axis
-        servo = axis.servo
-        position = self.position if servo.loop is Loop.POSITION else float(servo.state["position"])
-        deceleration = axis.ramp(index)
-        ramp_cycle(position, self.velocity, 0.0, deceleration, deceleration, servo.demand)
+    def _ramp(self, way: Way) -> None:
+        servo = self._axis.servo
+        ramps = Ramps.of(self._axis) if self._mode is None else self._mode.ramps()
+        deceleration = ramps.slow_down if way is Way.SLOW_DOWN_RAMP else ramps.quick_stop
+        ramp_cycle(self.position, self.velocity, 0.0, deceleration, deceleration, servo.demand)
         servo.demand[:, VELOCITY_OFFSET] = 0.0
         servo.demand[:, TORQUE_OFFSET] = 0.0
         servo.loop = Loop.POSITION
         if isfinite(servo.demand[-1, POSITION]):
-            self.note()
+            self._note()
+
+    def _note(self) -> None:
+        last = self._axis.servo.demand[-1]
+        self.position, self.velocity = float(last[POSITION]), float(last[VELOCITY])

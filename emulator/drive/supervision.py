@@ -42,7 +42,9 @@ class Supervision:
         self._motor = motor
         self._limit = axis.role("following_error_limit")
         self._timeout = optional(axis.dictionary, 0x6066)
-        self._speed = optional(axis.dictionary, 0x6080)
+        places = ((0x6080, 0), (0x6095, 1), (0x6095, 2))
+        sources = (self._limit, self._timeout, *(optional(axis.dictionary, *place) for place in places))
+        self._sources = [variable for variable in sources if variable is not None]
         self._alarms = 0
         self._seen: tuple[object, ...] = ()
         self._scaling: Scaling | None = None
@@ -53,13 +55,7 @@ class Supervision:
     def refresh(self) -> None:
         """Take over thresholds that have changed, before a cycle."""
         hardware = self._axis.hardware
-        seen = (
-            number(self._limit, 0.0),
-            number(self._timeout, 0.0),
-            number(self._speed, 0.0),
-            hardware.current_scale,
-            hardware.encoder_alive,
-        )
+        seen = (hardware.current_scale, hardware.encoder_alive, *[variable.value for variable in self._sources])
         if seen == self._seen and self._axis.scaling is self._scaling:
             return
         self._seen, self._scaling = seen, self._axis.scaling

@@ -5,10 +5,10 @@ from __future__ import annotations
 from math import copysign, inf
 from typing import ClassVar
 
-from emulator.drive.limits import RPM, PositionLimits, cap_speed
-from emulator.drive.mode import Axis, Mode
-from emulator.drive.ramp import ramp_cycle
+from emulator.drive.limits import RPM, cap_speed
+from emulator.drive.mode import Axis, Mode, Ramps
 from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
+from emulator.drive.speed_demand import SpeedDemand
 from emulator.drive.state_machine import Controlword
 
 ENABLE_RAMP, UNLOCK_RAMP, REFERENCE_RAMP = Controlword.MODE_BIT_4, Controlword.MODE_BIT_5, Controlword.MODE_BIT_6
@@ -25,22 +25,22 @@ class Velocity(Mode):
 
     def __init__(self, axis: Axis) -> None:
         super().__init__(axis)
-        self._limits = PositionLimits(axis)
-        self._velocity = 0.0
+        self._speed = SpeedDemand(axis)
 
     def enter(self) -> None:
-        self._velocity = float(self.axis.servo.state["velocity"])
+        self._speed.start()
+
+    def ramps(self) -> Ramps:
+        """6049h slows down in this mode, 604Ah stops quickly; 6085h where the drive has no 604Ah."""
+        own = (0x604A, 1) in self.axis.dictionary
+        return Ramps(self._ramp(0x6049), self._ramp(0x604A) if own else self.axis.ramp(0x6085))
 
     def plan(self, controlword: int) -> Loop:
-        axis = self.axis
-        target = self._target(controlword)
-        down = self._ramp(0x6049)
-        target = self._limits.cap_speed(target, float(axis.servo.state["position"]), down)
+        axis, down = self.axis, self._ramp(0x6049)
+        self._speed.ramp(self._speed.position_allows(self._target(controlword), down), self._ramp(0x6048), down)
         demand = axis.servo.demand
-        ramp_cycle(float(axis.servo.state["position"]), self._velocity, target, self._ramp(0x6048), down, demand)
         demand[:, VELOCITY_OFFSET] = 0.0
         demand[:, TORQUE_OFFSET] = axis.torque_offset()
-        self._velocity = float(demand[-1, 1])
         return Loop.VELOCITY
 
     def status_bits(self) -> int:
@@ -56,7 +56,7 @@ class Velocity(Mode):
         if not controlword & ENABLE_RAMP:
             return 0.0
         if not controlword & UNLOCK_RAMP:
-            return self._velocity
+            return self._speed.velocity
         if not controlword & REFERENCE_RAMP:
             return 0.0
         return cap_speed(self.axis, self._within_amounts(float(self.axis.dictionary[0x6042].value) * self._per_unit()))

@@ -188,3 +188,13 @@ def test_wrong_machine_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cha
     monkeypatch.setattr(machine_module, "MACHINES", tmp_path)
     with pytest.raises(UserError, match=message):
         load_machine("bent")
+
+
+def test_a_node_id_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    content = yaml.safe_load((MACHINES / "scara" / "machine.yaml").read_text(encoding="utf-8"))
+    content["axes"]["rotate"]["node_id"] = 1
+    (tmp_path / "bent").mkdir()
+    (tmp_path / "bent" / "machine.yaml").write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    monkeypatch.setattr(machine_module, "MACHINES", tmp_path)
+    with pytest.raises(UserError, match=r"machine\.yaml: axes: lift and rotate both have node_id 1; give each its own"):
+        load_machine("bent")

@@ -112,7 +112,7 @@ def test_an_eds_that_lacks_what_the_drive_needs_stops_the_emulator(tmp_path: Pat
     eds.write_text("[FileInfo]\nFileName=small.eds\n[1000]\nParameterName=Device type\nDataType=7\nAccessType=ro\n")
     done = drivetwin("emulate", "--machine", "stage", "--eds", eds)
     assert done.status == 2
-    assert "small.eds lacks objects that a drive which behaves as servoone needs: 1001h, 1003h:00..01," in done.err
+    assert "small.eds lacks objects that a drive which behaves as servoone needs: 1001h, 1018h:00..01, 6040h," in done.err
 
 
 # -- loading, without processes ----------------------------------------------------------------------------------------

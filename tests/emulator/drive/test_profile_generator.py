@@ -102,3 +102,13 @@ def test_change_of_speed_and_rest() -> None:
     resting = come_to_rest(Motion(3.0, -4.0), bounds)
     assert resting.duration == pytest.approx(0.1)
     assert resting.at(1.0) == Motion(pytest.approx(3.0 - 0.2), pytest.approx(0.0))
+
+
+@pytest.mark.parametrize(("before", "after"), [(50.0, 0.0), (50.0, 1e-6), (-20.0, 30.0), (0.0, 40.0)])
+def test_a_change_of_speed_takes_the_time_of_the_closed_form(before: float, after: float) -> None:
+    """By 100 rad/s² down and 200 rad/s² up; through zero in both."""
+    reversal = before * after < 0.0
+    way = abs(before) / 100.0 + abs(after) / 200.0 if reversal else abs(after - before) / (200.0 if after > before else 100.0)
+    profile = change_speed(Motion(0.0, before), after, Bounds(inf, 200.0, 100.0))
+    assert profile.at(way).velocity == pytest.approx(after, abs=1e-6)
+    assert abs(profile.at(0.9 * way).velocity - after) > 0.5

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf, log
+
 import pytest
 from drive_bench import (
     CYCLE,
@@ -18,6 +20,7 @@ from drive_bench import (
 
 from emulator.drive.servo import VELOCITY, Loop
 from emulator.drive.state_machine import Command, State, StateMachine, Stop, command_of
+from emulator.drive.stops import STANDSTILL, STANDSTILL_TIME
 
 OFF, READY, ON, RUN = State.SWITCH_ON_DISABLED, State.READY_TO_SWITCH_ON, State.SWITCHED_ON, State.OPERATION_ENABLED
 QUICK, REACTION, FAULT, BOOT = (
@@ -194,24 +197,32 @@ def cycles_until(bench: DriveBench, *states: State, limit: int = 400) -> int:
     raise AssertionError(f"still {bench.state}")
 
 
-def ramp(deceleration: float) -> float:
-    """Cycles that the ramp from SPEED takes."""
-    return SPEED / deceleration / CYCLE
+def ramp(bench: DriveBench, deceleration: float) -> float:
+    """Cycles that the ramp from the present speed takes."""
+    return bench.joint_velocity * bench.configuration.gear_ratio / deceleration / CYCLE
+
+
+def settling(deceleration: float) -> float:
+    """Cycles in which the lag behind a ramp dies down to standstill, at most: tau ln(a tau / v), and the time to see it.
+
+    The stage's P loops make it a system of second order; its envelope decays with tau = 2 m / Kv, quicker with friction.
+    """
+    tau = 2.0 * 95.0 / 8500.0
+    return (tau * log(deceleration * tau / STANDSTILL) + STANDSTILL_TIME) / CYCLE
+
+
+def motor_speed(bench: DriveBench) -> float:
+    return abs(bench.joint_velocity) * bench.configuration.gear_ratio
 
 
 @pytest.mark.parametrize(
-    ("option", "cycles", "final"),
-    [
-        (0, 1.0, OFF),
-        (1, ramp(PROFILE), OFF),
-        (2, ramp(QUICK_RAMP), OFF),
-        (5, ramp(PROFILE), QUICK),
-        (6, ramp(QUICK_RAMP), QUICK),
-    ],
+    ("option", "deceleration", "final"),
+    [(0, inf, OFF), (1, PROFILE, OFF), (2, QUICK_RAMP, OFF), (5, PROFILE, QUICK), (6, QUICK_RAMP, QUICK)],
 )
-def test_quick_stop_option_code(option: int, cycles: float, final: State) -> None:
+def test_quick_stop_option_code(option: int, deceleration: float, final: State) -> None:
     """605Ah: 0 drive off, 1 and 5 slow-down ramp, 2 and 6 quick-stop ramp; 5 and 6 stay in quick stop active."""
     bench = moving()
+    cycles = ramp(bench, deceleration)
     bench.write(0x605A, option)
     bench.write(0x6040, QUICK_STOP)
     bench.sync()
@@ -232,35 +243,52 @@ def test_quick_stop_option_code(option: int, cycles: float, final: State) -> Non
 
 
 @pytest.mark.parametrize(
-    ("controlword", "option_code", "option", "cycles", "final"),
-    [
-        (SWITCH_ON, 0x605C, 1, ramp(PROFILE), ON),
-        (SWITCH_ON, 0x605C, 0, 1.0, ON),
-        (SHUTDOWN, 0x605B, 1, ramp(PROFILE), READY),
-        (SHUTDOWN, 0x605B, 0, 1.0, READY),
-        (DISABLE_VOLTAGE, 0x605C, 1, 1.0, OFF),
-    ],
+    ("controlword", "option_code", "option", "final"),
+    [(SWITCH_ON, 0x605C, 1, ON), (SHUTDOWN, 0x605B, 1, READY)],
 )
-def test_disabling_ramps_as_its_option_says(
-    controlword: int, option_code: int, option: int, cycles: float, final: State
-) -> None:
+def test_disabling_ramps_as_its_option_says(controlword: int, option_code: int, option: int, final: State) -> None:
+    """By 6084h, and not before the axis itself stands."""
     bench = moving()
+    cycles = ramp(bench, PROFILE)
     bench.write(option_code, option)
     bench.write(0x6040, controlword)
-    assert cycles_until(bench, final) == pytest.approx(cycles, abs=2)
+    assert cycles <= cycles_until(bench, final) <= cycles + settling(PROFILE)
+    assert motor_speed(bench) < STANDSTILL
     bench.sync()
     assert bench.read(0x6074) == 0
 
 
-@pytest.mark.parametrize(("option", "deceleration"), [(0, float("inf")), (1, PROFILE), (2, QUICK_RAMP)])
+@pytest.mark.parametrize(
+    ("controlword", "option_code", "option", "final"),
+    [(SWITCH_ON, 0x605C, 0, ON), (SHUTDOWN, 0x605B, 0, READY), (DISABLE_VOLTAGE, 0x605C, 1, OFF)],
+)
+def test_disabling_switches_off_as_its_option_says(controlword: int, option_code: int, option: int, final: State) -> None:
+    bench = moving()
+    bench.write(option_code, option)
+    bench.write(0x6040, controlword)
+    assert cycles_until(bench, final) <= 2
+    bench.sync()
+    assert bench.read(0x6074) == 0
+
+
+@pytest.mark.parametrize(("option", "deceleration"), [(1, PROFILE), (2, QUICK_RAMP)])
 def test_fault_reaction_option_code(option: int, deceleration: float) -> None:
-    """605Eh: 0 drive off, 1 slow-down ramp, 2 quick-stop ramp, from the speed that the axis has; then fault."""
+    """605Eh: 1 slow-down ramp, 2 quick-stop ramp, from the speed that the axis has; fault when it stands."""
     bench = moving()
     bench.write(0x605E, option)
-    cycles = bench.joint_velocity * bench.configuration.gear_ratio / deceleration / CYCLE
+    cycles = ramp(bench, deceleration)
     bench.drive.fault(0x8611)
     assert bench.state is REACTION
-    assert cycles_until(bench, FAULT) == pytest.approx(cycles, abs=2)
+    assert cycles <= cycles_until(bench, FAULT) <= cycles + settling(deceleration)
+    assert motor_speed(bench) < STANDSTILL
+
+
+def test_fault_reaction_by_switching_off() -> None:
+    """605Eh = 0: at once; and what a fault leaves in 603Fh and 1001h until it is reset."""
+    bench = moving()
+    bench.write(0x605E, 0)
+    bench.drive.fault(0x8611)
+    assert cycles_until(bench, FAULT) <= 2
     assert bench.emergencies() == [0x8611]
     assert (bench.read(0x603F), bench.read(0x1001)) == (0x8611, 0x21)
     bench.command(ENABLE)
@@ -276,11 +304,14 @@ def test_halt(option: int, deceleration: float) -> None:
     """Bit 8 with 605Dh: slow down and stay enabled; statusword bit 10 says when the axis stands; go on when it is cleared."""
     bench = moving()
     bench.write(0x605D, option)
+    cycles = ramp(bench, deceleration)
     bench.write(0x6040, HALT)
-    bench.sync(round(ramp(deceleration)) - 2)
-    assert not int(bench.read(0x6041)) & 1 << 10
-    bench.sync(4)
-    assert int(bench.read(0x6041)) & 1 << 10
+    elapsed = 0
+    while not int(bench.read(0x6041)) & 1 << 10:
+        bench.sync()
+        elapsed += 1
+    assert cycles <= elapsed <= cycles + settling(deceleration)
+    assert motor_speed(bench) < STANDSTILL
     bench.sync(300)
     assert bench.state is RUN
     assert abs(bench.joint_velocity) < 1e-6
@@ -304,21 +335,22 @@ def test_enabling_with_halt_after_a_disable_in_motion_stands_still() -> None:
 
 def test_no_mode_ramps_down_and_holds() -> None:
     bench = moving()
+    speed = motor_speed(bench)
     bench.write(0x6060, 0)
-    rows = bench.record(round(ramp(PROFILE)) + 1, 0x6062)
-    bench.sync(300)
+    rows = bench.record(500, 0x6062)
     assert abs(bench.joint_velocity) < 1e-6
     way = (rows[-1, 0] - rows[0, 0]) / bench.units(1.0)
-    assert way == pytest.approx(SPEED**2 / (2.0 * PROFILE), rel=0.03)
+    assert way == pytest.approx(speed**2 / (2.0 * PROFILE), rel=0.03)
 
 
 def test_time_is_the_simulated_clock_alone() -> None:
     bench = moving()
+    cycles = ramp(bench, PROFILE)
     bench.write(0x6040, SWITCH_ON)
     for _ in range(1000):
         bench.virtual.poll()
     assert bench.state is RUN
-    assert cycles_until(bench, ON) == pytest.approx(ramp(PROFILE), abs=2)
+    assert cycles_until(bench, ON) >= cycles
 
 
 def test_reset_node_switches_off() -> None:

@@ -1,0 +1,47 @@
+"""Bus supervision by SYNC, of drive types that have no heartbeat consumer: P2061 and P2062 of a ServoOne.
+
+Known are the names, COM_CAN_TIMEOUT_TYPE and COM_CAN_TIMEOUT_VALUE, and that both are UNSIGNED16. The rest is a reading: type 0
+is off, type 1 wants a SYNC within VALUE milliseconds of the one before, from the first one on; no other type is accepted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from emulator.canopen.abort_codes import AbortCode, SdoAbort
+from emulator.canopen.alarms import Alarms
+from emulator.canopen.data_types import Value
+from emulator.canopen.emergency import COMMUNICATION
+from emulator.canopen.heartbeat import MILLISECOND
+from emulator.canopen.object_dictionary import Variable
+
+OFF, SYNC = 0, 1
+"""Types of supervision."""
+
+
+class SyncTimeout:
+    """Calls `lost` with the error code once, when a SYNC that is due has not come; the next SYNC arms it again."""
+
+    def __init__(
+        self, kind: Variable, time: Variable, now: Callable[[], float], alarms: Alarms, lost: Callable[[int], None]
+    ) -> None:
+        self._kind = kind
+        self._time = time
+        self._now = now
+        self._alarm = alarms.add(lambda _now: lost(COMMUNICATION))
+        kind.on_write = self._set_kind
+        time.on_write = lambda _value: self.reset()
+
+    def reset(self) -> None:
+        """Wait for a first SYNC."""
+        self._alarm.stop()
+
+    def came(self) -> None:
+        """A SYNC came: the next one is due."""
+        if self._kind.number == SYNC and self._time.number:
+            self._alarm.set(self._now() + self._time.number * MILLISECOND)
+
+    def _set_kind(self, value: Value) -> None:
+        if value not in (OFF, SYNC):
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+        self.reset()

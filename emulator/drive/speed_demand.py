@@ -1,0 +1,54 @@
+"""The demanded speed of modes 2, 3 and 9: it begins at the axis' own, keeps the limits, and goes on where a cycle has ended."""
+
+from __future__ import annotations
+
+from emulator.drive.axis import Axis
+from emulator.drive.limits import PositionLimits
+from emulator.drive.profile_generator import Bounds, Motion, Profile, change_speed
+from emulator.drive.ramp import approach, ramp_cycle
+from emulator.drive.servo import VELOCITY
+
+
+class SpeedDemand:
+    """Fills position and velocity of the demand, in one of three ways. `velocity` is that of its end [rad/s]."""
+
+    def __init__(self, axis: Axis) -> None:
+        self._axis = axis
+        self._limits = PositionLimits(axis)
+        self._profile: Profile | None = None
+        self._planned: tuple[float, Bounds] | None = None
+        self.velocity = 0.0
+
+    def start(self) -> None:
+        """No jump: from the speed that the axis has."""
+        self.velocity = float(self._axis.servo.state["velocity"])
+        self._profile = self._planned = None
+
+    def position_allows(self, speed: float, deceleration: float) -> float:
+        """`speed` [rad/s], or the highest from which the axis still stops at the software limit by `deceleration`."""
+        return self._limits.cap_speed(speed, self._position(), deceleration)
+
+    def line(self, target: float) -> None:
+        """A straight line to `target` [rad/s] within the cycle."""
+        self._profile = self._planned = None
+        rate = abs(target - self.velocity) / self._axis.cycle
+        self.velocity = approach(self.velocity, target, rate, self._axis.servo.demand[:, VELOCITY])
+
+    def ramp(self, target: float, up: float, down: float) -> None:
+        """Towards `target` [rad/s] by `up` while speeding up and `down` while slowing down [rad/s²]."""
+        self._profile = self._planned = None
+        demand = self._axis.servo.demand
+        ramp_cycle(self._position(), self.velocity, target, up, down, demand)
+        self.velocity = float(demand[-1, VELOCITY])
+
+    def smooth(self, target: float, bounds: Bounds) -> None:
+        """Towards `target` [rad/s] within the bounds of acceleration and jerk."""
+        demand = self._axis.servo.demand
+        if self._profile is None or self._planned != (target, bounds):
+            start = Motion(self._position(), self.velocity) if self._profile is None else self._profile.now()
+            self._profile, self._planned = change_speed(start, target, bounds), (target, bounds)
+        self._profile.sample(demand)
+        self.velocity = float(demand[-1, VELOCITY])
+
+    def _position(self) -> float:
+        return float(self._axis.servo.state["position"])
