@@ -7,7 +7,7 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 .DEFAULT_GOAL := run
 
-.PHONY: run test test-vcan seeds bench lock clean
+.PHONY: run test test-vcan seeds bench paper fuzz lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -27,6 +27,14 @@ seeds: .venv/.installed
 
 bench: .venv/.installed
 	$(BIN)/python scripts/bench.py
+
+# A million random and mutated frames at a live emulator, judged after each one, then twenty thousand at the Modbus ports.
+fuzz: .venv/.installed
+	$(BIN)/python scripts/fuzz.py --frames 1000000 --seed 0 --modbus
+
+# The machine of the published study, link by link through the bus: out/paper/report.html and paper.json (about 1.5 minutes).
+paper: .venv/.installed
+	PYTHONPATH=scripts $(BIN)/python -m paper --out out/paper
 
 .venv/.installed: requirements.lock pyproject.toml
 	$(PYTHON) -m venv .venv

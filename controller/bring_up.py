@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections import Counter
 from collections.abc import Sequence
 
 from controller.drive_node import DriveNode
@@ -28,6 +29,15 @@ HEARTBEAT_PERIOD = 5
 LISTEN = 0.2
 """How long a drive whose time moves may take to be heard [s]; a loaded host stalls a process for some 10 ms."""
 
+SDO_REQUEST, SDO_ANSWER = 0x600, 0x580
+"""COB-IDs of the default SDO, less the node-ID."""
+
+UPLOAD_OF_THE_SERIAL_NUMBER = bytes((0x40, 0x18, 0x10, 4, 0, 0, 0, 0))
+"""Of 1018h:04. Two devices that said the same at the same time would be one frame on the wire; their serial numbers differ."""
+
+SECOND_ANSWER = 0.05
+"""How long a second answer to one request may take [s]."""
+
 SLOW_DOWN_ON_QUICK_STOP_RAMP = 2
 """605Ah and 605Eh: ramp of 6085h, then switch on disabled, or fault."""
 
@@ -48,7 +58,8 @@ def connect(link: Link, machine: Machine, profile: DriveProfile) -> list[DriveNo
 def bring_up(link: Link, drives: Sequence[DriveNode], cycle_time: float) -> None:
     """Reset communication, check who is there, configure every drive and start it.
 
-    Raises UserError naming the axis and the object for a missing node, another device, a refused or silently changed value.
+    Raises UserError naming the axis and the object for a missing node, one that is there twice, another device, a refused or
+    silently changed value.
     """
     link.drain()  # a boot-up message from before the reset is no answer to it
     boots = _watch_boots(link, drives)
@@ -56,8 +67,12 @@ def bring_up(link: Link, drives: Sequence[DriveNode], cycle_time: float) -> None
         link.send(NMT_COB_ID, bytes((RESET_COMMUNICATION, drive.node_id)))
     _await_boots(link, drives, boots)
     for drive in drives:
+        _check_one_answers(link, drive)
+    _check_each_booted_once(drives, boots)
+    for drive in drives:
         _check_device(drive)
         _configure(drive, cycle_time)
+    _check_each_booted_once(drives, boots)
     for drive in drives:
         link.send(NMT_COB_ID, bytes((START, drive.node_id)))
     for drive in drives:
@@ -89,13 +104,14 @@ def check_time_stands_still(link: Link, drive: DriveNode) -> None:
         )
 
 
-def _watch_boots(link: Link, drives: Sequence[DriveNode]) -> set[int]:
-    boots: set[int] = set()
+def _watch_boots(link: Link, drives: Sequence[DriveNode]) -> Counter[int]:
+    """Boot-up messages from now on, by node-ID."""
+    boots: Counter[int] = Counter()
 
     def watch(node_id: int) -> None:
         def boot(data: bytes) -> None:
             if len(data) == 1 and data[0] == 0:
-                boots.add(node_id)
+                boots[node_id] += 1
 
         link.fast[HEARTBEAT + node_id] = boot
 
@@ -104,7 +120,7 @@ def _watch_boots(link: Link, drives: Sequence[DriveNode]) -> set[int]:
     return boots
 
 
-def _await_boots(link: Link, drives: Sequence[DriveNode], boots: set[int]) -> None:
+def _await_boots(link: Link, drives: Sequence[DriveNode], boots: Counter[int]) -> None:
     deadline = time.monotonic() + BOOT_TIMEOUT
     while len(boots) < len(drives):
         left = deadline - time.monotonic()
@@ -115,6 +131,34 @@ def _await_boots(link: Link, drives: Sequence[DriveNode], boots: set[int]) -> No
                 f"{missing.where()} sent no boot-up message on {link.wire.channel_info} within {BOOT_TIMEOUT:g} s "
                 f"(nodes that did: {present}): is the drive powered, and is {missing.node_id} its node-ID?"
             )
+
+
+def _check_one_answers(link: Link, drive: DriveNode) -> None:
+    """Raise UserError where one request has two answers."""
+    answers: list[bytes] = []
+    cob_id = SDO_ANSWER + drive.node_id
+    link.fast[cob_id] = answers.append
+    link.send(SDO_REQUEST + drive.node_id, UPLOAD_OF_THE_SERIAL_NUMBER)
+    deadline = time.monotonic() + SECOND_ANSWER
+    while time.monotonic() < deadline and link.pump(deadline - time.monotonic()):
+        pass
+    link.fast.pop(cob_id)
+    if len(answers) > 1:
+        raise _there_twice(drive, f"one SDO request had {len(answers)} answers")
+
+
+def _check_each_booted_once(drives: Sequence[DriveNode], boots: Counter[int]) -> None:
+    """Raise UserError where one reset has brought two boot-up messages."""
+    for drive in drives:
+        if boots[drive.node_id] > 1:
+            raise _there_twice(drive, f"one reset brought {boots[drive.node_id]} boot-up messages")
+
+
+def _there_twice(drive: DriveNode, what: str) -> UserError:
+    return UserError(
+        f"{drive.where()}: {what}; is a second device set to node-ID {drive.node_id}, or does one restart by itself? "
+        "Each device on the bus needs a node-ID of its own"
+    )
 
 
 def _check_device(drive: DriveNode) -> None:

@@ -92,7 +92,10 @@ class Cycle:
 
 def _extra(drive: DriveNode) -> UserError:
     count, drive.received = drive.received, 0
-    return UserError(f"{drive.where()} sent {count} PDOs for one SYNC: is there a second SYNC producer on the bus?")
+    return UserError(
+        f"{drive.where()} sent {count} PDOs for one SYNC: is there a second SYNC producer on the bus, or a second device with "
+        f"node-ID {drive.node_id}?"
+    )
 
 
 def _outside(drive: DriveNode) -> UserError:

@@ -6,7 +6,7 @@ from math import pi
 from pathlib import Path
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError, field_validator
 
 from drivetwin.errors import UserError
 
@@ -69,6 +69,16 @@ class Machine(_Strict):
     groups: tuple[tuple[str, ...], ...]
     directory: Path
 
+    @field_validator("axes")
+    @classmethod
+    def _each_has_its_node(cls, axes: dict[str, Axis]) -> dict[str, Axis]:
+        first: dict[int, str] = {}
+        for name, axis in axes.items():
+            if axis.node_id in first:
+                raise ValueError(f"{first[axis.node_id]} and {name} both have node_id {axis.node_id}; give each its own")
+            first[axis.node_id] = name
+        return axes
+
     @property
     def model_path(self) -> Path:
         """The controller's nominal model (MJCF)."""
@@ -98,4 +108,4 @@ def load_machine(name: str) -> Machine:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
-        raise UserError(f"{path}: {where}: {first['msg']}") from None
+        raise UserError(f"{path}: {where}: {first['msg'].removeprefix('Value error, ')}") from None

@@ -1,6 +1,8 @@
-"""Speed of the lockstep bench beside bare MuJoCo, measured in one run: simulated seconds a second of wall-clock.
+"""Speed of the lockstep bench beside bare MuJoCo, measured in one run, and how long a master waits for an answer.
 
-The controller, three drives at a 1 kHz cycle and the capture on one side; `mj_step` of the same plant alone on the other.
+Speed is in simulated seconds a second of wall-clock: the controller, three drives at a 1 kHz cycle and the capture on one side;
+`mj_step` of the same plant alone on the other. Answers are those of an SDO upload, and of a controlword: until the statusword
+is there that tells the state it asks for, on the wall clock and on the simulated one.
 """
 
 from __future__ import annotations
@@ -8,7 +10,8 @@ from __future__ import annotations
 import argparse
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import can
@@ -19,16 +22,17 @@ from rich.table import Table
 
 from controller.bring_up import bring_up, connect
 from controller.cycle import Cycle
+from controller.drive_node import READY_TO_SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON, DriveNode
 from controller.excitation import excitation
-from controller.link import Link
+from controller.link import SYNC_COB_ID, Link
 from controller.machine import load_machine
-from controller.motion import enable_streaming, home, positions_now, stream
+from controller.motion import DISABLE_VOLTAGE, SHUTDOWN, SWITCH_ON, enable_streaming, home, positions_now, stream
 from controller.pacing import Lockstep
 from controller.trajectory import move, side_by_side
 from drive_profiles import load_profile
 from drivetwin.bus import InprocBus
 from drivetwin.files import provenance, write_json
-from emulator.clock import SyncClock
+from emulator.clock import Clock, RealtimeClock, SyncClock
 from emulator.drive.servo import SERVO_PERIOD
 from emulator.effects import read_effects
 from emulator.machine import load_machine as load_virtual_machine
@@ -36,6 +40,15 @@ from emulator.plant import Plant
 from emulator.virtual_machine import VirtualMachine
 
 SECONDS = 4.0
+PERIOD = 0.001
+"""Communication cycle [s]."""
+
+UPLOADS, CHANGES = 3000, 300
+"""How often an answer is waited for."""
+
+CHAIN = ((SHUTDOWN, READY_TO_SWITCH_ON), (SWITCH_ON, SWITCHED_ON), (DISABLE_VOLTAGE, SWITCH_ON_DISABLED))
+"""Controlwords, one after the other, and the state that each asks for."""
+
 console = Console(width=100)
 
 
@@ -45,18 +58,30 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--out", type=Path, default=Path("out/bench"))
     options = parser.parse_args()
-    with virtual_link() as link:
-        lockstep, bare = lockstep_bench(link), bare_plant()
+    with virtual_bench(SyncClock()) as bench:
+        lockstep, bare = lockstep_bench(bench.link), bare_plant()
         lockstep(), bare()  # the first round compiles
         rounds = [(lockstep(), bare()) for _ in range(options.rounds)]
+    with virtual_bench(SyncClock()) as bench:
+        uploads = sdo_round_trips(bench)
+    with virtual_bench(RealtimeClock()) as bench:
+        changes = state_changes(bench)
     ours, mujoco_alone = (statistics.median(column) for column in zip(*rounds, strict=True))
     table = Table("what runs", "median, x real time", "least", "most")
     table.add_row("lockstep: controller, bus, 3 drives, plant, capture", f"{ours:.2f}", *extremes([row[0] for row in rounds]))
     table.add_row("bare mj_step of the same plant at 125 us", f"{mujoco_alone:.2f}", *extremes([row[1] for row in rounds]))
     console.print(table)
     console.print(f"share of bare MuJoCo's speed: {ours / mujoco_alone:.2f}; promised: at least 5 x real time", highlight=False)
+    waits = {
+        "SDO upload in process": uploads,
+        "state change, wall clock": [change.wall for change in changes],
+        "state change, simulated": [change.simulated for change in changes],
+    }
+    console.print(waits_table(waits))
     figures = {"lockstep": ours, "bare_mj_step": mujoco_alone, "rounds": [list(row) for row in rounds]}
-    write_json(options.out / "bench.json", {"schema": "bench/1", **provenance(0, []), "times_real_time": figures})
+    answers = {name: {"median_s": statistics.median(times), "p99_s": p99(times)} for name, times in waits.items()}
+    head = {"schema": "bench/1", **provenance(0, [])}
+    write_json(options.out / "bench.json", {**head, "times_real_time": figures, "answers": answers})
 
 
 def extremes(values: list[float]) -> tuple[str, str]:
@@ -64,17 +89,99 @@ def extremes(values: list[float]) -> tuple[str, str]:
     return f"{min(values):.2f}", f"{max(values):.2f}"
 
 
-def virtual_link() -> Link:
-    """A controller's link to the virtual SCARA, in process, moved by SYNC."""
+def waits_table(waits: dict[str, list[float]]) -> Table:
+    """Median, 99th percentile and most of each kind of answer."""
+    table = Table("waiting for", "median, ms", "p99, ms", "most, ms", "of")
+    for name, times in waits.items():
+        milliseconds = [1e3 * statistics.median(times), 1e3 * p99(times), 1e3 * max(times)]
+        table.add_row(name, *(f"{value:.3f}" for value in milliseconds), str(len(times)))
+    return table
+
+
+def p99(times: list[float]) -> float:
+    """99th percentile."""
+    return float(np.percentile(times, 99.0))
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A controller's link to the virtual SCARA, in process, and the machine, for its clock."""
+
+    link: Link
+    machine: VirtualMachine
+
+    def __enter__(self) -> Bench:
+        self.link.__enter__()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.link.__exit__(None, None, None)
+
+    def drives(self) -> list[DriveNode]:
+        """Its drives, brought up."""
+        drives = connect(self.link, load_machine("scara"), load_profile("servoone"))
+        bring_up(self.link, drives, PERIOD)
+        return drives
+
+
+def virtual_bench(clock: Clock) -> Bench:
+    """A bench that has been powered on."""
     virtual = load_virtual_machine("scara")
     effects = read_effects(virtual.effects_path)
+    made: list[VirtualMachine] = []
 
     def connect_machine(transmit: Callable[[can.Message], None]) -> VirtualMachine:
-        machine = VirtualMachine(virtual, load_profile("servoone"), effects, SyncClock(), 0, transmit)
-        machine.power_on()
-        return machine
+        made.append(VirtualMachine(virtual, load_profile("servoone"), effects, clock, 0, transmit))
+        made[0].power_on()
+        return made[0]
 
-    return Link(InprocBus(connect_machine))
+    return Bench(Link(InprocBus(connect_machine)), made[0])
+
+
+def sdo_round_trips(bench: Bench) -> list[float]:
+    """Wall-clock seconds of expedited uploads of the statusword, through canopen's client."""
+    drive = bench.drives()[0]
+    times = []
+    for _ in range(UPLOADS):
+        began = time.perf_counter()
+        drive.read(0x6041)
+        times.append(time.perf_counter() - began)
+    return times
+
+
+@dataclass(frozen=True)
+class StateChange:
+    """Seconds from a controlword's frame to the statusword's, by both clocks."""
+
+    wall: float
+    simulated: float
+
+
+def state_changes(bench: Bench) -> list[StateChange]:
+    """The states from switch on disabled to switched on and back, at a SYNC a millisecond of the wall clock."""
+    drives = bench.drives()
+    changes = []
+    for number in range(CHANGES):
+        controlword, state = CHAIN[number % len(CHAIN)]
+        for _ in range(5):
+            sync_cycle(bench.link, drives)
+            time.sleep(PERIOD)
+        began, at = time.perf_counter(), bench.machine.now()
+        drives[0].controlword = controlword
+        sync_cycle(bench.link, drives)
+        while drives[0].state != state:
+            if not bench.link.pump(PERIOD):
+                sync_cycle(bench.link, drives)
+        changes.append(StateChange(time.perf_counter() - began, bench.machine.now() - at))
+    return changes
+
+
+def sync_cycle(link: Link, drives: Sequence[DriveNode]) -> None:
+    """What the drives sent is taken; then a cycle's RPDOs and its SYNC."""
+    link.drain()
+    for drive in drives:
+        drive.send_output()
+    link.send(SYNC_COB_ID, b"")
 
 
 def lockstep_bench(link: Link) -> Callable[[], float]:
