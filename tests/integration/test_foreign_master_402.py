@@ -10,6 +10,7 @@ import canopen
 import numpy as np
 import pytest
 from canopen.profiles.p402 import BaseNode402
+from modes_402 import map_pdo, reset_node
 from processes import PATIENCE, emulator
 
 from controller.dictionary import object_dictionary
@@ -74,8 +75,7 @@ def bench(request: pytest.FixtureRequest) -> Iterator[Bench]:
 def boot(bench: Bench) -> None:
     """Reset, boot-up, scaling in mdeg, PDOs as this master wants them, operational."""
     node = bench.node
-    node.nmt.state = "RESET"
-    node.nmt.wait_for_bootup(PATIENCE)
+    reset_node(node)
     node.sdo[0x1006].raw = round(CYCLE * 1e6)
     node.sdo[0x6091][1].raw = GEAR
     node.sdo[0x6091][2].raw = 1
@@ -92,15 +92,6 @@ def boot(bench: Bench) -> None:
     node.setup_402_state_machine()
     node.tpdo[2].add_callback(lambda pdo: bench.told.append((pdo[0].raw, pdo[1].raw)))
     node.nmt.state = "OPERATIONAL"
-
-
-def map_pdo(pdo: canopen.pdo.PdoMap, objects: list[tuple[int, int]], transmission_type: int) -> None:
-    pdo.clear()
-    for index, subindex in objects:
-        pdo.add_variable(index, subindex)
-    pdo.trans_type = transmission_type
-    pdo.enabled = True
-    pdo.save()
 
 
 def test_boot_enable_move_fault_and_reset(bench: Bench) -> None:

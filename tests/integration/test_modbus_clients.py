@@ -18,6 +18,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from foreign import missing
 from processes import PATIENCE, start
 from pymodbus.client import ModbusTcpClient
 from pymodbus.pdu import ModbusPDU
@@ -30,8 +31,6 @@ SPEED, RAMP = 400_000, 4_000_000
 OPERATION_ENABLED = 0x27
 
 DRYVE_CLIENT = "dryve-d1==0.3.0"
-
-needs_mbpoll = pytest.mark.skipif(shutil.which("mbpoll") is None, reason="mbpoll (Debian package) is not installed")
 
 
 @contextmanager
@@ -136,6 +135,12 @@ def exception(answer: ModbusPDU) -> int:
 # -- mbpoll ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.fixture
+def mbpoll_is_here() -> None:
+    if shutil.which("mbpoll") is None:
+        missing("mbpoll", "it is a package of Debian's")
+
+
 def mbpoll(*arguments: str) -> list[str]:
     """Values that mbpoll printed, or those that it wrote; fails where mbpoll does."""
     command = ["mbpoll", "-1", "-0", "-q", *arguments]
@@ -144,7 +149,7 @@ def mbpoll(*arguments: str) -> list[str]:
     return re.findall(r"^\[\d+\]:\s+(\S+)", done.stdout, re.MULTILINE)
 
 
-@needs_mbpoll
+@pytest.mark.usefixtures("mbpoll_is_here")
 def test_mbpoll_over_tcp() -> None:
     with emulated("--machine", "scara", "--profile", "cia402-full") as port:
         tcp = ("-m", "tcp", "-p", str(port), "-o", "10")
@@ -158,7 +163,7 @@ def test_mbpoll_over_tcp() -> None:
         assert mbpoll(*tcp, "-a", "2", "-r", "256", "-t", "4:hex", "127.0.0.1") == ["0x0231"]
 
 
-@needs_mbpoll
+@pytest.mark.usefixtures("mbpoll_is_here")
 def test_mbpoll_over_a_serial_line() -> None:
     with line() as (here, there), emulated("--machine", "scara", "--modbus-serial", here):
         rtu = ("-m", "rtu", "-b", "19200", "-P", "even", "-o", "10", there)
@@ -207,7 +212,7 @@ def dryve_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
     command = [python, "-m", "pip", "install", "--quiet", "--ignore-requires-python", DRYVE_CLIENT]
     done = subprocess.run(command, capture_output=True, text=True, timeout=5 * PATIENCE, check=False)
     if done.returncode != 0:
-        pytest.skip(f"{DRYVE_CLIENT} cannot be installed here: {done.stderr.strip().splitlines()[-1]}")
+        missing(DRYVE_CLIENT, f"pip says {done.stderr.strip().splitlines()[-1]}")
     return python
 
 
