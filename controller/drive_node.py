@@ -23,12 +23,20 @@ logger = logging.getLogger(__name__)
 OUTPUT = struct.Struct("<Hih")
 """RPDO 1: controlword, position set-point, torque offset."""
 
+VELOCITY_OFFSET = struct.Struct("<i")
+"""RPDO 2, where it is mapped: velocity offset."""
+
 INPUT = struct.Struct("<if")
 """TPDO 2: position actual value, torque actual value as float32."""
 
 SYNCHRONOUS, EVENT_DRIVEN = 1, 255
 
 GREATEST_I16 = 0x7FFF
+
+SAVE = int.from_bytes(b"save", "little")
+
+STORE_TIMEOUT = 10.0
+"""Longest wait for the answer to 1010h, before which the drive writes its flash [s]."""
 
 STATE_MASK = 0x6F
 SWITCH_ON_DISABLED, READY_TO_SWITCH_ON, SWITCHED_ON, OPERATION_ENABLED = 0x40, 0x21, 0x23, 0x27
@@ -59,6 +67,7 @@ class DriveNode:
         self.controlword = 0
         self.setpoint = 0
         self.torque_offset = 0
+        self.velocity_offset: int | None = None
         self.statusword = 0
         self.position = 0
         self.torque = 0.0
@@ -100,6 +109,20 @@ class DriveNode:
             raise UserError(
                 f"{self.where()}: wrote {value} to {place(index, subindex)} and read back {back}; the drive refused it silently"
             )
+
+    def store_parameters(self) -> None:
+        """Have the drive keep all its application parameters without power (1010h:03; CiA 301, 7.5.2.13).
+
+        Raises UserError where it does not.
+        """
+        sdo = self._node.sdo
+        usual, sdo.RESPONSE_TIMEOUT = sdo.RESPONSE_TIMEOUT, STORE_TIMEOUT
+        try:
+            self._variable(0x1010, 3).raw = SAVE
+        except (SdoAbortedError, SdoCommunicationError) as error:
+            raise self._sdo_error("storing by", 0x1010, 3, error) from None
+        finally:
+            sdo.RESPONSE_TIMEOUT = usual
 
     def role(self, name: str) -> Role | None:
         """Where this drive type keeps a quantity, None where it does not."""
@@ -153,7 +176,8 @@ class DriveNode:
     def map_pdos(self) -> None:
         """RPDO 1 and TPDO 2 at each SYNC, 8 bytes each; TPDO 1 with the statusword on change; nothing else.
 
-        With SYNC that is what three axes can carry on 1 Mbit/s in 1 ms.
+        With SYNC that is what three axes can carry on 1 Mbit/s in 1 ms. Where there is a velocity offset, RPDO 2 carries it at
+        each SYNC as well, which takes a longer cycle.
         Raises UserError where a mapping is refused or read back different.
         """
         setpoint, torque = self.profile.roles["position_setpoint"], self.profile.roles["torque_actual"]
@@ -162,14 +186,26 @@ class DriveNode:
         self._map(self._node.rpdo[1], outputs, SYNCHRONOUS)
         self._map(self._node.tpdo[1], [(0x6041, 0)], EVENT_DRIVEN)
         self._map(self._node.tpdo[2], inputs, SYNCHRONOUS)
-        for unused in (self._node.rpdo[2], self._node.rpdo[3], self._node.rpdo[4], self._node.tpdo[3], self._node.tpdo[4]):
+        if self.velocity_offset is None:
+            self._disable(self._node.rpdo[2])
+        else:
+            self._map(self._node.rpdo[2], [(0x60B1, 0)], SYNCHRONOUS)
+        for unused in (self._node.rpdo[3], self._node.rpdo[4], self._node.tpdo[3], self._node.tpdo[4]):
             self._disable(unused)
         self._link.fast[0x180 + self.node_id] = self._take_status
         self._link.fast[0x280 + self.node_id] = self._take_input
 
     def send_output(self) -> None:
-        """Send RPDO 1; it takes effect at the next SYNC."""
+        """Send RPDO 1, and 2 where it is mapped; they take effect at the next SYNC."""
         self._link.send(self._rpdo_cob_id, OUTPUT.pack(self.controlword, self.setpoint, self.torque_offset))
+        if self.velocity_offset is not None:
+            self._link.send(0x300 + self.node_id, VELOCITY_OFFSET.pack(self.velocity_offset))
+
+    def clear_offsets(self) -> None:
+        """Nothing beside the set-point from the next cycle on."""
+        self.torque_offset = 0
+        if self.velocity_offset is not None:
+            self.velocity_offset = 0
 
     @property
     def state(self) -> int:

@@ -25,9 +25,13 @@ STATE_TIMEOUT = 1.0
 
 @dataclass(frozen=True)
 class Offsets:
-    """What is streamed beside the positions, a row a cycle, (n, axes), joint side: torque [N·m or N] (60B2h)."""
+    """What is streamed beside the positions, a row a cycle, (n, axes), joint side.
+
+    `torque` [N·m or N] (60B2h); `velocity` [rad/s or m/s] (60B1h) for drives that were told to take one.
+    """
 
     torque: NDArray[np.float64]
+    velocity: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,7 @@ def enable(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:
 def _switch_mode(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:
     for drive in drives:
         drive.setpoint = drive.position
-        drive.torque_offset = 0
+        drive.clear_offsets()
         drive.controlword = ENABLE_OPERATION
         drive.write(mode, 0x6060)
     cycle.run()
@@ -69,7 +73,7 @@ def _start_up(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:
     for drive in drives:
         drive.write(mode, 0x6060)
         drive.setpoint = drive.position
-        drive.torque_offset = 0
+        drive.clear_offsets()
     for word, state in ((SHUTDOWN, READY_TO_SWITCH_ON), (SWITCH_ON, SWITCHED_ON), (ENABLE_OPERATION, OPERATION_ENABLED)):
         for drive in drives:
             drive.controlword = word
@@ -94,7 +98,7 @@ def disable(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
     """
     for drive in drives:
         drive.operating = False
-        drive.torque_offset = 0
+        drive.clear_offsets()
         drive.controlword = QUICK_STOP
     _await_state(cycle, drives, SWITCH_ON_DISABLED)
     for drive in drives:
@@ -140,18 +144,21 @@ def stream(
 
     Row k of the samples was taken at the SYNC at which row k of the set-points took effect; the drive's position demand
     reaches that set-point `DriveNode.setpoint_delay` cycles later, while row k of the offsets acts from that SYNC to the next.
-    Afterwards the torque offsets stay as in the last row. Raises UserError for a torque that 60B2h cannot hold.
+    Afterwards the offsets stay as in the last row. Raises UserError for a torque that 60B2h cannot hold.
     """
     setpoints = [[int(value) for value in np.rint(positions[:, axis] / drive.unit)] for axis, drive in enumerate(drives)]
     torques = [[drive.torque_offset] * len(positions) for drive in drives]
     if offsets is not None:
         torques = [drive.torque_offsets(offsets.torque[:, axis]) for axis, drive in enumerate(drives)]
+    velocity = offsets.velocity if offsets is not None else None
     raw_position = np.zeros((len(positions), len(drives)))
     raw_torque = np.zeros((len(positions), len(drives)))
     for row in range(len(positions)):
         for axis, drive in enumerate(drives):
             drive.setpoint = setpoints[axis][row]
             drive.torque_offset = torques[axis][row]
+            if velocity is not None:
+                drive.velocity_offset = drive.in_units(velocity[row, axis])
         cycle.run()
         for axis, drive in enumerate(drives):
             raw_position[row, axis] = drive.position

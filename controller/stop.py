@@ -38,7 +38,7 @@ def stop(cycle: Cycle, drives: Sequence[DriveNode]) -> str:
     """
     for drive in drives:
         drive.operating = False
-        drive.torque_offset = 0
+        drive.clear_offsets()
         drive.controlword = QUICK_STOP
     for _ in range(round(STATE_TIMEOUT / cycle.period)):
         _run(cycle)

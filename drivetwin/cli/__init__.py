@@ -17,6 +17,7 @@ from drivetwin.cli.fit import fit_command
 from drivetwin.cli.identify import identify_command
 from drivetwin.cli.import_ import import_command
 from drivetwin.cli.snapshot import snapshot_command
+from drivetwin.cli.write_friction import write_friction_command
 from drivetwin.errors import UserError
 
 app = typer.Typer(
@@ -36,6 +37,7 @@ app.command("fit")(fit_command)
 app.command("identify")(identify_command)
 app.command("import")(import_command)
 app.command("snapshot")(snapshot_command)
+app.command("write-friction")(write_friction_command)
 
 
 INTERRUPTED = 130

@@ -68,6 +68,14 @@ def refused(run: Run, tmp_path: Path) -> Iterator[Callable[[str], str]]:
 
 Refused = Callable[[str], str]
 
+COULOMB, VISCOUS = {"coulomb": {"value": 20.4}}, {"viscous": {"value": 203.5}}
+FRICTION = {
+    "schema": "identified/1",
+    "machine": "stage",
+    "axes": {"slide": {"parameters": COULOMB | VISCOUS}, "screw": {"parameters": COULOMB | VISCOUS}},
+}
+HALF_IDENTIFIED = FRICTION | {"axes": {"slide": {"parameters": COULOMB}}}
+
 
 @pytest.mark.parametrize(
     ("line", "expected"),
@@ -94,6 +102,8 @@ Refused = Callable[[str], str]
         ("emulate --bus ws://0.0.0.0:5000", "is not loopback on this machine"),
         ("emulate --bus vcan77", "cannot open vcan77"),
         ("emulate --truth nowhere.json", "no effects file nowhere.json; give an effects/1 JSON file"),
+        ("write-friction nowhere.json", "no file nowhere.json; `drivetwin identify` and `drivetwin fit` write identified.json"),
+        ("write-friction nowhere.json --profile cia402-full", "drives of type cia402-full have no friction table to write to"),
         ("dance", "No such command 'dance'; see: drivetwin --help"),
     ],
 )
@@ -149,6 +159,26 @@ def test_a_limits_file_on_any_bus_is_checked(refused: Refused, tmp_path: Path) -
     path = tmp_path / "limits.yaml"
     path.write_text("axes: {lift: {travel: [0, 1], speed: 1, torque: 1}}")
     assert "has limits for lift; machine stage has slide" in refused(f"identify OUT --machine stage --limits {path}")
+
+
+@pytest.mark.parametrize(
+    ("content", "more", "expected"),
+    [
+        ({"schema": "identified/9", "machine": "stage", "axes": {}}, "", "is no identified/1 file: schema: Input should be"),
+        ([], "", "is no identified/1 file: the file: Input should be an object"),
+        ({"schema": "identified/1", "machine": "arm", "axes": {}}, "", "is of machine arm, and --machine is stage"),
+        (FRICTION, "--axis elbow", "nothing was identified of axis 'elbow'; the file has slide, screw"),
+        (FRICTION, "--axis screw", "machine stage has no axis 'screw'; it has slide"),
+        (FRICTION, "--axis slide", "which drives? give --bus can0, vcan0 or ws://127.0.0.1:PORT, or --dry-run"),
+        (HALF_IDENTIFIED, "", "axis slide has no viscous friction, so that its friction is not known at every speed"),
+    ],
+)
+def test_friction_that_cannot_be_written(
+    refused: Refused, tmp_path: Path, content: object, more: str, expected: str
+) -> None:
+    path = tmp_path / "identified.json"
+    path.write_text(json.dumps(content))
+    assert expected in refused(f"write-friction {path} --machine stage {more}")
 
 
 def test_a_real_machine_does_not_move_without_a_yes(refused: Refused, tmp_path: Path) -> None:
@@ -232,7 +262,7 @@ def test_a_drive_that_dies_in_the_middle(refused: Refused, monkeypatch: pytest.M
     assert states[:2] == [State.SWITCH_ON_DISABLED] * 2
 
 
-@pytest.mark.parametrize("command", ["", "emulate", "identify", "import", "fit"])
+@pytest.mark.parametrize("command", ["", "emulate", "identify", "import", "fit", "write-friction"])
 def test_help_shows_an_example(run: Run, command: str) -> None:
     outcome = run(f"{command} --help")
     assert outcome.status == 0
