@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import ceil, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
 Positions = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Multisine:
+    """An exciting wave: its `frequencies` [Hz], the share of its time over which it fades in and out, and how many draws of
+    random phases are compared for the one that keeps the acceleration highest within the limits."""
+
+    frequencies: tuple[float, ...] = (0.5, 1.1, 1.9, 3.1, 4.3)
+    fade: float = 0.25
+    draws: int = 1
 
 
 def move(start: float, end: float, max_speed: float, max_acceleration: float, period: float) -> Positions:
@@ -58,28 +69,38 @@ def exciting(
     duration: float,
     period: float,
     seed: int,
+    multisine: Multisine = Multisine(),
 ) -> Positions:
     """A persistently exciting move about `center` (n,): a multisine that starts and ends at rest.
 
-    Swevers et al., IEEE T-RA 13(5), 1997, eq. 2; random phases of five frequencies, scaled to the limits of travel, speed and
-    acceleration, faded in and out over a quarter of the time.
+    Swevers et al., IEEE T-RA 13(5), 1997, eq. 2; random phases, scaled to the limits of travel, speed and acceleration, faded
+    in and out.
     """
     time = sample_times(duration, period)
     random = np.random.default_rng(seed)
-    frequencies = np.array([0.5, 1.1, 1.9, 3.1, 4.3])
-    phases = random.uniform(0.0, 2.0 * pi, len(frequencies))
-    waves = np.sin(2.0 * pi * np.outer(time, frequencies) + phases) / frequencies**1.5
-    shape = waves.sum(axis=1) * _fade(time / duration)
-    speed = np.gradient(shape, period)
-    acceleration = np.gradient(speed, period)
     room = min(center - travel[0], travel[1] - center)
-    scale = min(room / np.abs(shape).max(), max_speed / np.abs(speed).max(), max_acceleration / np.abs(acceleration).max())
-    return np.asarray(center + 0.95 * scale * shape)
+    best, most = np.zeros_like(time), -1.0
+    for _ in range(multisine.draws):
+        shape = _wave(time, multisine, random.uniform(0.0, 2.0 * pi, len(multisine.frequencies)))
+        speed = np.gradient(shape, period)
+        acceleration = np.gradient(speed, period)
+        scale = min(room / np.abs(shape).max(), max_speed / np.abs(speed).max(), max_acceleration / np.abs(acceleration).max())
+        effective = scale * float(np.std(acceleration))
+        if effective > most:
+            best, most = scale * shape, effective
+    return np.asarray(center + 0.95 * best)
 
 
-def _fade(u: Positions) -> Positions:
-    """1 in the middle, 0 with zero slope and curvature at both ends, over a quarter each."""
-    edge = np.clip(np.minimum(u, 1.0 - u) / 0.25, 0.0, 1.0)
+def _wave(time: Positions, multisine: Multisine, phases: Positions) -> Positions:
+    """The wave (n,) of these phases, its size left open."""
+    frequencies = np.array(multisine.frequencies)
+    waves = np.sin(2.0 * pi * np.outer(time, frequencies) + phases) / frequencies**1.5
+    return np.asarray(waves.sum(axis=1) * _fade(time / time[-1], multisine.fade))
+
+
+def _fade(u: Positions, share: float) -> Positions:
+    """1 in the middle, 0 with zero slope and curvature at both ends, over a `share` each."""
+    edge = np.clip(np.minimum(u, 1.0 - u) / share, 0.0, 1.0)
     return np.asarray(edge**3 * (10.0 - 15.0 * edge + 6.0 * edge**2))
 
 

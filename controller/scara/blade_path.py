@@ -10,7 +10,7 @@ from controller.jerk_limited import JerkLimited, Limits, jerk_limited
 from controller.joint_path import JointPath, Rows, axis_stretch, slowed
 from controller.scara.arm import Arm
 from controller.scara.geometry import Geometry
-from controller.scara.kinematics import Pose, forward, inverse
+from controller.scara.kinematics import Pose, inverse
 from controller.scara.tool_motion import ToolMotion, joint_path
 from controller.trajectory import Positions
 from drivetwin.errors import UserError
@@ -76,8 +76,8 @@ def blade_line(arm: Arm, start: Point, end: Point, along: Limits, period: float)
     return slowed(line, period, lambda path: axis_stretch(path, arm.limits))
 
 
-def distance_from_line(geometry: Geometry, joints: Rows, start: Point, end: Point) -> Positions:
-    """How far the tool point is from the line through `start` and `end` [m] (n,), for joints (n, 3) planned or measured.
+def distance_from_line(start: Point, end: Point, positions: Rows) -> Positions:
+    """How far the tool point at `positions` (n, 3) [m] is from the line through `start` and `end` [m] (n,).
 
     Raises UserError where the two points are one.
     """
@@ -85,8 +85,7 @@ def distance_from_line(geometry: Geometry, joints: Rows, start: Point, end: Poin
     length = np.linalg.norm(span)
     if length == 0.0:
         raise UserError(f"two points make a line; start and end are both at ({start.x:g}, {start.y:g}, {start.z:g}) m")
-    pose = forward(geometry, joints)
-    offset = np.column_stack([pose.x, pose.y, pose.z]) - start.vector()
+    offset = positions - start.vector()
     return np.asarray(np.linalg.norm(np.cross(offset, span / length), axis=1))
 
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from controller.session import Session
-from controller.trajectory import exciting
+from controller.trajectory import Multisine, exciting
 from drivetwin.recording.recording import Recording
 
-POSES = (0.1, 0.3, 0.5, 0.7, 0.9)
-"""Where stretch moves about, as shares of its travel: from folded to stretched."""
+POSES = (0.12, 0.5, 0.88)
+"""Where stretch moves about, as shares of its travel: folded, half out, stretched."""
 
-DURATION = 8.0
+DURATION = 40.0
 """Of the motion about each pose [s]."""
+
+WAVE = Multisine(frequencies=(0.7, 1.1, 1.6, 2.1, 2.6), fade=0.05, draws=100)
+"""Slow: belts that ring at f_0 make what hangs on them seem heavier by (f / f_0)². Long: noise hides them."""
 
 
 def capture_together(session: Session, seed: int) -> list[Recording]:
@@ -29,7 +32,14 @@ def _capture_about(session: Session, number: int, pose: float, seed: int) -> Rec
     session.go_to(centers)
     paths = {
         name: exciting(
-            centers[name], axis.travel, axis.max_speed, axis.max_acceleration, DURATION, session.cycle.period, seed + offset
+            centers[name],
+            axis.travel,
+            axis.max_speed,
+            axis.max_acceleration,
+            DURATION,
+            session.cycle.period,
+            seed + offset,
+            WAVE,
         )
         for offset, (name, axis) in enumerate(axes.items())
     }

@@ -10,9 +10,11 @@ import pinocchio
 
 from controller.identification.model import Model, compiled
 from controller.machine import Machine, load_machine
+from controller.scara.arm import load_arm
 from controller.scara.dynamics import GRAVITY, base_parameters, torque
 from controller.scara.geometry import BELT_OFFSET, BELTS, Geometry, load_geometry, travel_of
 from controller.scara.link_parameters import Body, LinkParameters, from_model
+from controller.synchronised import synchronised
 from drivetwin.recording.recording import Samples
 
 AXES = ("lift", "rotate", "stretch")
@@ -35,6 +37,36 @@ class DynamicsDifference:
     pinocchio: float
 
 
+@dataclass(frozen=True)
+class TorqueComparison:
+    """Torque of one motion, `time` (n,) [s] and each (n, 3) [N, N·m, N·m]: by the closed form and by the two toolboxes."""
+
+    time: Samples
+    closed_form: Samples
+    mujoco: Samples
+    pinocchio: Samples
+
+
+def torque_along_a_move() -> TorqueComparison:
+    """All axes from rest to rest together through most of their travel, the arm unfolding."""
+    arm, period = load_arm(), 0.002
+    low, high = (0.1 * np.array(ends) for ends in zip(*_travels(arm.machine), strict=True))
+    path = synchronised(low * 9.0 + high, low + high * 9.0, arm.limits).sample(period)
+    states = States(path.position, path.velocity, path.acceleration)
+    links = from_model(arm.machine.model_path)
+    return TorqueComparison(
+        time=np.asarray(np.arange(1, len(path.position) + 1) * period, dtype=np.float64),
+        closed_form=torque(base_parameters(links, arm.geometry), states.joints, states.velocity, states.acceleration),
+        mujoco=mujoco_torque(compiled(arm.machine.model_path), states),
+        pinocchio=pinocchio_torque(links, arm.geometry, states),
+    )
+
+
+def _travels(machine: Machine) -> list[tuple[float, float]]:
+    travel = travel_of(machine)
+    return [travel.lift, travel.rotate, travel.stretch]
+
+
 def maximum_relative_difference(seed: int, states: int) -> DynamicsDifference:
     """The comparison for the controller's nominal model of the wafer handler on `states` random states."""
     machine, geometry = load_machine("scara"), load_geometry()
@@ -49,8 +81,8 @@ def maximum_relative_difference(seed: int, states: int) -> DynamicsDifference:
 
 def random_states(machine: Machine, seed: int, count: int) -> States:
     """States spread evenly over the travel, and up to the greatest speed and acceleration both ways, of axes.yaml."""
-    random, axes, travel = np.random.default_rng(seed), [machine.axes[name] for name in AXES], travel_of(machine)
-    low, high = np.array([travel.lift, travel.rotate, travel.stretch]).T
+    random, axes = np.random.default_rng(seed), [machine.axes[name] for name in AXES]
+    low, high = np.array(_travels(machine)).T
     speed, acceleration = np.array([(axis.max_speed, axis.max_acceleration) for axis in axes]).T
     return States(
         joints=random.uniform(low, high, (count, 3)),

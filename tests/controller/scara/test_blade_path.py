@@ -13,6 +13,7 @@ from plant_tool import plant_tool
 from controller.jerk_limited import Limits, jerk_limited
 from controller.scara.arm import load_arm
 from controller.scara.blade_path import Point, blade_line, distance_from_line
+from controller.scara.kinematics import forward
 from drivetwin.errors import UserError
 
 PERIOD = 0.004
@@ -67,7 +68,12 @@ def test_a_stretch_move_turns_nothing_and_is_straight() -> None:
     # straightness: how far the plant's tool leaves the ray it moves on
     x, y, _ = plant_tool(path).position.T
     assert np.abs(x * np.cos(0.4) + y * np.sin(0.4)).max() < 1e-9
-    assert distance_from_line(ARM.geometry, path.position, line.start, line.end).max() < 1e-9
+    assert distance_from_line(line.start, line.end, tool_points(path.position)).max() < 1e-9
+
+
+def tool_points(joints: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+    pose = forward(ARM.geometry, joints)
+    return np.column_stack([pose.x, pose.y, pose.z])
 
 
 def test_straightness_is_the_distance_of_the_tool_from_the_line() -> None:
@@ -75,12 +81,12 @@ def test_straightness_is_the_distance_of_the_tool_from_the_line() -> None:
     path = blade_line(ARM, start, end, LIMITS, 0.001).sample(0.001)
     reach = 2.0 * 0.20 * np.sin(path.position[:, 2]) + 0.24
     turned = path.position + np.array([0.0, 1e-4, 0.0])
-    np.testing.assert_allclose(distance_from_line(ARM.geometry, turned, start, end), reach * np.sin(1e-4), rtol=1e-9)
+    np.testing.assert_allclose(distance_from_line(start, end, tool_points(turned)), reach * np.sin(1e-4), rtol=1e-9)
     lifted = turned + np.array([3e-5, 0.0, 0.0])
     expected = np.hypot(reach * np.sin(1e-4), 3e-5)
-    np.testing.assert_allclose(distance_from_line(ARM.geometry, lifted, start, end), expected, rtol=1e-9)
+    np.testing.assert_allclose(distance_from_line(start, end, tool_points(lifted)), expected, rtol=1e-9)
     with pytest.raises(UserError, match="two points make a line; start and end are both at"):
-        distance_from_line(ARM.geometry, path.position, start, start)
+        distance_from_line(start, start, tool_points(path.position))
 
 
 def test_a_line_without_a_length_is_no_motion() -> None:

@@ -1,0 +1,22 @@
+"""The torque that a motion of the arm needs, from what was identified: what is fed forward."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from controller.identification.friction_law import FrictionLaw
+from controller.joint_path import JointPath, Rows
+from controller.scara.dynamics import BaseParameters, friction, torque
+
+
+@dataclass(frozen=True)
+class ArmTorque:
+    """Rigid arm and friction of lift, rotate, stretch; call it with a path (n, 3) for its torque (n, 3) [N, N·m, N·m]."""
+
+    base: BaseParameters
+    laws: Mapping[str, FrictionLaw]
+
+    def __call__(self, path: JointPath) -> Rows:
+        laws = (self.laws["lift"], self.laws["rotate"], self.laws["stretch"])
+        return torque(self.base, path.position, path.velocity, path.acceleration) + friction(laws, path.velocity)

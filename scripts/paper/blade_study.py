@@ -1,0 +1,113 @@
+"""Where the blade truly goes: along a straight line, and with a wafer on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controller.feedforward.experiment import Bench
+from controller.feedforward.leg import LEAD_IN, rows_of, with_rest
+from controller.feedforward.stage import Stage, velocity_fed_forward
+from controller.identification.filtering import derivative, zero_phase
+from controller.jerk_limited import Limits
+from controller.joint_path import JointPath
+from controller.motion import positions_now
+from controller.scara.arm import Arm
+from controller.scara.blade_path import Point, blade_line, distance_from_line
+from controller.scara.dynamics import GRAVITY
+from controller.scara.transfer import Handler, Segment, Station
+from controller.scara.wafer import Wafer, slip_margin
+from paper.bench import Witness
+from paper.results import CarriedPhase, StraightMove
+
+LINE = Limits(speed=1.0, acceleration=5.0, jerk=100.0)
+"""Of the empty blade along a line: m/s, m/s², m/s³."""
+
+REACH = (0.36, 0.62)
+"""From where to where the stretch move goes [m from the column]."""
+
+WAFER = Wafer(tilt=np.radians(1.0))
+"""mu = 0.2 on blade's pads, a blade that may lean by 1 degree."""
+
+SAFETY = 1.5
+FROM, TO = Station(angle=0.9, reach=0.60, height=0.95), Station(angle=-0.9, reach=0.55, height=1.0)
+
+SEEN_TO_HZ = 60.0
+"""Up to where the blade's true acceleration is taken from its positions; it includes what the belts ring with, not the
+simulation's own steps."""
+
+
+@dataclass(frozen=True)
+class BladeBench:
+    """Drives that stream a planned path with feed-forward, and the witness of where the blade truly was."""
+
+    bench: Bench
+    witness: Witness
+    arm: Arm
+
+    @property
+    def period(self) -> float:
+        """Of a cycle [s]."""
+        return self.bench.session.cycle.period
+
+    def go_to(self, joints: NDArray[np.float64]) -> None:
+        """Move to `joints` (3,) and stand."""
+        self.bench.session.go_to(dict(zip(self.bench.session.axes, joints.tolist(), strict=True)))
+
+    def run(self, name: str, path: JointPath, stage: Stage) -> NDArray[np.float64]:
+        """Go through a path; the blade's true positions (n, 3) [m], one a row of the path with its rest."""
+        resting = with_rest(positions_now(self.bench.session.drives), path)
+        offsets = self.bench.offsets(resting, stage)
+        self.witness.watch()
+        self.bench.session.run(name, resting.position, offsets)
+        return self.witness.seen()
+
+
+def straight_move(blade: BladeBench) -> StraightMove:
+    """The blade out along a line at every stage, from the same place."""
+    angle = blade.arm.machine.axes["rotate"].rest
+    height = blade.arm.geometry.height + blade.arm.machine.axes["lift"].rest
+    start, end = (Point(-reach * np.sin(angle), reach * np.cos(angle), height) for reach in REACH)
+    line = blade_line(blade.arm, start, end, LINE, blade.period)
+    path = line.sample(blade.period)
+    off = {}
+    for stage in Stage:
+        blade.go_to(path.position[0])
+        with velocity_fed_forward(blade.bench.session.drives, stage.velocity):
+            positions = blade.run(f"blade out, {stage.value}", path, stage)
+        off[stage] = distance_from_line(start, end, positions)
+    rows = np.arange(len(off[Stage.TORQUE])) - rows_of(LEAD_IN, blade.period)
+    return StraightMove(np.asarray(rows * blade.period, dtype=np.float64), off)
+
+
+def carry_wafer(blade: BladeBench) -> list[CarriedPhase]:
+    """A transfer with velocity and torque fed forward; the phases with a wafer on, and how near each came to its slipping."""
+    handler = Handler(blade.arm, WAFER, LINE, 0.01, SAFETY, blade.period)
+    carried = []
+    segments = handler.transfer(FROM, TO)
+    blade.go_to(segments[0].path.position[0])
+    with velocity_fed_forward(blade.bench.session.drives, True):
+        for segment in segments:
+            positions = blade.run(f"wafer: {segment.phase.value}", segment.path, Stage.TORQUE)
+            if segment.loaded:
+                carried.append(_carried(blade, segment, positions))
+    return carried
+
+
+def _carried(blade: BladeBench, segment: Segment, positions: NDArray[np.float64]) -> CarriedPhase:
+    path = segment.path
+    return CarriedPhase(
+        phase=segment.phase,
+        seconds=len(path.position) * path.period,
+        planned_margin=float(slip_margin(WAFER, blade.arm.geometry, path).min()),
+        true_margin=_true_margin(positions, path.period),
+    )
+
+
+def _true_margin(positions: NDArray[np.float64], period: float) -> float:
+    """Friction that the pads give over what the wafer's centre truly takes, the least over a phase."""
+    smooth = [zero_phase(column, period, SEEN_TO_HZ) for column in positions.T]
+    x, y, z = (derivative(derivative(column, period), period) for column in smooth)
+    return float((WAFER.level_friction * (GRAVITY + z) / np.maximum(np.hypot(x, y), 1e-9)).min())
