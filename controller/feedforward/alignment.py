@@ -22,7 +22,7 @@ class Loops:
     """What the alignment needs of a drive, joint side: velocity_gain [N·m·s/rad or N·s/m], position_gain [1/s], times [s].
 
     `velocity_lag` is by how much the speed that the loop sees is late, `current_lag` the torque behind its demand;
-    `setpoint_delay` is in cycles. `integral_time` None: a P velocity loop.
+    `setpoint_delay` is in cycles, `servo_period` what the loops count in. `integral_time` None: a P velocity loop.
     """
 
     position_gain: float
@@ -31,6 +31,7 @@ class Loops:
     velocity_lag: float
     current_lag: float
     setpoint_delay: int
+    servo_period: float
 
 
 def loops_of(drives: Sequence[DriveNode], axes: dict[str, AxisInfo]) -> list[Loops]:
@@ -39,14 +40,15 @@ def loops_of(drives: Sequence[DriveNode], axes: dict[str, AxisInfo]) -> list[Loo
 
 
 def _loops(drive: DriveNode, told: DriveLoops) -> Loops:
-    filter_lag = 1.0 / (2.0 * pi * told.velocity_filter_hz) if told.velocity_filter_hz else 0.0
+    """A sampled filter is half a servo period ahead of its time constant, and a difference of positions as much behind."""
     return Loops(
         position_gain=told.position_gain or 0.0,
         velocity_gain=told.velocity_gain or 0.0,
         integral_time=told.integral_time,
-        velocity_lag=filter_lag + 0.5 * (told.servo_period or 0.0),
+        velocity_lag=1.0 / (2.0 * pi * told.velocity_filter_hz) if told.velocity_filter_hz else 0.0,
         current_lag=told.current_loop_time_constant or CURRENT_LOOP_TIME,
         setpoint_delay=drive.setpoint_delay,
+        servo_period=told.servo_period or 0.0,
     )
 
 
@@ -66,9 +68,12 @@ def aligned(path: JointPath, torque: Rows, loops: Sequence[Loops], held: Rows) -
 
 
 def aligned_velocity(path: JointPath, loops: Sequence[Loops]) -> Rows:
-    """Velocity offsets (n, axes) [rad/s or m/s] for a path (n, axes): as late as the velocity loop sees the speed itself."""
+    """Velocity offsets (n, axes) [rad/s or m/s] for a path (n, axes): as late as the velocity loop sees the speed itself.
+
+    A servo period holds its position against the demand of its end, half a period later than the middle that an offset has.
+    """
     columns = [
-        _later(path.velocity[:, axis], loop.setpoint_delay - 0.5 + loop.velocity_lag / path.period)
+        _later(path.velocity[:, axis], loop.setpoint_delay - 0.5 + (loop.velocity_lag - 0.5 * loop.servo_period) / path.period)
         for axis, loop in enumerate(loops)
     ]
     return np.column_stack(columns)

@@ -8,14 +8,17 @@ from controller.session import Session
 from controller.trajectory import Multisine, exciting
 from drivetwin.recording.recording import Recording
 
-POSES = (0.12, 0.5, 0.88)
-"""Where stretch moves about, as shares of its travel: folded, half out, stretched."""
+POSES = (0.1, 0.9)
+"""Where stretch moves about, as shares of its travel: folded and stretched, where the arm weighs most apart."""
 
-DURATION = 40.0
+DURATION = 60.0
 """Of the motion about each pose [s]."""
 
 WAVE = Multisine(frequencies=(0.7, 1.1, 1.6, 2.1, 2.6), fade=0.05, draws=100)
-"""Slow: belts that ring at f_0 make what hangs on them seem heavier by (f / f_0)². Long: noise hides them."""
+"""Slow: belts that ring at f_0 make what hangs on them seem heavier by (f / f_0)²."""
+
+SHORT_WAVE = Multisine(frequencies=(1.6, 1.9, 2.2, 2.6), fade=0.05, draws=100)
+"""Of stretch, which has little room about either pose: nothing slow, or it would hardly accelerate."""
 
 
 def capture_together(session: Session, seed: int) -> list[Recording]:
@@ -39,7 +42,7 @@ def _capture_about(session: Session, number: int, pose: float, seed: int) -> Rec
             DURATION,
             session.cycle.period,
             seed + offset,
-            WAVE,
+            SHORT_WAVE if name == "stretch" else WAVE,
         )
         for offset, (name, axis) in enumerate(axes.items())
     }

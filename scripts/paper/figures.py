@@ -88,7 +88,8 @@ def tracking_figure(axis: str, stages: dict[Stage, Tracking], stribeck: Tracking
 def learning_figure(axis: str, result: AxisResult) -> go.Figure:
     """Peak tracking difference of each repetition, of both learnings."""
     figure = go.Figure()
-    for name, runs, colour in (("from eq. 14", result.learned, LEARNED), ("from Stribeck", result.learned_further, STRIBECK)):
+    starts = (("after Stribeck", result.learned, STRIBECK), ("after eq. 14", result.learned_from_eq14, COLOURS[Stage.TORQUE]))
+    for name, runs, colour in starts:
         figure.add_scatter(x=list(range(len(runs))), y=[1e6 * run.peak for run in runs], name=name, mode="lines+markers",
                            line={"color": colour})  # fmt: skip
     figure.add_scatter(x=[0, len(result.learned) - 1], y=[1e6 * result.baseline] * 2, name="velocity alone", mode="lines",
@@ -102,7 +103,7 @@ def learned_figure(axis: str, result: AxisResult) -> go.Figure:
     """Tracking difference before the learning and after it."""
     figure = go.Figure()
     for name, run, colour in (
-        ("nothing learned", result.learned[0], COLOURS[Stage.TORQUE]),
+        ("with Stribeck, nothing learned", result.learned[0], STRIBECK),
         (f"after {len(result.learned) - 1} repetitions", result.learned[-1], LEARNED),
     ):
         figure.add_scatter(x=1e3 * run.time, y=1e6 * run.error, name=name, line={"color": colour, "width": 1.4})

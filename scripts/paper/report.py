@@ -79,15 +79,15 @@ def _errors(study: Study) -> str:
         shown = (*(result.stages[stage].peak for stage in Stage), result.stribeck.peak, result.learned[-1].peak)
         peaks.append((axis, MICRO[axis], *(f"{1e6 * peak:,.1f}" for peak in shown)))
         lower = (result.error_reduction, result.error_reduction_by_stribeck)
-        learned = (learning_reduction(result.learned), learning_reduction(result.learned_further))
+        learned = (learning_reduction(result.learned), learning_reduction(result.learned_from_eq14))
         factors.append((axis, *(f"{factor:.1f}" for factor in (*lower, *learned))))
     head = ("Axis", "Unit", "none", "velocity", "velocity and torque, eq. 14", "with Stribeck", "learned")
-    by = ("Axis", "torque by eq. 14", "torque with Stribeck", "learning from eq. 14", "learning from Stribeck")
+    by = ("Axis", "torque by eq. 14", "torque with Stribeck", "learning after Stribeck", "learning after eq. 14")
     return _section(
         "Peak tracking error",
         _table(head, peaks, numeric=range(2, 7)) + "<h3>Lower by a factor of</h3>" + _table(by, factors, numeric=range(1, 5)),
         "Torque: against velocity alone. Learning: the peak after five repetitions against that of its own first run, which "
-        "has learned nothing; it starts from the torque of eq. 14, or from that with Stribeck.",
+        "has learned nothing; it starts from the torque with Stribeck, or from that of eq. 14.",
     )
 
 

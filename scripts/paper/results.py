@@ -46,14 +46,14 @@ class Times:
 class AxisResult:
     """One axis's move at the paper's stages, beyond them with Stribeck friction, and over the repetitions of the learning.
 
-    `stages` have the friction of eq. 14, Coulomb and viscous. `learned` are the runs of a learning that starts from the last of
-    them, `learned_further` of one that starts from `stribeck`; the first of each has learned nothing.
+    `stages` have the friction of eq. 14, Coulomb and viscous. `learned` are the runs of a learning that starts from
+    `stribeck`, `learned_from_eq14` of one that starts from the last of the stages; the first of each has learned nothing.
     """
 
     stages: dict[Stage, Tracking]
     stribeck: Tracking
     learned: list[Tracking]
-    learned_further: list[Tracking]
+    learned_from_eq14: list[Tracking]
 
     @property
     def baseline(self) -> float:
@@ -141,8 +141,8 @@ class Study:
             "deceleration": {axis: result.deceleration.to_json() for axis, result in self.axes.items()},
             "peak_error_reduction": {axis: result.error_reduction for axis, result in self.axes.items()},
             "learning_reduction": {axis: learning_reduction(result.learned) for axis, result in self.axes.items()},
-            "learning_reduction_from_stribeck": {
-                axis: learning_reduction(result.learned_further) for axis, result in self.axes.items()
+            "learning_reduction_from_eq14": {
+                axis: learning_reduction(result.learned_from_eq14) for axis, result in self.axes.items()
             },
             "peak_error_reduction_with_stribeck": {
                 axis: result.error_reduction_by_stribeck for axis, result in self.axes.items()
