@@ -21,7 +21,7 @@ from controller.identification.view import (
     stroke_points,
 )
 
-_STYLE: dict[str, Any] = {
+STYLE: dict[str, Any] = {
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -34,7 +34,7 @@ _CLOUD, _FIT, _DIRECTIONAL, _TRUE, _STROKE = "#9db4c8", "#d1495b", "#edae49", "#
 def draw_axis(result: AxisIdentification, directory: Path, true_law: FrictionLaw | None) -> list[Path]:
     """Write AXIS_torque_speed.png and AXIS_residual.png into `directory`; their paths."""
     paths = [directory / f"{result.axis}_torque_speed.png", directory / f"{result.axis}_residual.png"]
-    with mpl.rc_context(rc=_STYLE):  # type: ignore[arg-type]
+    with mpl.rc_context(rc=STYLE):  # type: ignore[arg-type]
         figure = Figure(figsize=(7.2, 4.2), dpi=150, layout="constrained")
         _torque_speed(figure.subplots(), result, true_law)
         figure.savefig(paths[0])
@@ -47,7 +47,7 @@ def draw_axis(result: AxisIdentification, directory: Path, true_law: FrictionLaw
 def draw_overview(identification: Identification, directory: Path, true_laws: Mapping[str, FrictionLaw | None]) -> Path:
     """Write friction.png: torque against speed of every axis, side by side; its path."""
     path = directory / "friction.png"
-    with mpl.rc_context(rc=_STYLE):  # type: ignore[arg-type]
+    with mpl.rc_context(rc=STYLE):  # type: ignore[arg-type]
         count = len(identification.axes)
         figure = Figure(figsize=(1.2 + 4.0 * count, 3.6), dpi=150, layout="constrained")
         panels = figure.subplots(1, count, squeeze=False)[0]

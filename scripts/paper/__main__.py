@@ -19,6 +19,7 @@ from paper.bench import TRUTH, true_base, true_laws, virtual_arm
 from paper.blade_study import BladeBench, carry_wafer, straight_move
 from paper.dynamics_check import maximum_relative_difference, torque_along_a_move
 from paper.kinematics_check import maximum_error
+from paper.picture import draw_tracking
 from paper.report import write_report
 from paper.results import AXES, Study
 from paper.study import Recorder, bench_of, identify_through_the_bus, study_axis, study_stages
@@ -38,7 +39,9 @@ class Phases(Progress):
 def main() -> None:
     """Run the study and write it, whole or not at all."""
     parser = argparse.ArgumentParser(prog="make paper", description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("out/paper"), help="directory for paper.json, report.html, recordings")
+    parser.add_argument(
+        "--out", type=Path, default=Path("out/paper"), help="for paper.json, report.html, tracking.png, recordings and bus logs"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the exciting motion, the sensors' noise and the random states")
     options = parser.parse_args()
     machine = load_machine("scara")
@@ -47,6 +50,7 @@ def main() -> None:
         study = run_study(staged, options.seed, inputs)
         write_json(staged / "paper.json", {"schema": "paper/1", **provenance(options.seed, inputs), **study.to_json()})
         write_report(study, staged / "report.html")
+        draw_tracking(study.axes, staged / "tracking.png")
     print_summary(console, study, options.out)
 
 
