@@ -14,7 +14,7 @@ from paper.dynamics_check import TorqueComparison
 from paper.results import AxisResult, StraightMove
 
 COLOURS = {Stage.NONE: "#9db4c8", Stage.VELOCITY: "#00506b", Stage.TORQUE: "#d1495b"}
-STRIBECK, LEARNED, TRUE, CLOUD = "#2c7a4b", "#6a4c93", "rgba(17, 17, 17, 0.35)", "#9db4c8"
+EQ14, LEARNED, TRUE, CLOUD = "#e09f1f", "#6a4c93", "rgba(17, 17, 17, 0.35)", "#9db4c8"
 UNITS = {"lift": ("m", "N", "m/s"), "rotate": ("rad", "N·m", "rad/s"), "stretch": ("rad", "N·m", "rad/s")}
 MICRO = {"lift": "um", "rotate": "urad", "stretch": "urad"}
 _MARGIN = {"l": 70, "r": 20, "t": 30, "b": 50}
@@ -52,8 +52,8 @@ def friction_figure(axis: str, curve: FrictionCurve, law: FrictionLaw, eq14: Fri
     grid = top * np.linspace(0.0005, 1.0, 800) ** 2
     for name, drawn_law, line in (
         ("true", true, {"color": TRUE, "width": 6}),
-        ("eq. 14: Coulomb and viscous", eq14, {"color": COLOURS[Stage.TORQUE], "width": 2, "dash": "dash"}),
-        ("with Stribeck", law, {"color": STRIBECK, "width": 2.5}),
+        ("eq. 14: Coulomb and viscous", eq14, {"color": EQ14, "width": 2, "dash": "dash"}),
+        ("with Stribeck", law, {"color": COLOURS[Stage.TORQUE], "width": 2.5}),
     ):
         for sign in (-1.0, 1.0):
             figure.add_scatter(x=sign * grid, y=drawn_law.torque(sign * grid), name=name, line=line, showlegend=sign > 0)
@@ -62,14 +62,14 @@ def friction_figure(axis: str, curve: FrictionCurve, law: FrictionLaw, eq14: Fri
     return _finished(figure, 380)
 
 
-def tracking_figure(axis: str, stages: dict[Stage, Tracking], stribeck: Tracking) -> go.Figure:
+def tracking_figure(axis: str, stages: dict[Stage, Tracking], eq14: Tracking) -> go.Figure:
     """Figs 5 to 7: tracking difference over time at each stage, three times as near each time; below, the band."""
     baseline = stages[Stage.VELOCITY]
     band = 1e6 * BAND * baseline.peak
     titles = ("all stages", "nearer: velocity alone, and with torque", "nearer still: +-5 % of the peak with velocity alone")
     figure = make_subplots(rows=3, cols=1, shared_xaxes=True, vertical_spacing=0.07, subplot_titles=titles)
     drawn = [(stage.value, found, COLOURS[stage]) for stage, found in stages.items()]
-    for name, found, colour in (*drawn, ("with Stribeck", stribeck, STRIBECK)):
+    for name, found, colour in (*drawn, ("velocity and torque by eq. 14", eq14, EQ14)):
         for row in (1, 2, 3):
             figure.add_scatter(x=1e3 * found.time, y=1e6 * found.error, name=name, row=row, col=1, showlegend=row == 1,
                                line={"color": colour, "width": 1.6})  # fmt: skip
@@ -88,7 +88,7 @@ def tracking_figure(axis: str, stages: dict[Stage, Tracking], stribeck: Tracking
 def learning_figure(axis: str, result: AxisResult) -> go.Figure:
     """Peak tracking difference of each repetition, of both learnings."""
     figure = go.Figure()
-    starts = (("after Stribeck", result.learned, STRIBECK), ("after eq. 14", result.learned_from_eq14, COLOURS[Stage.TORQUE]))
+    starts = (("after eq. 14", result.learned, EQ14), ("after the full torque", result.learned_further, COLOURS[Stage.TORQUE]))
     for name, runs, colour in starts:
         figure.add_scatter(x=list(range(len(runs))), y=[1e6 * run.peak for run in runs], name=name, mode="lines+markers",
                            line={"color": colour})  # fmt: skip
@@ -103,7 +103,7 @@ def learned_figure(axis: str, result: AxisResult) -> go.Figure:
     """Tracking difference before the learning and after it."""
     figure = go.Figure()
     for name, run, colour in (
-        ("with Stribeck, nothing learned", result.learned[0], STRIBECK),
+        ("torque by eq. 14, nothing learned", result.learned[0], EQ14),
         (f"after {len(result.learned) - 1} repetitions", result.learned[-1], LEARNED),
     ):
         figure.add_scatter(x=1e3 * run.time, y=1e6 * run.error, name=name, line={"color": colour, "width": 1.4})

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from controller.feedforward.metrics import BAND
 from controller.feedforward.stage import Stage
 from controller.identification.plots import STYLE
-from paper.figures import COLOURS, LEARNED, MICRO, STRIBECK
+from paper.figures import COLOURS, EQ14, LEARNED, MICRO
 from paper.results import AxisResult
 
 
@@ -22,9 +22,9 @@ def draw_tracking(axes: dict[str, AxisResult], path: Path) -> None:
         for column, (axis, result) in enumerate(axes.items()):
             drawn = (
                 ("velocity", result.stages[Stage.VELOCITY], COLOURS[Stage.VELOCITY]),
-                ("velocity and torque (eq. 14)", result.stages[Stage.TORQUE], COLOURS[Stage.TORQUE]),
-                ("with Stribeck", result.stribeck, STRIBECK),
-                (f"after {len(result.learned) - 1} repetitions", result.learned[-1], LEARNED),
+                ("velocity, torque by eq. 14", result.eq14, EQ14),
+                (f"the same, learned in {len(result.learned) - 1} runs", result.learned[-1], LEARNED),
+                ("velocity, torque with Stribeck", result.stages[Stage.TORQUE], COLOURS[Stage.TORQUE]),
             )
             band = 1e6 * BAND * result.baseline
             for row, panel in enumerate(panels[:, column]):
@@ -34,11 +34,7 @@ def draw_tracking(axes: dict[str, AxisResult], path: Path) -> None:
                 panel.set_ylabel(f"demand - actual [{MICRO[axis]}]")
                 if row == 1:
                     panel.set(ylim=(-1.6 * band, 1.6 * band), xlabel="time from the start of the move [ms]")
-            panels[0, column].set_title(f"{axis}: peak {result.error_reduction:.0f}, then {_further(result):.0f} times lower")
+            panels[0, column].set_title(f"{axis}: peak lower by {result.error_reduction:.0f}")
         panels[0, -1].legend(fontsize=8, title="fed forward", loc="upper right")
         figure.savefig(path)
 
-
-def _further(result: AxisResult) -> float:
-    """By how much Stribeck and learning lower the peak that the torque of eq. 14 leaves."""
-    return result.stages[Stage.TORQUE].peak / result.learned[-1].peak

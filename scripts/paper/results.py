@@ -44,16 +44,17 @@ class Times:
 
 @dataclass(frozen=True)
 class AxisResult:
-    """One axis's move at the paper's stages, beyond them with Stribeck friction, and over the repetitions of the learning.
+    """One axis's move at the paper's stages, with the friction of eq. 14 in the torque, and over the runs of the learning.
 
-    `stages` have the friction of eq. 14, Coulomb and viscous. `learned` are the runs of a learning that starts from
-    `stribeck`, `learned_from_eq14` of one that starts from the last of the stages; the first of each has learned nothing.
+    `stages` have the whole identified model, Stribeck friction included; `eq14` Coulomb and viscous friction only. `learned`
+    are the runs of a learning that starts from `eq14`, `learned_further` of one that starts from the last of the stages; the
+    first of each has learned nothing.
     """
 
     stages: dict[Stage, Tracking]
-    stribeck: Tracking
+    eq14: Tracking
     learned: list[Tracking]
-    learned_from_eq14: list[Tracking]
+    learned_further: list[Tracking]
 
     @property
     def baseline(self) -> float:
@@ -72,13 +73,18 @@ class AxisResult:
 
     @property
     def error_reduction(self) -> float:
-        """By how much the torque of the paper's own model lowers the greatest tracking difference."""
+        """By how much the torque lowers the greatest tracking difference."""
         return self.baseline / self.stages[Stage.TORQUE].peak
 
     @property
-    def error_reduction_by_stribeck(self) -> float:
-        """The same with the Stribeck curve in the torque."""
-        return self.baseline / self.stribeck.peak
+    def error_reduction_by_eq14(self) -> float:
+        """The same with the friction of eq. 14 alone."""
+        return self.baseline / self.eq14.peak
+
+    @property
+    def stages_of_eq14(self) -> dict[Stage, Tracking]:
+        """The stages with the friction of eq. 14 in the last."""
+        return {**self.stages, Stage.TORQUE: self.eq14}
 
     def _times(self, of: Callable[[Tracking, float], float]) -> Times:
         return times(of, self.stages)
@@ -141,11 +147,18 @@ class Study:
             "deceleration": {axis: result.deceleration.to_json() for axis, result in self.axes.items()},
             "peak_error_reduction": {axis: result.error_reduction for axis, result in self.axes.items()},
             "learning_reduction": {axis: learning_reduction(result.learned) for axis, result in self.axes.items()},
-            "learning_reduction_from_eq14": {
-                axis: learning_reduction(result.learned_from_eq14) for axis, result in self.axes.items()
+            "with_eq14": {
+                "settling": {
+                    axis: times(Tracking.settling_time, result.stages_of_eq14).to_json() for axis, result in self.axes.items()
+                },
+                "deceleration": {
+                    axis: times(Tracking.deceleration_time, result.stages_of_eq14).to_json()
+                    for axis, result in self.axes.items()
+                },
+                "peak_error_reduction": {axis: result.error_reduction_by_eq14 for axis, result in self.axes.items()},
             },
-            "peak_error_reduction_with_stribeck": {
-                axis: result.error_reduction_by_stribeck for axis, result in self.axes.items()
+            "learning_reduction_from_full_model": {
+                axis: learning_reduction(result.learned_further) for axis, result in self.axes.items()
             },
             "dynamics_max_relative_difference": {"mujoco": self.dynamics.mujoco, "pinocchio": self.dynamics.pinocchio},
             "kinematics_max_error_m": self.kinematics_error,

@@ -83,16 +83,16 @@ def study_axis(session: Session, axis: str, identified: Identified, recorder: Re
         recorder.keep(recording, f"{axis}_{name}")
         return tracking(recording, axis, move, eq14.loops[number].setpoint_delay)
 
-    stages = {stage: seen(run_stage(eq14, f"{axis}, {stage.value}", move, stage), stage.name.lower()) for stage in Stage}
-    stribeck = seen(run_stage(full, f"{axis}, torque with Stribeck", move, Stage.TORQUE), "torque_stribeck")
-    learned, from_eq14 = (
+    stages = {stage: seen(run_stage(full, f"{axis}, {stage.value}", move, stage), stage.name.lower()) for stage in Stage}
+    by_eq14 = seen(run_stage(eq14, f"{axis}, torque by eq. 14", move, Stage.TORQUE), "torque_eq14")
+    learned, further = (
         [
             seen(recording, f"{label}_{count}")
             for count, recording in enumerate(repeat_learning(bench, f"{axis} {label}", move, learner, REPETITIONS))
         ]
-        for bench, label in ((full, "learning"), (eq14, "learning_from_eq14"))
+        for bench, label in ((eq14, "learning"), (full, "learning_further"))
     )
-    return AxisResult(stages, stribeck, learned, from_eq14)
+    return AxisResult(stages, by_eq14, learned, further)
 
 
 def study_stages(session: Session, axis: str, identified: Identified, recorder: Recorder) -> dict[Stage, Tracking]:

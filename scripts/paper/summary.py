@@ -18,10 +18,11 @@ def print_summary(console: Console, study: Study, out: Path) -> None:
             table.add_row(axis, name, *_published(name, axis), *_ours(found))
     console.print(table)
     title = "Peak tracking error lower by a factor of"
-    table = Table("axis", "torque by eq. 14", "with Stribeck", "then learning, 5 repetitions", title=title)
+    table = Table("axis", "torque", "torque by eq. 14", "then learning, 5 times", "learning after the full torque", title=title)
     for axis, result in study.axes.items():
-        learned = f"{learning_reduction(result.learned):.1f} (from eq. 14: {learning_reduction(result.learned_from_eq14):.1f})"
-        table.add_row(axis, f"{result.error_reduction:.1f}", f"{result.error_reduction_by_stribeck:.1f}", learned)
+        factors = (result.error_reduction, result.error_reduction_by_eq14)
+        learned = (learning_reduction(result.learned), learning_reduction(result.learned_further))
+        table.add_row(axis, *(f"{factor:.1f}" for factor in (*factors, *learned)))
     console.print(table)
     worst = max(abs(found.value / study.true_base[name] - 1.0) for name, found in study.identified.parameters.items())
     console.print(

@@ -20,7 +20,7 @@ from pathlib import Path
 import pytest
 from foreign import missing
 from processes import PATIENCE, start
-from pymodbus.client import ModbusTcpClient
+from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.pdu import ModbusPDU
 
 HERE = Path(__file__).parent
@@ -55,7 +55,7 @@ def emulated(*arguments: object) -> Iterator[int]:
 class PymodbusMaster:
     """pymodbus as a master of unit 1, in registers and 32-bit values."""
 
-    def __init__(self, client: ModbusTcpClient) -> None:
+    def __init__(self, client: ModbusTcpClient | ModbusSerialClient) -> None:
         self.client = client
 
     def write(self, address: int, value: int) -> None:
@@ -114,6 +114,24 @@ def test_pymodbus_enables_and_moves_an_axis(profile: str) -> None:
         assert master.read32(POSITION) > begin
         master.write(CONTROLWORD, 0x00)
         master.until(0x40)
+
+
+def test_pymodbus_over_a_serial_line() -> None:
+    """Modbus RTU: a drive is enabled and disabled, values and exceptions come back."""
+    with line() as (here, there), emulated("--machine", "scara", "--modbus-serial", here):
+        client = ModbusSerialClient(there, baudrate=19200, timeout=PATIENCE, retries=0)  # a pseudo terminal has no parity
+        assert client.connect()
+        try:
+            master = PymodbusMaster(client)
+            master.write32(PROFILE_VELOCITY, 123456)
+            assert master.read32(PROFILE_VELOCITY) == 123456
+            master.write(MODE, 3)
+            for command, state in ((0x06, 0x21), (0x07, 0x23), (0x0F, OPERATION_ENABLED), (0x00, 0x40)):
+                master.write(CONTROLWORD, command)
+                master.until(state)
+            assert exception(client.read_holding_registers(0x4000, count=1, device_id=1)) == 2
+        finally:
+            client.close()
 
 
 def test_pymodbus_reads_the_exceptions() -> None:
