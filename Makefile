@@ -32,7 +32,7 @@ bench: .venv/.installed
 fuzz: .venv/.installed
 	$(BIN)/python scripts/fuzz.py --frames 1000000 --seed 0 --modbus
 
-# The machine of the published study, link by link through the bus: out/paper/report.html and paper.json (about 1.5 minutes).
+# The machine of the published study, link by link through the bus: out/paper/report.html and paper.json.
 paper: .venv/.installed
 	PYTHONPATH=scripts $(BIN)/python -m paper --out out/paper
 

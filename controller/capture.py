@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.drive_node import DriveNode
-from controller.motion import Samples
+from controller.motion import Offsets, Samples
 from drivetwin.recording.recording import AxisInfo, DriveLoops, Recording, RecordingInfo
 
 
@@ -83,8 +83,10 @@ def record(
     axes: dict[str, AxisInfo],
     demand: NDArray[np.float64],
     samples: Samples,
+    offsets: Offsets | None = None,
 ) -> Recording:
-    """A recording of streamed motion: position demand and samples (n, axes), one row a cycle of `period` seconds."""
+    """A recording of streamed motion: position demand, samples, and what was sent beside the set-points (n, axes), one row a
+    cycle of `period` seconds."""
     columns = {
         axis: {
             "torque": samples.torque[:, index],
@@ -93,6 +95,11 @@ def record(
         }
         for index, axis in enumerate(axes)
     }
+    for index, axis in enumerate(axes):
+        if offsets is not None:
+            columns[axis]["torque_offset"] = offsets.torque[:, index]
+        if offsets is not None and offsets.velocity is not None:
+            columns[axis]["velocity_offset"] = offsets.velocity[:, index]
     described = {
         axis: info.model_copy(update={"torque_resolution": _quantum(samples.torque[:, index])})
         for index, (axis, info) in enumerate(axes.items())

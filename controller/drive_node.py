@@ -67,7 +67,8 @@ class DriveNode:
         self.controlword = 0
         self.setpoint = 0
         self.torque_offset = 0
-        self.velocity_offset: int | None = None
+        self.takes_velocity_offset = False
+        self.velocity_offset = 0
         self.statusword = 0
         self.position = 0
         self.torque = 0.0
@@ -176,8 +177,8 @@ class DriveNode:
     def map_pdos(self) -> None:
         """RPDO 1 and TPDO 2 at each SYNC, 8 bytes each; TPDO 1 with the statusword on change; nothing else.
 
-        With SYNC that is what three axes can carry on 1 Mbit/s in 1 ms. Where there is a velocity offset, RPDO 2 carries it at
-        each SYNC as well, which takes a longer cycle.
+        With SYNC that is what three axes can carry on 1 Mbit/s in 1 ms. A drive that takes a velocity offset has it in RPDO 2
+        at each SYNC as well, which takes a longer cycle.
         Raises UserError where a mapping is refused or read back different.
         """
         setpoint, torque = self.profile.roles["position_setpoint"], self.profile.roles["torque_actual"]
@@ -186,10 +187,10 @@ class DriveNode:
         self._map(self._node.rpdo[1], outputs, SYNCHRONOUS)
         self._map(self._node.tpdo[1], [(0x6041, 0)], EVENT_DRIVEN)
         self._map(self._node.tpdo[2], inputs, SYNCHRONOUS)
-        if self.velocity_offset is None:
-            self._disable(self._node.rpdo[2])
-        else:
+        if self.takes_velocity_offset:
             self._map(self._node.rpdo[2], [(0x60B1, 0)], SYNCHRONOUS)
+        else:
+            self._disable(self._node.rpdo[2])
         for unused in (self._node.rpdo[3], self._node.rpdo[4], self._node.tpdo[3], self._node.tpdo[4]):
             self._disable(unused)
         self._link.fast[0x180 + self.node_id] = self._take_status
@@ -198,14 +199,13 @@ class DriveNode:
     def send_output(self) -> None:
         """Send RPDO 1, and 2 where it is mapped; they take effect at the next SYNC."""
         self._link.send(self._rpdo_cob_id, OUTPUT.pack(self.controlword, self.setpoint, self.torque_offset))
-        if self.velocity_offset is not None:
+        if self.takes_velocity_offset:
             self._link.send(0x300 + self.node_id, VELOCITY_OFFSET.pack(self.velocity_offset))
 
     def clear_offsets(self) -> None:
         """Nothing beside the set-point from the next cycle on."""
         self.torque_offset = 0
-        if self.velocity_offset is not None:
-            self.velocity_offset = 0
+        self.velocity_offset = 0
 
     @property
     def state(self) -> int:

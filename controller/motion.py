@@ -36,7 +36,7 @@ class Offsets:
 
 @dataclass(frozen=True)
 class Samples:
-    """What came back while streaming: per drive, (n, axes) position [joint, m or rad] and torque [joint, N·m or N]."""
+    """What came back while streaming: (n, axes) position [m or rad] and torque [N·m or N], joint side."""
 
     position: NDArray[np.float64]
     torque: NDArray[np.float64]
@@ -144,13 +144,16 @@ def stream(
 
     Row k of the samples was taken at the SYNC at which row k of the set-points took effect; the drive's position demand
     reaches that set-point `DriveNode.setpoint_delay` cycles later, while row k of the offsets acts from that SYNC to the next.
-    Afterwards the offsets stay as in the last row. Raises UserError for a torque that 60B2h cannot hold.
+    Afterwards the torque stays as in the last row, and the velocity offset is 0. Raises UserError for a torque that 60B2h
+    cannot hold, and for velocities to a drive that was not told to take them.
     """
     setpoints = [[int(value) for value in np.rint(positions[:, axis] / drive.unit)] for axis, drive in enumerate(drives)]
     torques = [[drive.torque_offset] * len(positions) for drive in drives]
     if offsets is not None:
         torques = [drive.torque_offsets(offsets.torque[:, axis]) for axis, drive in enumerate(drives)]
     velocity = offsets.velocity if offsets is not None else None
+    if velocity is not None and (deaf := [drive.where() for drive in drives if not drive.takes_velocity_offset]):
+        raise UserError(f"{', '.join(deaf)} maps no velocity offset (60B1h): open the session with one")
     raw_position = np.zeros((len(positions), len(drives)))
     raw_torque = np.zeros((len(positions), len(drives)))
     for row in range(len(positions)):
@@ -165,6 +168,8 @@ def stream(
             raw_torque[row, axis] = drive.torque
         if progress is not None and row % 100 == 99:
             progress(100)
+    for drive in drives:
+        drive.velocity_offset = 0
     units = np.array([drive.unit for drive in drives])
     gears = np.array([drive.axis.gear_ratio for drive in drives])
     return Samples(raw_position * units, raw_torque * gears)

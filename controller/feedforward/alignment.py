@@ -11,6 +11,7 @@ import numpy as np
 from controller.drive_node import DriveNode
 from controller.joint_path import JointPath, Rows
 from controller.motion import Offsets
+from drivetwin.errors import UserError
 from drivetwin.recording.recording import AxisInfo, DriveLoops
 
 CURRENT_LOOP_TIME = 0.0005
@@ -35,20 +36,25 @@ class Loops:
 
 
 def loops_of(drives: Sequence[DriveNode], axes: dict[str, AxisInfo]) -> list[Loops]:
-    """The drives' loops, from what each said of itself by SDO."""
+    """The drives' loops, from what each said of itself by SDO. Raises UserError where one does not tell its gains."""
     return [_loops(drive, axes[drive.name].drive or DriveLoops()) for drive in drives]
 
 
 def _loops(drive: DriveNode, told: DriveLoops) -> Loops:
     """A sampled filter is half a servo period ahead of its time constant, and a difference of positions as much behind."""
+    if not (told.position_gain and told.velocity_gain and told.servo_period):
+        raise UserError(
+            f"{drive.where()} does not tell position_gain, velocity_gain and servo_period of its loops, which feeding forward "
+            "and learning go by; choose the --profile that this drive is"
+        )
     return Loops(
-        position_gain=told.position_gain or 0.0,
-        velocity_gain=told.velocity_gain or 0.0,
+        position_gain=told.position_gain,
+        velocity_gain=told.velocity_gain,
         integral_time=told.integral_time,
         velocity_lag=1.0 / (2.0 * pi * told.velocity_filter_hz) if told.velocity_filter_hz else 0.0,
         current_lag=told.current_loop_time_constant or CURRENT_LOOP_TIME,
         setpoint_delay=drive.setpoint_delay,
-        servo_period=told.servo_period or 0.0,
+        servo_period=told.servo_period,
     )
 
 

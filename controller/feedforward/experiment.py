@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from controller.feedforward.alignment import Loops, aligned, aligned_velocity, loop_reaction
 from controller.feedforward.learning import Learner
 from controller.feedforward.leg import Leg
-from controller.feedforward.stage import Stage, velocity_fed_forward
+from controller.feedforward.stage import Stage, feed_velocity
 from controller.feedforward.standing import held_torque
 from controller.joint_path import JointPath, Rows
 from controller.motion import Offsets
 from controller.session import Session
+from drivetwin.errors import UserError
 from drivetwin.recording.recording import Recording
 
 TorqueModel = Callable[[JointPath], Rows]
@@ -49,7 +50,7 @@ class Bench:
     @property
     def sends_velocity(self) -> bool:
         """Whether the velocity is an offset of ours (60B1h), or the drives' own."""
-        return all(drive.velocity_offset is not None for drive in self.session.drives)
+        return all(drive.takes_velocity_offset for drive in self.session.drives)
 
 
 def run_stage(bench: Bench, name: str, leg: Leg, stage: Stage) -> Recording:
@@ -59,11 +60,11 @@ def run_stage(bench: Bench, name: str, leg: Leg, stage: Stage) -> Recording:
     """
     period = bench.session.cycle.period
     there, back = leg.sample(period), leg.back().sample(period)
-    with velocity_fed_forward(bench.session.drives, stage.velocity):
-        bench.run(f"{name} run in", there, stage)
-        bench.run(f"{name} back", back, stage)
-        recording = bench.run(name, there, stage)
-        bench.run(f"{name} back", back, stage)
+    feed_velocity(bench.session, stage.velocity)
+    bench.run(f"{name} run in", there, stage)
+    bench.run(f"{name} back", back, stage)
+    recording = bench.run(name, there, stage)
+    bench.run(f"{name} back", back, stage)
     return recording
 
 
@@ -80,22 +81,45 @@ class _Way:
 def repeat_learning(bench: Bench, name: str, leg: Leg, learner: Learner, repetitions: int) -> Iterator[Recording]:
     """There and back with velocity and torque fed forward, `repetitions` times after a first, learning both ways.
 
-    Yields the recording of each way there, the first one with nothing learned.
+    Yields the recording of each way there, the first one with nothing learned. Raises UserError where a run is `DIVERGED`
+    times as far off as the first.
     """
     ways = [_way(bench, "", leg), _way(bench, " back", leg.back())]
-    axis = bench.session.drives[leg.axis].name
-    with velocity_fed_forward(bench.session.drives, True):
+    feed_velocity(bench.session, True)
+    for way in ways:
+        bench.run(f"{name} run in{way.label}", way.path, Stage.TORQUE)
+    first: float | None = None
+    for repetition in range(repetitions + 1):
         for way in ways:
-            bench.run(f"{name} run in{way.label}", way.path, Stage.TORQUE)
-        for repetition in range(repetitions + 1):
-            for way in ways:
-                offsets = bench.offsets(way.path, Stage.TORQUE)
-                offsets.torque[:, leg.axis] += way.learned
-                recording = bench.session.run(f"{name} {repetition}{way.label}", way.path.position, offsets)
-                if way is ways[0]:
-                    yield recording
-                columns = recording.columns[axis]
-                way.learned = learner.next(way.learned, columns["position_demand"] - columns["position"], way.moving)
+            offsets = bench.offsets(way.path, Stage.TORQUE)
+            torque = offsets.torque.copy()
+            torque[:, leg.axis] += way.learned
+            recording = bench.session.run(f"{name} {repetition}{way.label}", way.path.position, replace(offsets, torque=torque))
+            error = _error(bench, recording, leg.axis)
+            first = first or float(np.abs(error).max())
+            _refuse_divergence(name, repetition, error, first)
+            if way is ways[0]:
+                yield recording
+            way.learned = learner.next(way.learned, error, way.moving)
+
+
+DIVERGED = 3.0
+"""A run whose tracking difference is so many times the first one's has learned something wrong."""
+
+
+def _refuse_divergence(name: str, repetition: int, error: Rows, first: float) -> None:
+    peak = float(np.abs(error).max())
+    if peak > DIVERGED * first:
+        raise UserError(
+            f"{name}: repetition {repetition} is {peak / first:.1f} times as far off as the first run; learning is stopped: "
+            "learn up to a lower frequency, and check the inertia"
+        )
+
+
+def _error(bench: Bench, recording: Recording, axis: int) -> Rows:
+    """Tracking difference (n,) at each SYNC [m or rad]."""
+    columns = recording.columns[bench.session.drives[axis].name]
+    return columns["position_demand"] - columns["position"]
 
 
 def _way(bench: Bench, label: str, leg: Leg) -> _Way:

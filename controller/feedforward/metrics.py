@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controller.feedforward.leg import LEAD_IN, Leg, rows_of
+from drivetwin.errors import UserError
 from drivetwin.recording.recording import Recording
 
 BAND = 0.05
@@ -39,27 +41,39 @@ class Tracking:
     def settling_time(self, baseline_peak: float) -> float:
         """Seconds from the start until the difference stays within the band around its cruise value, to the cruise's end.
 
-        0 where it never leaves the band.
+        0 where it never leaves the band, infinite where it has not come back by then.
         """
         cruising = (self.time >= self.cruise_end - _CRUISE_TAIL * (self.cruise_end - self.cruise_start)) & self._before_braking
         around = self.error - float(np.mean(self.error[cruising]))
-        return self._last_outside(around, self._before_braking, baseline_peak)
+        return self._settled(around, self._before_braking, baseline_peak)
 
     def deceleration_time(self, baseline_peak: float) -> float:
-        """Seconds from the start of deceleration until the difference stays within the band around zero; 0 if always."""
-        return max(0.0, self._last_outside(self.error, ~self._before_braking, baseline_peak) - self.cruise_end)
+        """Seconds from the start of deceleration until the difference stays within the band around zero.
+
+        0 where it never leaves the band, infinite where it has not come back by the end of the recording.
+        """
+        return max(0.0, self._settled(self.error, ~self._before_braking, baseline_peak) - self.cruise_end)
 
     @property
     def _before_braking(self) -> NDArray[np.bool_]:
         return np.asarray((self.time >= 0.0) & (self.time < self.cruise_end))
 
-    def _last_outside(self, error: Error, considered: NDArray[np.bool_], baseline_peak: float) -> float:
-        outside = np.flatnonzero(considered & (np.abs(error) > BAND * baseline_peak))
-        return float(self.time[min(outside[-1] + 1, len(self.time) - 1)]) if len(outside) else 0.0
+    def _settled(self, error: Error, considered: NDArray[np.bool_], baseline_peak: float) -> float:
+        """Time after the last of the considered samples that is outside the band [s]."""
+        outside = considered & (np.abs(error) > BAND * baseline_peak)
+        if not outside.any():
+            return 0.0
+        within = np.flatnonzero(considered & (np.arange(len(error)) > np.flatnonzero(outside)[-1]))
+        return float(self.time[within[0]]) if len(within) else inf
 
 
 def tracking(recording: Recording, axis: str, leg: Leg, setpoint_delay: int) -> Tracking:
-    """The tracking difference in a recording of `leg`; the demand starts `setpoint_delay` cycles after its set-points."""
+    """The tracking difference in a recording of `leg`; the demand starts `setpoint_delay` cycles after its set-points.
+
+    Raises UserError for a leg that never cruises: there is no cruise value to settle at.
+    """
+    if leg.profile.cruise_time < 3.0 * recording.info.sample_period:
+        raise UserError(f"the move of {axis} has no cruise: let it go further, or more slowly")
     period = recording.info.sample_period
     columns = recording.columns[axis]
     start = rows_of(LEAD_IN, period) - 1 + setpoint_delay

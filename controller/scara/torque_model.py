@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from controller.identification.friction_law import FrictionLaw
 from controller.joint_path import JointPath, Rows
+from controller.machine import POSITION_UNIT
 from controller.scara.dynamics import BaseParameters, friction, torque
 
 
@@ -19,4 +22,10 @@ class ArmTorque:
 
     def __call__(self, path: JointPath) -> Rows:
         laws = (self.laws["lift"], self.laws["rotate"], self.laws["stretch"])
-        return torque(self.base, path.position, path.velocity, path.acceleration) + friction(laws, path.velocity)
+        return torque(self.base, path.position, path.velocity, path.acceleration) + friction(laws, _speeds(path))
+
+
+def _speeds(path: JointPath) -> Rows:
+    """Velocities (n, 3) of the path; 0 where no set-point moves, so that friction has no sign there of rounding's making."""
+    slowest = POSITION_UNIT / path.period
+    return np.where(np.abs(path.velocity) < slowest, 0.0, path.velocity)

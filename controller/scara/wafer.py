@@ -8,7 +8,7 @@ from math import atan, degrees, pi, sqrt, tan
 import numpy as np
 
 from controller.jerk_limited import Limits
-from controller.joint_path import JointPath
+from controller.joint_path import JointPath, Rows
 from controller.scara.dynamics import GRAVITY
 from controller.scara.geometry import Geometry
 from controller.scara.tool_motion import tool_acceleration
@@ -49,7 +49,22 @@ class Wafer:
         return tan(atan(self.friction) - self.tilt)
 
 
-def slip_margin(wafer: Wafer, geometry: Geometry, path: JointPath) -> Positions:
+@dataclass(frozen=True)
+class BladeMotion:
+    """How the blade under a wafer moves: the tool point's acceleration (n, 3) [m/s²], the blade's direction (n,) [rad], and the
+    acceleration of its turning (n,) [rad/s²]."""
+
+    acceleration: Rows
+    yaw: Positions
+    turning: Positions
+
+
+def blade_motion(geometry: Geometry, path: JointPath) -> BladeMotion:
+    """What the blade does on a path of the joints (n, 3)."""
+    return BladeMotion(tool_acceleration(geometry, path), path.position[:, 1] + 0.5 * pi, path.acceleration[:, 1])
+
+
+def slip_margin(wafer: Wafer, motion: BladeMotion) -> Positions:
     """Friction that the pads give over friction that the motion takes (n,): below 1 the wafer may slip; infinite at rest.
 
     |a| <= mu (g + a_z) of the wafer's centre (for a_z = 0: Lucas, US patent 5,655,060, 1997), and each pad carries its share of
@@ -57,8 +72,8 @@ def slip_margin(wafer: Wafer, geometry: Geometry, path: JointPath) -> Positions:
     of limit analysis). Below 1 it slides where it is not turned, and may still stay where it is. The 0.2 % of its weight that a
     thin wafer shifts from pad to pad is left out.
     """
-    taken = _taken(wafer, geometry, path)
-    given = wafer.level_friction * np.maximum(GRAVITY + path.acceleration[:, 0], 0.0)
+    taken = _taken(wafer, motion)
+    given = wafer.level_friction * np.maximum(GRAVITY + motion.acceleration[:, 2], 0.0)
     return np.divide(given, taken, out=np.where(given > 0.0, np.inf, 0.0), where=taken > 0.0)
 
 
@@ -67,7 +82,8 @@ def wafer_stretch(wafer: Wafer, geometry: Geometry, path: JointPath, safety: flo
 
     k times the time divides every acceleration by k²: mu (g + a_z / k²) >= safety a / k².
     """
-    needed = safety * _taken(wafer, geometry, path) / wafer.level_friction - path.acceleration[:, 0]
+    motion = blade_motion(geometry, path)
+    needed = safety * _taken(wafer, motion) / wafer.level_friction - motion.acceleration[:, 2]
     return sqrt(max(float(needed.max(initial=0.0)), 0.0) / GRAVITY)
 
 
@@ -85,16 +101,15 @@ def turn_limits(limits: Limits, wafer: Wafer, reach: float, safety: float) -> Li
     return _gentler(limits, sqrt(most / reach), most / (reach + _turning_lever(wafer)))
 
 
-def _taken(wafer: Wafer, geometry: Geometry, path: JointPath) -> Positions:
+def _taken(wafer: Wafer, motion: BladeMotion) -> Positions:
     """Friction that the worst pad gives over the mass it bears [m/s²] (n,): for the centre's acceleration and for the turning.
 
     Turning the wafer takes its share of each pad along the circle that they are on.
     """
-    centre = tool_acceleration(geometry, path)[:, None, :2]
-    blade = path.position[:, 1] + 0.5 * pi
-    pad = blade[:, None] + 2.0 * pi * np.arange(wafer.pads) / wafer.pads
+    centre = motion.acceleration[:, None, :2]
+    pad = motion.yaw[:, None] + 2.0 * pi * np.arange(wafer.pads) / wafer.pads
     along_circle = np.stack([-np.sin(pad), np.cos(pad)], axis=2)
-    turning = path.acceleration[:, 1] * _turning_lever(wafer)
+    turning = motion.turning * _turning_lever(wafer)
     return np.asarray(np.linalg.norm(centre + turning[:, None, None] * along_circle, axis=2).max(axis=1))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import atan2
 
 import can
 import mujoco
@@ -27,14 +28,22 @@ TRUTH = MACHINE.directory / "elastic_belts.json"
 """Stribeck friction with stiction on every axis, and belts that give way: none of it is in the controller's rigid model."""
 
 
+@dataclass(frozen=True)
+class Seen:
+    """Where the blade truly was, one row a cycle: the tool point (n, 3) [m] and the blade's direction (n,) [rad]."""
+
+    position: NDArray[np.float64]
+    yaw: NDArray[np.float64]
+
+
 class Witness:
-    """At the machine's end of the bus: notes the blade's true position after each SYNC, which the controller never sees."""
+    """At the machine's end of the bus: notes where the blade truly is after each SYNC, which the controller never sees."""
 
     def __init__(self, machine: VirtualMachine) -> None:
         self._machine = machine
         self._site = machine.plant.model.site("tool").id
         self._data = mujoco.MjData(machine.plant.model)
-        self._seen: list[NDArray[np.float64]] = []
+        self._seen: list[tuple[float, float, float, float]] = []
         self.watching = False
 
     def receive(self, message: can.Message) -> None:
@@ -56,16 +65,19 @@ class Witness:
         self._seen.clear()
         self.watching = True
 
-    def seen(self) -> NDArray[np.float64]:
-        """Positions of the tool point (n, 3) [m] since `watch`, one a cycle; it looks away afterwards."""
+    def seen(self) -> Seen:
+        """What there was since `watch`; it looks away afterwards."""
         self.watching = False
-        return np.array(self._seen)
+        rows = np.array(self._seen)
+        return Seen(rows[:, :3], np.unwrap(rows[:, 3]))
 
-    def _tool(self) -> NDArray[np.float64]:
-        model = self._machine.plant.model
-        self._data.qpos[:] = self._machine.plant.data.qpos
-        mujoco.mj_kinematics(model, self._data)
-        return np.asarray(self._data.site_xpos[self._site].copy())
+    def _tool(self) -> tuple[float, float, float, float]:
+        model, data = self._machine.plant.model, self._data
+        data.qpos[:] = self._machine.plant.data.qpos
+        mujoco.mj_kinematics(model, data)
+        x, y, z = data.site_xpos[self._site].tolist()
+        along_x, along_y = data.site_xmat[self._site, [0, 3]].tolist()
+        return x, y, z, atan2(along_y, along_x)
 
 
 @dataclass(frozen=True)

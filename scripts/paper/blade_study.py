@@ -9,17 +9,16 @@ from numpy.typing import NDArray
 
 from controller.feedforward.experiment import Bench
 from controller.feedforward.leg import LEAD_IN, rows_of, with_rest
-from controller.feedforward.stage import Stage, velocity_fed_forward
+from controller.feedforward.stage import Stage, feed_velocity
 from controller.identification.filtering import derivative, zero_phase
 from controller.jerk_limited import Limits
 from controller.joint_path import JointPath
 from controller.motion import positions_now
 from controller.scara.arm import Arm
 from controller.scara.blade_path import Point, blade_line, distance_from_line
-from controller.scara.dynamics import GRAVITY
 from controller.scara.transfer import Handler, Segment, Station
-from controller.scara.wafer import Wafer, slip_margin
-from paper.bench import Witness
+from controller.scara.wafer import BladeMotion, Wafer, blade_motion, slip_margin
+from paper.bench import Seen, Witness
 from paper.results import CarriedPhase, StraightMove
 
 LINE = Limits(speed=1.0, acceleration=5.0, jerk=100.0)
@@ -56,8 +55,8 @@ class BladeBench:
         """Move to `joints` (3,) and stand."""
         self.bench.session.go_to(dict(zip(self.bench.session.axes, joints.tolist(), strict=True)))
 
-    def run(self, name: str, path: JointPath, stage: Stage) -> NDArray[np.float64]:
-        """Go through a path; the blade's true positions (n, 3) [m], one a row of the path with its rest."""
+    def run(self, name: str, path: JointPath, stage: Stage) -> Seen:
+        """Go through a path; where the blade truly was, one row a row of the path with its rest."""
         resting = with_rest(positions_now(self.bench.session.drives), path)
         offsets = self.bench.offsets(resting, stage)
         self.witness.watch()
@@ -75,9 +74,9 @@ def straight_move(blade: BladeBench) -> StraightMove:
     off = {}
     for stage in Stage:
         blade.go_to(path.position[0])
-        with velocity_fed_forward(blade.bench.session.drives, stage.velocity):
-            positions = blade.run(f"blade out, {stage.value}", path, stage)
-        off[stage] = distance_from_line(start, end, positions)
+        feed_velocity(blade.bench.session, stage.velocity)
+        seen = blade.run(f"blade out, {stage.value}", path, stage)
+        off[stage] = distance_from_line(start, end, seen.position)
     rows = np.arange(len(off[Stage.TORQUE])) - rows_of(LEAD_IN, blade.period)
     return StraightMove(np.asarray(rows * blade.period, dtype=np.float64), off)
 
@@ -88,26 +87,29 @@ def carry_wafer(blade: BladeBench) -> list[CarriedPhase]:
     carried = []
     segments = handler.transfer(FROM, TO)
     blade.go_to(segments[0].path.position[0])
-    with velocity_fed_forward(blade.bench.session.drives, True):
-        for segment in segments:
-            positions = blade.run(f"wafer: {segment.phase.value}", segment.path, Stage.TORQUE)
-            if segment.loaded:
-                carried.append(_carried(blade, segment, positions))
+    feed_velocity(blade.bench.session, True)
+    for segment in segments:
+        seen = blade.run(f"wafer: {segment.phase.value}", segment.path, Stage.TORQUE)
+        if segment.loaded:
+            carried.append(_carried(blade, segment, seen))
     return carried
 
 
-def _carried(blade: BladeBench, segment: Segment, positions: NDArray[np.float64]) -> CarriedPhase:
+def _carried(blade: BladeBench, segment: Segment, seen: Seen) -> CarriedPhase:
     path = segment.path
     return CarriedPhase(
         phase=segment.phase,
         seconds=len(path.position) * path.period,
-        planned_margin=float(slip_margin(WAFER, blade.arm.geometry, path).min()),
-        true_margin=_true_margin(positions, path.period),
+        planned_margin=float(slip_margin(WAFER, blade_motion(blade.arm.geometry, path)).min()),
+        true_margin=float(slip_margin(WAFER, _true_motion(seen, path.period)).min()),
     )
 
 
-def _true_margin(positions: NDArray[np.float64], period: float) -> float:
-    """Friction that the pads give over what the wafer's centre truly takes, the least over a phase."""
-    smooth = [zero_phase(column, period, SEEN_TO_HZ) for column in positions.T]
-    x, y, z = (derivative(derivative(column, period), period) for column in smooth)
-    return float((WAFER.level_friction * (GRAVITY + z) / np.maximum(np.hypot(x, y), 1e-9)).min())
+def _true_motion(seen: Seen, period: float) -> BladeMotion:
+    """How the blade truly moved, up to `SEEN_TO_HZ`."""
+
+    def acceleration(column: NDArray[np.float64]) -> NDArray[np.float64]:
+        return derivative(derivative(zero_phase(column, period, SEEN_TO_HZ), period), period)
+
+    x, y, z = (acceleration(column) for column in seen.position.T)
+    return BladeMotion(np.column_stack([x, y, z]), seen.yaw, acceleration(seen.yaw))

@@ -186,7 +186,8 @@ def _notes() -> str:
     return _section(
         "What cannot be reproduced",
         "<ul><li>The paper prints no masses, lengths or gains. Ours are those of a 300 mm wafer handler as such machines are "
-        "built, chosen before any of these figures was seen; absolute milliseconds therefore do not compare, ratios do.</li>"
+        "built; the drives' gains are those that the identification used before. The belts' stiffness and the frequencies up "
+        "to which each axis learns came with this study. Absolute milliseconds do not compare, ratios do.</li>"
         "<li>The paper sees no effect of the velocity alone, so its two curves, and ours, compare velocity with velocity and "
         "torque.</li><li>Errata of the paper, and how every quantity is defined: docs/paper.md.</li></ul>",
     )

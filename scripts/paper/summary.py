@@ -24,7 +24,7 @@ def print_summary(console: Console, study: Study, out: Path) -> None:
         learned = (learning_reduction(result.learned), learning_reduction(result.learned_further))
         table.add_row(axis, *(f"{factor:.1f}" for factor in (*factors, *learned)))
     console.print(table)
-    worst = max(abs(found.value / study.true_base[name] - 1.0) for name, found in study.identified.parameters.items())
+    worst = max(abs(error) for error in study.base_errors.values())
     console.print(
         f"base parameters: worst {worst:.2%} off the plant's; dynamics: {study.dynamics.mujoco:.1e} from MuJoCo, "
         f"{study.dynamics.pinocchio:.1e} from Pinocchio; kinematics: {study.kinematics_error:.1e} m",

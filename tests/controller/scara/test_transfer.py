@@ -13,7 +13,7 @@ from wafer_bench import slip
 from controller.jerk_limited import Limits, jerk_limited
 from controller.scara.arm import load_arm
 from controller.scara.transfer import Handler, Phase, Segment, Station
-from controller.scara.wafer import Wafer, slip_margin
+from controller.scara.wafer import Wafer, blade_motion, slip_margin
 from drivetwin.errors import UserError
 
 PERIOD = 0.0005
@@ -81,7 +81,8 @@ def test_blade_moves_stay_on_the_stations_ray(segments: tuple[Segment, ...]) -> 
 def test_no_loaded_move_uses_more_friction_than_it_may_and_none_lets_the_wafer_slip(segments: tuple[Segment, ...]) -> None:
     for segment in segments:
         if segment.loaded:
-            assert slip_margin(HANDLER.wafer, HANDLER.arm.geometry, segment.path).min() >= HANDLER.safety * (1.0 - 1e-12)
+            margin = slip_margin(HANDLER.wafer, blade_motion(HANDLER.arm.geometry, segment.path))
+            assert margin.min() >= HANDLER.safety * (1.0 - 1e-12)
             assert slip(HANDLER.wafer, segment.path) < 1e-6
 
 
@@ -89,7 +90,7 @@ def test_without_the_wafer_the_same_way_is_quicker_and_would_lose_it(segments: t
     withdraw, extend = segments[-1], segments[-3]
     assert len(withdraw.path.position) < len(extend.path.position)
     approach = segments[0]
-    assert slip_margin(HANDLER.wafer, HANDLER.arm.geometry, approach.path).min() < 1.0
+    assert slip_margin(HANDLER.wafer, blade_motion(HANDLER.arm.geometry, approach.path)).min() < 1.0
     assert slip(HANDLER.wafer, approach.path) > 1e-3
 
 
@@ -115,7 +116,8 @@ def test_a_carried_turn_is_no_slower_than_its_centripetal_and_its_tangential_acc
 def test_moves_that_friction_limits_use_all_that_they_may(segments: tuple[Segment, ...]) -> None:
     for segment in segments:
         if segment.phase in (Phase.RETRACT, Phase.ROTATE, Phase.EXTEND):
-            assert slip_margin(HANDLER.wafer, HANDLER.arm.geometry, segment.path).min() == pytest.approx(1.5, rel=2e-3)
+            margin = slip_margin(HANDLER.wafer, blade_motion(HANDLER.arm.geometry, segment.path))
+            assert margin.min() == pytest.approx(1.5, rel=2e-3)
 
 
 def test_a_station_out_of_reach_is_refused_with_where_the_line_ends() -> None:

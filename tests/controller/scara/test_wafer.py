@@ -16,7 +16,7 @@ from controller.joint_path import JointPath, Move, slowed
 from controller.scara.arm import load_arm
 from controller.scara.blade_path import Point, blade_line
 from controller.scara.dynamics import GRAVITY
-from controller.scara.wafer import Wafer, slip_margin, turn_limits, wafer_stretch
+from controller.scara.wafer import Wafer, blade_motion, slip_margin, turn_limits, wafer_stretch
 from controller.synchronised import synchronised
 from drivetwin.errors import UserError
 
@@ -34,7 +34,7 @@ SLIPPERY = Wafer(friction=0.1)
 def planned(wafer: Wafer, move: Move, margin: float) -> JointPath:
     """`move`, so slow that its slip margin is `margin` where it is least."""
     path = slowed(move, PERIOD, lambda path: wafer_stretch(wafer, ARM.geometry, path, margin)).sample(PERIOD)
-    assert slip_margin(wafer, ARM.geometry, path).min() == pytest.approx(margin, rel=2e-3)
+    assert slip_margin(wafer, blade_motion(ARM.geometry, path)).min() == pytest.approx(margin, rel=2e-3)
     return path
 
 
@@ -57,7 +57,7 @@ def test_a_move_planned_for_a_level_blade_loses_the_wafer_on_one_that_leans() ->
     path = planned(SLIPPERY, STRETCH_MOVES["level"], 1.2)
     assert slip(SLIPPERY, path) < STAYS
     leaning = replace(SLIPPERY, tilt=radians(2.0))
-    assert slip_margin(leaning, ARM.geometry, path).min() < 1.0
+    assert slip_margin(leaning, blade_motion(ARM.geometry, path)).min() < 1.0
     assert slip(leaning, path) > SLIDES
 
 
@@ -88,7 +88,7 @@ def spun(rate: float) -> JointPath:
 def test_a_wafer_that_is_only_turned_slips_where_its_moment_of_inertia_says() -> None:
     """m R²/2 w' = mu m g Rp."""
     limit = 2.0 * CERAMIC.friction * GRAVITY * CERAMIC.pad_radius / CERAMIC.radius**2
-    assert slip_margin(CERAMIC, ARM.geometry, spun(limit)).min() == pytest.approx(1.0, rel=1e-9)
+    assert slip_margin(CERAMIC, blade_motion(ARM.geometry, spun(limit))).min() == pytest.approx(1.0, rel=1e-9)
     assert slip(CERAMIC, spun(limit / 1.005)) < STAYS
     assert slip(CERAMIC, spun(limit / 0.99)) > SLIDES
 
@@ -99,7 +99,7 @@ def test_limits_of_a_carried_turn_take_all_friction_each_for_itself() -> None:
     pose, none = np.array([[0.1, 0.4, 0.13]] * 2), np.zeros(2)
     speed = np.column_stack([none, [limits.speed, 0.0], none])
     acceleration = np.column_stack([none, [0.0, limits.acceleration], none])
-    margin = slip_margin(CERAMIC, ARM.geometry, JointPath(PERIOD, pose, speed, acceleration))
+    margin = slip_margin(CERAMIC, blade_motion(ARM.geometry, JointPath(PERIOD, pose, speed, acceleration)))
     np.testing.assert_allclose(margin, [1.5, 1.5], rtol=1e-12)
     assert limits.acceleration / limits.jerk == pytest.approx(ARM.limits[1].acceleration / ARM.limits[1].jerk)
     wide = Limits(0.1, 0.1, 1.0)
@@ -120,8 +120,8 @@ def test_a_leaning_blade_is_a_level_one_with_less_friction(tilt: float, up: floa
 def test_at_rest_nothing_slips_and_in_free_fall_nothing_holds() -> None:
     rest, fall = np.zeros((1, 3)), np.array([[-GRAVITY, 0.0, 0.0]])
     pose = np.array([[0.1, 0.0, 0.5]])
-    assert slip_margin(CERAMIC, ARM.geometry, JointPath(PERIOD, pose, rest, rest)).tolist() == [np.inf]
-    assert slip_margin(CERAMIC, ARM.geometry, JointPath(PERIOD, pose, rest, fall)).tolist() == [0.0]
+    assert slip_margin(CERAMIC, blade_motion(ARM.geometry, JointPath(PERIOD, pose, rest, rest))).tolist() == [np.inf]
+    assert slip_margin(CERAMIC, blade_motion(ARM.geometry, JointPath(PERIOD, pose, rest, fall))).tolist() == [0.0]
 
 
 def test_a_move_that_holds_the_wafer_keeps_its_time() -> None:
