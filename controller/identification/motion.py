@@ -21,6 +21,8 @@ Mask = NDArray[np.bool_]
 _SHARE_OF_TOP_SPEED = 0.002
 _NOISE_FACTOR = 5.0
 _MOVES_ABOVE_NOISE = 20.0
+_ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
+"""Share of a position that filtering leaves as rounding: an axis that stands must not seem to move by it."""
 _STANDSTILL_REACH = 1.5
 """Filter's reaches left out around a standstill: breaking away is a jump of the torque, of which 2 % still bias."""
 
@@ -142,7 +144,7 @@ def _velocity_noise(recording: Recording, axis: str, raw: Samples, filtered: Sam
     share = 2.0 * cutoff_hz * period
     info = recording.info.axes[axis]
     edge = reach(period, cutoff_hz)
-    quantum = (info.position_resolution or 0.0) / np.sqrt(12.0)
+    quantum = max((info.position_resolution or 0.0) / np.sqrt(12.0), _ROUNDING * float(np.abs(raw).max()))
     if "position" not in recording.columns[axis] or f"{axis}.position" in recording.info.derived:
         lost = derivative(raw - filtered, period)[edge:-edge]
         return float(np.std(lost) / np.sqrt(1.0 - share) * np.sqrt(share))

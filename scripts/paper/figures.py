@@ -24,7 +24,8 @@ _DRAWN = 4000
 
 def torque_figure(compared: TorqueComparison) -> go.Figure:
     """Fig. 4: torque of the closed form beside the toolboxes' on a move of all axes, and their difference."""
-    figure = make_subplots(rows=2, cols=3, shared_xaxes=True, row_heights=[0.6, 0.4], subplot_titles=tuple(UNITS))
+    figure = make_subplots(rows=2, cols=3, shared_xaxes=True, row_heights=[0.6, 0.4], subplot_titles=tuple(UNITS),
+                           horizontal_spacing=0.11, vertical_spacing=0.08)  # fmt: skip
     toolboxes = (("MuJoCo", compared.mujoco, "#d1495b", "dash"), ("Pinocchio", compared.pinocchio, "#edae49", "dot"))
     for number, (_, unit, _) in enumerate(UNITS.values()):
         ours, column = compared.closed_form[:, number], number + 1
@@ -36,7 +37,7 @@ def torque_figure(compared: TorqueComparison) -> go.Figure:
             figure.add_scatter(x=compared.time, y=torque[:, number] - ours, row=2, col=column, showlegend=False, name=name,
                                line={"color": colour, "width": 1})  # fmt: skip
         figure.update_yaxes(title_text=f"torque [{unit}]" if unit == "N·m" else f"force [{unit}]", row=1, col=column)
-        figure.update_yaxes(title_text=f"difference [{unit}]", exponentformat="power", row=2, col=column)
+        figure.update_yaxes(title_text=f"difference [{unit}]", exponentformat="e", row=2, col=column)
         figure.update_xaxes(title_text="time [s]", row=2, col=column)
     return _finished(figure, 460)
 

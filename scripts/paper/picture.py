@@ -34,7 +34,7 @@ def draw_tracking(axes: dict[str, AxisResult], path: Path) -> None:
                 panel.set_ylabel(f"demand - actual [{MICRO[axis]}]")
                 if row == 1:
                     panel.set(ylim=(-1.6 * band, 1.6 * band), xlabel="time from the start of the move [ms]")
-            panels[0, column].set_title(f"{axis}: peak lower by {result.error_reduction:.0f}")
+            panels[0, column].set_title(f"{axis}: peak {result.error_reduction:.0f} times lower")
         panels[0, -1].legend(fontsize=8, title="fed forward", loc="upper right")
         figure.savefig(path)
 

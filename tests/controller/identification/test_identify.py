@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 from controller.identification import Settings, identify, write_results
 from controller.identification.friction_law import FrictionLaw
+from controller.identification.motion import axis_motions, standstill_velocity
 from controller.identification.residuals import error_if_moving, error_of_fit
 from drivetwin.cli.fit import fit_command
 from drivetwin.errors import UserError
@@ -88,6 +89,17 @@ def test_nothing_moves() -> None:
     held = synthetic.record(_standing(3.0), synthetic.PLAIN, np.random.default_rng(6), name="held")
     with pytest.raises(UserError, match="nothing moves in held"):
         identify(synthetic.turntable(), [held])
+
+
+def test_rounding_does_not_move_an_axis_that_stands() -> None:
+    """Without a resolution, the filter's rounding of a constant is all the noise there is."""
+    random = np.random.default_rng(7)
+    for place in random.uniform(-2.0, 2.0, 200):
+        held = synthetic.record(_standing(3.0), synthetic.PLAIN, random, name="held")
+        turn = held.info.axes["turn"].model_copy(update={"position_resolution": None})
+        info = held.info.model_copy(update={"axes": {"turn": turn}})
+        columns = {"turn": {**held.columns["turn"], "position": np.full(len(held.time), place)}}
+        assert standstill_velocity(axis_motions(synthetic.turntable(), replace(held, info=info, columns=columns), 20.0)) is None
 
 
 def test_too_short(strokes: Recording) -> None:
