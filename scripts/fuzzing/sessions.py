@@ -7,10 +7,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 import can
 import numpy as np
-from canopen.sdo.client import SdoClient
 from canopen.sdo.exceptions import SdoError
 from numpy.typing import NDArray
 
@@ -170,8 +170,8 @@ def _block_transfers(recorder: _Recorder) -> tuple[Event, ...]:
     return recorder.session()
 
 
-def _client(link: Link, drive: DriveNode) -> SdoClient:
-    """canopen's client of a drive."""
+def _client(link: Link, drive: DriveNode) -> Any:  # canopen leaves the client's methods untyped
+    """canopen's SDO client of a drive."""
     return link[drive.node_id].sdo
 
 

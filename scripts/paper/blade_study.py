@@ -11,7 +11,7 @@ from controller.feedforward.experiment import Bench
 from controller.feedforward.leg import LEAD_IN, rows_of, with_rest
 from controller.feedforward.stage import Stage, feed_velocity
 from controller.identification.filtering import derivative, zero_phase
-from controller.jerk_limited import Limits
+from controller.jerk_limited import MotionLimits
 from controller.joint_path import JointPath
 from controller.motion import positions_now
 from controller.scara.arm import Arm
@@ -21,7 +21,7 @@ from controller.scara.wafer import BladeMotion, Wafer, blade_motion, slip_margin
 from paper.bench import Seen, Witness
 from paper.results import CarriedPhase, StraightMove
 
-LINE = Limits(speed=1.0, acceleration=5.0, jerk=100.0)
+LINE = MotionLimits(speed=1.0, acceleration=5.0, jerk=100.0)
 """Of the empty blade along a line: m/s, m/s², m/s³."""
 
 REACH = (0.36, 0.62)

@@ -50,8 +50,10 @@ class TorqueComparison:
 def torque_along_a_move() -> TorqueComparison:
     """All axes from rest to rest together through most of their travel, the arm unfolding."""
     arm, period = load_arm(), 0.002
-    low, high = (0.1 * np.array(ends) for ends in zip(*_travels(arm.machine), strict=True))
-    path = synchronised(low * 9.0 + high, low + high * 9.0, arm.limits).sample(period)
+    travels = _travels(arm.machine)
+    start = [0.9 * low + 0.1 * high for low, high in travels]
+    end = [0.1 * low + 0.9 * high for low, high in travels]
+    path = synchronised(start, end, arm.limits).sample(period)
     states = States(path.position, path.velocity, path.acceleration)
     links = from_model(arm.machine.model_path)
     return TorqueComparison(

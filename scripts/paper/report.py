@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from controller.feedforward.metrics import Tracking
@@ -11,7 +10,7 @@ from controller.feedforward.stage import Stage
 from controller.identification.result import Parameter
 from controller.identification.wording import number
 from controller.scara.dynamics import PARAMETERS
-from drivetwin.html_page import figure_div, write_page
+from drivetwin.html_page import figure_div, table, write_page
 from paper.blade_study import LINE, REACH, SAFETY, WAFER
 from paper.figures import (
     MICRO,
@@ -73,7 +72,7 @@ def _times(study: Study) -> str:
     )
     return _section(
         "Table 2: settling and deceleration time",
-        _table(head, rows, numeric=range(2, 10)),
+        table(head, rows, numeric=range(2, 10)),
         "Without: the velocity fed forward. With: velocity and torque of the identified arm and its friction; the last two "
         "columns: with the friction of eq. 14 alone, Coulomb and viscous. Settling: from the start until the tracking "
         "difference stays within 5 % of the baseline's peak around its cruise value; deceleration: from the start of "
@@ -94,7 +93,7 @@ def _errors(study: Study) -> str:
     by = ("Axis", "torque", "torque by eq. 14", "learning after eq. 14", "learning after the full torque")
     return _section(
         "Peak tracking error",
-        _table(head, peaks, numeric=range(2, 8)) + "<h3>Lower by a factor of</h3>" + _table(by, factors, numeric=range(1, 5)),
+        table(head, peaks, numeric=range(2, 8)) + "<h3>Lower by a factor of</h3>" + table(by, factors, numeric=range(1, 5)),
         "Torque: against velocity alone. Learning: the peak after five repetitions against that of its own first run, which "
         "has learned nothing. After the full torque there is hardly more to learn than the noise of the torque at rest.",
     )
@@ -117,8 +116,8 @@ def _dynamics(study: Study) -> str:
         ("dynamics: max |a - b| / max |b| from MuJoCo's inverse dynamics", f"{study.dynamics.mujoco:.1e}"),
         ("dynamics: the same from Pinocchio's", f"{study.dynamics.pinocchio:.1e}"),
     ]
-    table = _table(("On random states over the workspace", "greatest difference"), rows, numeric=(1,))
-    return _section("Fig. 4: calculated against toolbox", table + figure_div(torque_figure(study.compared)))
+    shown = table(("On random states over the workspace", "greatest difference"), rows, numeric=(1,))
+    return _section("Fig. 4: calculated against toolbox", shown + figure_div(torque_figure(study.compared)))
 
 
 def _identification(study: Study) -> str:
@@ -136,7 +135,7 @@ def _identification(study: Study) -> str:
     head = ("", "what it is", "unit", "identified", "90 % interval", "true", "error")
     return _section(
         "Base parameters and friction, from captured torque",
-        _table(head, rows, numeric=range(3, 7)),
+        table(head, rows, numeric=range(3, 7)),
         "One regression over strokes, excitation of each axis, and all axes moving together. The controller's drawing is 2 to "
         "3 % off the machine; the moments across forearm and blade are left out where nothing proves them.",
     )
@@ -144,10 +143,10 @@ def _identification(study: Study) -> str:
 
 def _blade(study: Study) -> str:
     peaks = [(stage.value, f"{1e6 * float(off.max()):.0f}") for stage, off in study.straight.off.items()]
-    table = _table(("feed-forward", "greatest true distance from the line [um]"), peaks, numeric=(1,))
+    shown = table(("feed-forward", "greatest true distance from the line [um]"), peaks, numeric=(1,))
     return _section(
         "The blade on a straight line",
-        table + figure_div(straightness_figure(study.straight)),
+        shown + figure_div(straightness_figure(study.straight)),
         f"Stretch move from {REACH[0]:g} to {REACH[1]:g} m from the column, up to {LINE.speed:g} m/s and "
         f"{LINE.acceleration:g} m/s². The blade's position is the plant's own: the encoders do not see how the belts give way.",
     )
@@ -160,7 +159,7 @@ def _wafer(study: Study) -> str:
     ]
     return _section(
         "A wafer carried from station to station",
-        _table(("phase", "s", "planned margin", "true margin"), rows, numeric=range(1, 4)),
+        table(("phase", "s", "planned margin", "true margin"), rows, numeric=range(1, 4)),
         f"Margin: friction that the pads give over what the motion takes; below 1 the wafer may slip. mu = {WAFER.friction:g} "
         f"(an assumption), a blade that may lean by 1 degree, planned for {SAFETY:g}. The true margin is of the acceleration "
         "that the wafer's centre truly has, up to 60 Hz.",
@@ -176,7 +175,7 @@ def _by_offsets(study: Study) -> str:
     head = ("Axis", "Time", "without [ms]", "with [ms]", "ratio", "peak error lower by")
     return _section(
         "The same on drives of the full CiA 402 profile",
-        _table(head, rows, numeric=range(2, 6)),
+        table(head, rows, numeric=range(2, 6)),
         "Cyclic synchronous position, velocity as 60B1h and torque (with Stribeck) as 60B2h, both streamed with the set-points "
         "in a cycle of 2 ms: with 60B1h, three axes no longer fit into 1 ms of 1 Mbit/s.",
     )
@@ -205,14 +204,3 @@ def _estimate(found: Parameter, true: float) -> tuple[str, str, str, str]:
 
 def _section(title: str, body: str, note: str = "") -> str:
     return f"<section><h2>{html.escape(title)}</h2>{body}" + (f'<p class="note">{note}</p>' if note else "") + "</section>"
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]], numeric: Iterable[int]) -> str:
-    """Cells are HTML; columns of `numeric` are set to the right."""
-    right = set(numeric)
-
-    def cells(tag: str, row: Sequence[str]) -> str:
-        return "".join(f'<{tag} class="{"n" if column in right else ""}">{cell}</{tag}>' for column, cell in enumerate(row))
-
-    body = "".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
-    return f'<div class="scroll"><table><tr>{cells("th", head)}</tr>{body}</table></div>'
