@@ -6,6 +6,7 @@ On a ServoOne 2182h in per cent of the motor's rated torque at 2183h in rpm, CON
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from controller.friction_table import POINTS, FrictionTable, Point, friction_tab
 from controller.identification.friction_law import FrictionLaw
 from controller.stop import WITHOUT_VOLTAGE
 from drive_profiles import DriveProfile, Role
-from drivetwin.errors import UserError
+from drivetwin.errors import InterruptedByUserError, UserError
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,14 @@ class Change:
     before: tuple[Point, ...]
     table: FrictionTable
     rated_torque: float
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A change and the drive that it is planned for."""
+
+    drive: DriveNode
+    change: Change
 
 
 def check_drive_type(profile: DriveProfile) -> None:
@@ -43,7 +52,7 @@ def plan(drive: DriveNode, law: FrictionLaw) -> Change:
     _check_without_voltage(drive)
     change = Change(read_points(drive), friction_table(law, drive.axis), drive.rated_torque)
     _check_torque(drive, change)
-    for value, index, subindex in _raw(drive, change):
+    for value, index, subindex in _raw(drive, change.table.points):
         _check_range(drive, value, index, subindex)
     return change
 
@@ -60,31 +69,65 @@ def read_points(drive: DriveNode) -> tuple[Point, ...]:
     )
 
 
-def write_friction(drive: DriveNode, change: Change) -> None:
-    """Write a planned table, each value read back.
+def write_friction(planned: Sequence[Planned]) -> None:
+    """Write planned tables, each value read back: all of them, or none.
 
-    Raises UserError where voltage has come on since, or the drive refuses a value.
+    Whatever ends it early, the former values are put back, and what it raises says of which drives. Raises UserError where
+    voltage has come on since, or a drive refuses a value; for Ctrl-C InterruptedByUserError.
     """
-    _check_without_voltage(drive)
+    for one in planned:
+        _check_without_voltage(one.drive)
+    touched: list[Planned] = []
     try:
-        for value, index, subindex in _raw(drive, change):
-            drive.write(value, index, subindex)
+        for one in planned:
+            touched.append(one)
+            for value, index, subindex in _raw(one.drive, one.change.table.points):
+                one.drive.write(value, index, subindex)
+    except KeyboardInterrupt:
+        raise InterruptedByUserError(f"interrupted; {_put_back(touched)}") from None
     except UserError as error:
-        raise UserError(f"{error}; its friction table is half written: write it again before the axis moves") from None
+        raise type(error)(f"{error}; {_put_back(touched)}") from None
+    except BaseException as error:
+        error.add_note(_put_back(touched))
+        raise
+
+
+def _put_back(touched: Sequence[Planned]) -> str:
+    """Write the former values, each drive whatever befalls the others; what became of the tables."""
+    back, doubtful = [], []
+    for one in touched:
+        try:
+            _restore(one.drive, one.change.before)
+            back.append(one.drive.where())
+        except (UserError, KeyboardInterrupt) as error:
+            doubtful.append(f"{one.drive.where()} ({error or 'interrupted'})")
+    told = [f"the former friction table of {', '.join(back)} is back"] if back else []
+    if doubtful:
+        told.append(f"NOT KNOWN TO BE BACK: {', '.join(doubtful)}: write it again before the axis moves")
+    return "; ".join(told)
+
+
+def _restore(drive: DriveNode, former: Sequence[Point]) -> None:
+    """Write what differs from the former table: what the drive refused has not changed, and would be refused again."""
+    _check_without_voltage(drive)
+    now = _raw(drive, read_points(drive))
+    for value, index, subindex in _raw(drive, former):
+        if (value, index, subindex) not in now:
+            drive.write(value, index, subindex)
 
 
 def _roles(drive: DriveNode) -> tuple[Role, Role]:
     return drive.profile.roles["friction_torque"], drive.profile.roles["friction_speed"]
 
 
-def _raw(drive: DriveNode, change: Change) -> list[tuple[float, int, int]]:
-    """Raw value, index and sub-index of each entry to write."""
+def _raw(drive: DriveNode, points: Sequence[Point]) -> list[tuple[float, int, int]]:
+    """Raw value, index and sub-index of each entry of a table."""
     torque, speed = _roles(drive)
     return [
         entry
-        for number, point in enumerate(change.table.points)
+        for number, point in enumerate(points)
         for entry in (
-            (point.torque / change.rated_torque / torque.si_per_unit, torque.index, torque.subindex + number),
+            (point.torque / drive.rated_torque / torque.si_per_unit, torque.index, torque.subindex + number),
             (point.speed / speed.si_per_unit, speed.index, speed.subindex + number),
         )
     ]

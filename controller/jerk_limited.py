@@ -13,7 +13,7 @@ from drivetwin.errors import UserError
 
 
 @dataclass(frozen=True)
-class Limits:
+class MotionLimits:
     """Most speed [m/s or rad/s], acceleration [m/s² or rad/s²] and jerk [m/s³ or rad/s³] of a move, both ways alike.
 
     Raises UserError naming the one that is not positive and finite.
@@ -126,7 +126,7 @@ class JerkLimited:
         return way, velocity, jerk * (rising - falling)
 
 
-def jerk_limited(start: float, end: float, limits: Limits) -> JerkLimited:
+def jerk_limited(start: float, end: float, limits: MotionLimits) -> JerkLimited:
     """The quickest profile from rest at `start` to rest at `end` within `limits`, in closed form.
 
     Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots, 2008, sec. 3.4 with both end velocities 0:
@@ -145,7 +145,7 @@ def jerk_limited(start: float, end: float, limits: Limits) -> JerkLimited:
     return JerkLimited(start, end, cbrt(way) / cbrt(2.0 * limits.jerk), 0.0, 0.0)
 
 
-def _ramp_to(speed: float, limits: Limits) -> tuple[float, float]:
+def _ramp_to(speed: float, limits: MotionLimits) -> tuple[float, float]:
     """Seconds of a jerk segment, and of the whole ramp from rest to `speed`."""
     if speed * limits.jerk >= limits.acceleration**2:
         jerk_time = limits.acceleration / limits.jerk

@@ -10,7 +10,7 @@ from typing import Protocol, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.jerk_limited import Limits
+from controller.jerk_limited import MotionLimits
 from controller.machine import Axis
 
 Rows = NDArray[np.float64]
@@ -61,9 +61,9 @@ class Move(Protocol):
 AnyMove = TypeVar("AnyMove", bound=Move)
 
 
-def limits_of(axis: Axis, jerk_time: float = JERK_TIME) -> Limits:
+def limits_of(axis: Axis, jerk_time: float = JERK_TIME) -> MotionLimits:
     """Limits of an axis (axes.yaml); its jerk is such that full acceleration takes `jerk_time` seconds."""
-    return Limits(axis.max_speed, axis.max_acceleration, axis.max_acceleration / jerk_time)
+    return MotionLimits(axis.max_speed, axis.max_acceleration, axis.max_acceleration / jerk_time)
 
 
 def slowed(move: AnyMove, period: float, stretch: Callable[[JointPath], float]) -> AnyMove:
@@ -77,7 +77,7 @@ def slowed(move: AnyMove, period: float, stretch: Callable[[JointPath], float]) 
     return move
 
 
-def axis_stretch(path: JointPath, limits: Sequence[Limits]) -> float:
+def axis_stretch(path: JointPath, limits: Sequence[MotionLimits]) -> float:
     """The factor by which the time of `path` has to grow until every axis keeps its speed and acceleration.
 
     k times the time divides speeds by k and accelerations by k².

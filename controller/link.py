@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from types import TracebackType
 
 import can
@@ -29,13 +30,21 @@ class PumpedSdoClient(SdoClient):
 
     def read_response(self) -> bytes:
         """Next answer of the server, as `SdoClient.read_response`."""
+        try:
+            self._await_response()
+        except KeyboardInterrupt:
+            with suppress(SdoCommunicationError):
+                self._await_response()  # else the next request, of whoever cleans up, would take it for its own
+            raise
+        response: bytes = super().read_response()  # type: ignore[no-untyped-call]  # canopen
+        return response
+
+    def _await_response(self) -> None:
         deadline = time.monotonic() + self.RESPONSE_TIMEOUT
         while self.responses.empty():
             left = deadline - time.monotonic()
             if not self.network.pump(left) and left <= 0.0:
                 raise SdoCommunicationError("No SDO response received")
-        response: bytes = super().read_response()  # type: ignore[no-untyped-call]  # canopen
-        return response
 
 
 class PumpedNode(canopen.RemoteNode):

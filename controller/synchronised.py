@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from controller.jerk_limited import JerkLimited, Limits, jerk_limited
+from controller.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 from controller.joint_path import JointPath
 from drivetwin.errors import UserError
 
@@ -44,7 +44,7 @@ class Synchronised:
         return replace(self, phase=self.phase.scaled_to(duration))
 
 
-def synchronised(start: Sequence[float], end: Sequence[float], limits: Sequence[Limits]) -> Synchronised:
+def synchronised(start: Sequence[float], end: Sequence[float], limits: Sequence[MotionLimits]) -> Synchronised:
     """The quickest straight line in joint space within the limits of every axis; all axes start and end together.
 
     An axis's limits over its way are limits of the common phase, and the tightest of each kind counts: the slowest axis rules,
@@ -57,7 +57,7 @@ def synchronised(start: Sequence[float], end: Sequence[float], limits: Sequence[
     ways = [(abs(b - a), limit) for a, b, limit in zip(start, end, limits, strict=True) if abs(b - a) > _STANDS]
     if not ways:
         return Synchronised(tuple(start), tuple(end), JerkLimited(1.0, 1.0, 0.0, 0.0, 0.0))
-    tightest = Limits(
+    tightest = MotionLimits(
         speed=min(limit.speed / way for way, limit in ways),
         acceleration=min(limit.acceleration / way for way, limit in ways),
         jerk=min(limit.jerk / way for way, limit in ways),

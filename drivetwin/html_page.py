@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import plotly.graph_objects as go
@@ -24,7 +24,7 @@ h2 { margin: 0 0 8px; font-size: 20px; color: var(--accent); } h3 { margin: 20px
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; margin: 8px 0; }
 th { text-align: left; font-weight: 600; color: var(--soft); font-size: 13px; }
 th, td { padding: 5px 12px 5px 0; border-bottom: 1px solid var(--line); white-space: nowrap; }
-td.n, th.n { text-align: right; } td.in { color: var(--good); } td.out { color: var(--bad); font-weight: 600; }
+td.n, th.n { text-align: right; } .in { color: var(--good); } .out { color: var(--bad); font-weight: 600; }
 ul { margin: 8px 0; padding-left: 20px; } .note { color: var(--soft); }
 """
 
@@ -44,3 +44,16 @@ def write_page(path: Path, title: str, sections: Sequence[str]) -> None:
 def figure_div(figure: go.Figure) -> str:
     """An interactive figure within a section."""
     return str(figure.to_html(full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True}))
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], numeric: Iterable[int]) -> str:
+    """A table within a section: cells are HTML, columns of `numeric` are set to the right; a short row's last cell fills it."""
+    right = set(numeric)
+
+    def line(tag: str, row: Sequence[str]) -> str:
+        cells = [f'<{tag} class="n">{cell}</{tag}>' if at in right else f"<{tag}>{cell}</{tag}>" for at, cell in enumerate(row)]
+        if len(row) < len(head):
+            cells[-1] = f"<{tag} colspan={len(head) - len(row) + 1}>{row[-1]}</{tag}>"
+        return f"<tr>{''.join(cells)}</tr>"
+
+    return f'<div class="scroll"><table>{line("th", head)}{"".join(line("td", row) for row in rows)}</table></div>'

@@ -7,7 +7,7 @@ from math import ceil
 
 import numpy as np
 
-from controller.jerk_limited import JerkLimited, Limits, jerk_limited
+from controller.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 from controller.joint_path import JointPath, Rows
 
 LEAD_IN = 0.03
@@ -42,7 +42,7 @@ class Leg:
         return replace(self, profile=replace(profile, start=profile.end, end=profile.start))
 
 
-def leg(rest: Rows, axis: int, end: float, limits: Limits) -> Leg:
+def leg(rest: Rows, axis: int, end: float, limits: MotionLimits) -> Leg:
     """From `rest` (axes,) [m or rad] to where the axis is at `end`, as quick as `limits` allow."""
     return Leg(axis, rest, jerk_limited(float(rest[axis]), end, limits))
 

@@ -13,6 +13,7 @@ from drivetwin.recording.recording import Samples
 
 _COLLINEAR = 0.02
 _WEIGHT_RATIO = 10.0
+_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,20 @@ def identifiable(design: Design) -> tuple[Label, ...]:
         if share_beside(design.matrix[:, kept] * root[:, None], values) > _COLLINEAR:
             kept.append(index)
     return tuple(design.terms[index] for index in kept)
+
+
+def told(design: Design) -> tuple[Label, ...]:
+    """The terms whose column keeps 2 % of its norm beside all others, whatever their order: of a pair that is alike, neither.
+
+    The share is 1 / sqrt of the variance inflation, here by singular values (Belsley, Kuh, Welsch, Regression Diagnostics,
+    1980, 3.2), so that columns which are alike, or zero, do not touch what is said of the others.
+    """
+    matrix = design.matrix * np.sqrt(design.weight)[:, None]
+    norm = np.linalg.norm(matrix, axis=0)
+    triangle = np.linalg.qr(matrix / np.where(norm > 0.0, norm, 1.0), mode="r")
+    _, singular, directions = np.linalg.svd(triangle)
+    inflation = np.sum((directions / np.maximum(singular, _ROUNDING)[:, None]) ** 2, axis=0)
+    return tuple(term for term, factor in zip(design.terms, inflation, strict=True) if factor < _COLLINEAR**-2)
 
 
 def share_beside(matrix: Samples, values: Samples) -> float:

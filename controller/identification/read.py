@@ -76,6 +76,11 @@ def _law(path: Path, name: str, axis: _Axis, exponent: float) -> FrictionLaw:
             f"{path}: axis {name} has no {' and no '.join(missing)} friction, so that its friction is not known at every "
             "speed: identify it from strokes at several speeds in both directions"
         )
+    if lacking := [key for key in _parts(axis) if key not in found]:
+        raise UserError(
+            f"{path}: axis {name} has no {' and no '.join(lacking)}, which its other entries call for: "
+            "take the file as `drivetwin identify` or `drivetwin fit` wrote it"
+        )
     symmetric = FrictionLaw(
         coulomb=found["coulomb"],
         viscous=found["viscous"],
@@ -85,6 +90,16 @@ def _law(path: Path, name: str, axis: _Axis, exponent: float) -> FrictionLaw:
         stribeck_exponent=found.get("stribeck_exponent", exponent),
     )
     return _by_direction(symmetric, found) if axis.direction.real else symmetric
+
+
+_DIRECTIONAL = ("coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative")
+_STRIBECK = ("static_torque", "stribeck_velocity")
+
+
+def _parts(axis: _Axis) -> tuple[str, ...]:
+    """What the law of an axis has besides Coulomb and viscous friction: one part of a term calls for the others."""
+    stribeck = _STRIBECK if any(key in axis.parameters for key in _STRIBECK) else ()
+    return (*(_DIRECTIONAL if axis.direction.real else ()), *stribeck)
 
 
 def _by_direction(law: FrictionLaw, found: dict[str, float]) -> FrictionLaw:

@@ -10,7 +10,7 @@ from controller.identification.figures import residual_figure, torque_speed_figu
 from controller.identification.result import AxisIdentification, Identification, Test, Truth
 from controller.identification.truth import percent_error, true_law, true_value
 from controller.identification.wording import LABELS, number, summary_lines
-from drivetwin.html_page import figure_div, write_page
+from drivetwin.html_page import figure_div, table, write_page
 
 
 def write_report(identification: Identification, path: Path, truth: Truth, title: str) -> None:
@@ -55,56 +55,42 @@ def _parameters(result: AxisIdentification, truth: Mapping[str, float] | None) -
     for name, parameter in result.parameters.items():
         low, high = parameter.interval
         cells = [
-            f"<td>{LABELS.get(name, name)}</td>",
-            f'<td class="n">{number(parameter.value)}</td>',
-            f'<td class="n">{number(low)} &hellip; {number(high)}</td>',
-            f"<td>{html.escape(parameter.unit)}</td>",
+            LABELS.get(name, name),
+            number(parameter.value),
+            f"{number(low)} &hellip; {number(high)}",
+            html.escape(parameter.unit),
         ]
-        rows.append(
-            "<tr>" + "".join(cells) + (_truth_cells(parameter.value, low, high, true_value(known, name)) if known else "")
-        )
-    missing = "".join(
-        f"<tr><td>{LABELS.get(name, name)}</td><td colspan={len(head) - 1} class=note>not identifiable: "
-        f"{html.escape(why)}</td></tr>"
-        for name, why in result.unidentifiable.items()
-    )
-    titles = "".join(f'<th class="{"n" if title in _NUMERIC else ""}">{title}</th>' for title in head)
-    return f'<div class="scroll"><table><tr>{titles}</tr>{"</tr>".join(rows)}</tr>{missing}</table></div>'
+        rows.append(cells + (_truth_cells(parameter.value, low, high, true_value(known, name)) if known else []))
+    for name, why in result.unidentifiable.items():
+        rows.append([LABELS.get(name, name), f'<span class="note">not identifiable: {html.escape(why)}</span>'])
+    return table(head, rows, numeric=(1, 2, 4, 5))
 
 
-_NUMERIC = ("Identified", "90 % interval", "True", "Error")
-
-
-def _truth_cells(value: float, low: float, high: float, true: float | None) -> str:
+def _truth_cells(value: float, low: float, high: float, true: float | None) -> list[str]:
     if true is None:
-        return "<td></td><td></td><td></td>"
+        return ["", "", ""]
     error = percent_error(value, true)
     shown = f"{error:+.2f} %" if error is not None else "&ndash;"
     inside = low <= true <= high
-    verdict = '<td class="in">yes</td>' if inside else '<td class="out">no</td>'
-    return f'<td class="n">{number(true)}</td><td class="n">{shown}</td>{verdict}'
+    return [number(true), shown, '<span class="in">yes</span>' if inside else '<span class="out">no</span>']
 
 
 def _errors(result: AxisIdentification) -> str:
     """Relative errors of both laws on both kinds of recording."""
-    rows = [
+    laws = [
         ("symmetric friction", result.relative_error, result.validation_relative_error),
         ("friction by direction", result.relative_error_directional, result.validation_relative_error_directional),
     ]
     validated = result.validation_relative_error is not None
-    head = '<tr><th>Relative error |measured - model| / |measured|</th><th class="n">fitted recordings</th>' + (
-        '<th class="n">validation recordings</th></tr>' if validated else "</tr>"
-    )
-    body = "".join(
-        f"<tr><td>{name}</td>{_percent(fitted)}{_percent(held) if validated else ''}</tr>"
-        for name, fitted, held in rows
-        if fitted is not None
-    )
-    return f'<div class="scroll"><table>{head}{body}</table></div>'
+    head = ["Relative error |measured - model| / |measured|", "fitted recordings"]
+    rows = [
+        [name, _percent(fitted), *([_percent(held)] if validated else [])] for name, fitted, held in laws if fitted is not None
+    ]
+    return table(head + (["validation recordings"] if validated else []), rows, numeric=(1, 2))
 
 
 def _percent(value: float | None) -> str:
-    return f'<td class="n">{value:.2%}</td>' if value is not None else '<td class="n">&ndash;</td>'
+    return f"{value:.2%}" if value is not None else "&ndash;"
 
 
 def _verdicts(result: AxisIdentification) -> str:

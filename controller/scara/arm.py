@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.jerk_limited import Limits
+from controller.jerk_limited import MotionLimits
 from controller.joint_path import limits_of
 from controller.machine import Machine, load_machine
 from controller.scara.geometry import Geometry, Travel, load_geometry, travel_of
@@ -21,7 +21,7 @@ class Arm:
     machine: Machine
 
     @property
-    def limits(self) -> tuple[Limits, Limits, Limits]:
+    def limits(self) -> tuple[MotionLimits, MotionLimits, MotionLimits]:
         """Speed, acceleration and jerk of lift, rotate, stretch."""
         lift, rotate, stretch = (limits_of(self.machine.axes[name]) for name in ("lift", "rotate", "stretch"))
         return lift, rotate, stretch

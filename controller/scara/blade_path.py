@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from controller.jerk_limited import JerkLimited, Limits, jerk_limited
+from controller.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 from controller.joint_path import JointPath, Rows, axis_stretch, slowed
 from controller.scara.arm import Arm
 from controller.scara.geometry import Geometry
@@ -64,7 +64,7 @@ class BladeLine:
         return joint_path(self.geometry, tool, period)
 
 
-def blade_line(arm: Arm, start: Point, end: Point, along: Limits, period: float) -> BladeLine:
+def blade_line(arm: Arm, start: Point, end: Point, along: MotionLimits, period: float) -> BladeLine:
     """The straight line from `start` to `end` within the axes' limits and `along`: speed, acceleration, jerk of the tool point.
 
     Where an axis would be too fast, the whole line gets slower. Raises UserError where the line leaves the workspace: where on

@@ -16,7 +16,7 @@ import numpy as np
 
 from controller.identification.covariance import hac_covariance
 from controller.identification.friction_law import FrictionLaw
-from controller.identification.least_squares import Solution, solve
+from controller.identification.least_squares import Solution, solve, told
 from controller.identification.model import Model
 from controller.identification.motion import AxisMotion, AxisSamples, axis_motions, select, standstill_velocity
 from controller.identification.regressors import Design, Label, Stribeck, Term, column
@@ -67,13 +67,14 @@ def identify_arm(
     """Base parameters and friction of the arm from `recordings` of lift, rotate and stretch.
 
     `laws` give the shape of each axis's Stribeck curve (its velocity and exponent), found where the axes moved slowly; the
-    torques are fitted anew. Raises UserError where an axis is not recorded, or never moves.
+    torques are fitted anew. Raises UserError where an axis is not recorded, or never moves, and where the motion does not tell
+    a parameter from the others, naming those and the motion that does.
     """
     pieces = [axis_motions(model, recording, settings.cutoff_hz) for recording in recordings]
     _refuse_missing(recordings, pieces)
     samples = _samples(pieces, settings)
     shapes = {axis: _shape(laws[axis]) for axis in AXES}
-    design = _design(pieces, samples, shapes)
+    design = _told(_design(pieces, samples, shapes))
     design = _without_symmetric(_weighted(design, solve(design)), settings)
     solution = solve(design)
     covariance = hac_covariance(design, design.matrix, solution.residual)
@@ -175,6 +176,50 @@ def _weighted(design: Design, solution: Solution) -> Design:
         rows = (axis == number) & (design.weight > 0.0)
         weight[axis == number] /= float(np.mean(solution.residual[rows] ** 2))
     return replace(design, weight=weight)
+
+
+_FOLDED_AND_STRETCHED = "rotate accelerating with the arm folded and with it stretched"
+_OVER_THE_TRAVEL = "stretch accelerating all over its travel"
+_TOLD_BY = {
+    "moving_mass": "lift moving both ways",
+    "lift_armature": "lift accelerating",
+    "rotate_inertia": _FOLDED_AND_STRETCHED,
+    "blade_moment": _FOLDED_AND_STRETCHED,
+    "stretch_inertia": _OVER_THE_TRAVEL,
+    "forearm_moment": _OVER_THE_TRAVEL,
+    "coupling_inertia": "rotate and stretch accelerating together",
+} | {_name(axis, term): f"{axis} moving at several speeds both ways" for axis in AXES for term in _UNITS[axis]}
+"""The motion that tells a parameter from the others; moments across are left out where nothing does."""
+
+
+def _told(design: Design) -> Design:
+    """The design without moments across that the motion does not tell. Raises UserError where it does not tell another one.
+
+    No parameter stands both in the lift's rows and in others, so that newtons beside newton metres do no harm here.
+    """
+    moved = _moved(design)
+    known = told(design.pick(moved))
+    design = design.pick([label for label in design.terms if label in known or label not in ACROSS])
+    known = told(design.pick([label for label in design.terms if label in moved]))
+    by_motion: dict[str, list[str]] = {}
+    for label in design.terms:
+        if label not in known:
+            by_motion.setdefault(_TOLD_BY[str(label)], []).append(str(label))
+    if by_motion:
+        untold = "; ".join(f"{', '.join(labels)} (told by {motion})" for motion, labels in by_motion.items())
+        raise UserError(f"the recordings do not tell {untold}: record such motion as well, as capture_together does")
+    return design
+
+
+_RIPPLE = 0.02
+"""Of rotate's acceleration: what a parameter [kg·m²] acts through has to be more than axes that hold give way."""
+
+
+def _moved(design: Design) -> list[Label]:
+    """The terms whose column is more than ripple."""
+    norm = dict(zip(design.terms, np.linalg.norm(design.matrix * np.sqrt(design.weight)[:, None], axis=0), strict=True))
+    turning = [meaning.name for meaning in PARAMETERS if meaning.unit == "kg·m²"]
+    return [label for label in design.terms if label not in turning or norm[label] > _RIPPLE * norm["rotate_inertia"]]
 
 
 def _without_symmetric(design: Design, settings: Settings) -> Design:

@@ -46,7 +46,7 @@ class PositionBranches:
 
 
 @dataclass(frozen=True)
-class Link:
+class DhRow:
     """One row of a modified DH table: alpha_(i-1) [rad], a_(i-1) [m], d_i [m], theta_i [rad]; d and theta of shape (...)."""
 
     alpha: float
@@ -55,7 +55,7 @@ class Link:
     theta: Samples
 
 
-def transform(link: Link) -> Samples:
+def transform(link: DhRow) -> Samples:
     """Frame i seen from frame i-1, (..., 4, 4): Craig, Introduction to Robotics, 3rd ed., eq. 3.6."""
     d, theta = np.broadcast_arrays(link.d, link.theta)
     ca, sa, ct, st = np.cos(link.alpha), np.sin(link.alpha), np.cos(theta), np.sin(theta)
@@ -69,7 +69,7 @@ def transform(link: Link) -> Samples:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def chain(links: tuple[Link, ...]) -> Samples:
+def chain(links: tuple[DhRow, ...]) -> Samples:
     """The last frame seen from the base, (..., 4, 4)."""
     frame: Samples = np.eye(4)
     for link in links:
@@ -77,17 +77,17 @@ def chain(links: tuple[Link, ...]) -> Samples:
     return frame
 
 
-def links(geometry: Geometry, joints: Samples) -> tuple[Link, ...]:
+def links(geometry: Geometry, joints: Samples) -> tuple[DhRow, ...]:
     """The modified DH table for `joints` (..., 3): joints 1 to 5 and the tool."""
     lift, theta2, theta3, theta4, theta5 = np.moveaxis(joints @ BELTS.T + BELT_OFFSET, -1, 0)
     none = np.zeros_like(lift)
     return (
-        Link(0.0, 0.0, geometry.column + lift, none),
-        Link(0.0, 0.0, none, theta2),
-        Link(0.0, 0.0, none + geometry.d3, theta3),
-        Link(0.0, geometry.arm, none + geometry.d4, theta4),
-        Link(0.0, geometry.arm, none + geometry.d5, theta5),
-        Link(0.0, geometry.blade, none, none),
+        DhRow(0.0, 0.0, geometry.column + lift, none),
+        DhRow(0.0, 0.0, none, theta2),
+        DhRow(0.0, 0.0, none + geometry.d3, theta3),
+        DhRow(0.0, geometry.arm, none + geometry.d4, theta4),
+        DhRow(0.0, geometry.arm, none + geometry.d5, theta5),
+        DhRow(0.0, geometry.blade, none, none),
     )
 
 

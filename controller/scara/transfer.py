@@ -7,7 +7,7 @@ from enum import Enum
 from itertools import pairwise
 from math import cos, sin
 
-from controller.jerk_limited import Limits
+from controller.jerk_limited import MotionLimits
 from controller.joint_path import AnyMove, JointPath, joined, slowed
 from controller.scara.arm import Arm
 from controller.scara.blade_path import Point, blade_line
@@ -55,7 +55,7 @@ class Handler:
 
     arm: Arm
     wafer: Wafer
-    line: Limits
+    line: MotionLimits
     clearance: float
     safety: float
     period: float

@@ -7,7 +7,7 @@ from math import atan, degrees, pi, sqrt, tan
 
 import numpy as np
 
-from controller.jerk_limited import Limits
+from controller.jerk_limited import MotionLimits
 from controller.joint_path import JointPath, Rows
 from controller.scara.dynamics import GRAVITY
 from controller.scara.geometry import Geometry
@@ -87,12 +87,12 @@ def wafer_stretch(wafer: Wafer, geometry: Geometry, path: JointPath, safety: flo
     return sqrt(max(float(needed.max(initial=0.0)), 0.0) / GRAVITY)
 
 
-def line_limits(limits: Limits, wafer: Wafer, safety: float) -> Limits:
+def line_limits(limits: MotionLimits, wafer: Wafer, safety: float) -> MotionLimits:
     """Limits of a level stretch move with the wafer on: no more acceleration than friction gives, jerk in proportion."""
     return _gentler(limits, limits.speed, wafer.level_friction * GRAVITY / safety)
 
 
-def turn_limits(limits: Limits, wafer: Wafer, reach: float, safety: float) -> Limits:
+def turn_limits(limits: MotionLimits, wafer: Wafer, reach: float, safety: float) -> MotionLimits:
     """Limits of rotate with the wafer on at `reach` [m]: speed by the centripetal acceleration, acceleration by the pads.
 
     Each alone; where both come together it takes `wafer_stretch` besides.
@@ -118,7 +118,7 @@ def _turning_lever(wafer: Wafer) -> float:
     return wafer.radius**2 / (2.0 * wafer.pad_radius)
 
 
-def _gentler(limits: Limits, speed: float, acceleration: float) -> Limits:
+def _gentler(limits: MotionLimits, speed: float, acceleration: float) -> MotionLimits:
     """`limits` with no more than `speed` and `acceleration`, jerk in proportion to the acceleration."""
     share = min(1.0, acceleration / limits.acceleration)
-    return Limits(min(limits.speed, speed), share * limits.acceleration, share * limits.jerk)
+    return MotionLimits(min(limits.speed, speed), share * limits.acceleration, share * limits.jerk)

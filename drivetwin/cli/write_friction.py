@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from controller.drive_node import DriveNode
-from controller.friction_precontrol import check_drive_type, plan, write_friction
+from controller.friction_precontrol import Planned, check_drive_type, plan, write_friction
 from controller.friction_table import ALWAYS_ACTIVE, FrictionTable, Point, friction_table
 from controller.identification.friction_law import FrictionLaw
 from controller.identification.read import read_friction
@@ -91,13 +91,13 @@ def _chosen(identified: Path, machine: Machine, names: Sequence[str] | None) -> 
 def _write(link: Link, axes: Sequence[_Chosen], profile: DriveProfile, *, must_ask: bool, store: bool) -> None:
     """Check and show all, ask where that is due, then write all."""
     drives = [DriveNode(link, one.name, one.axis, profile) for one in axes]
-    changes = [plan(drive, one.law) for drive, one in zip(drives, axes, strict=True)]
-    for one, change in zip(axes, changes, strict=True):
+    planned = [Planned(drive, plan(drive, one.law)) for drive, one in zip(drives, axes, strict=True)]
+    for one, change in zip(axes, (each.change for each in planned), strict=True):
         _show(one, change.before, change.table, change.rated_torque)
     if must_ask and not typer.confirm(f"Write these tables to the drives on {link.wire.channel_info}?"):
         raise UserError("not confirmed; nothing was written")
-    for drive, change in zip(drives, changes, strict=True):
-        write_friction(drive, change)
+    write_friction(planned)
+    for drive in drives:
         console.print(f"{drive.where()}: written and read back", highlight=False)
     for drive in drives if store else ():
         drive.store_parameters()

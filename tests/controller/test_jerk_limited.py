@@ -10,7 +10,7 @@ import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.jerk_limited import JerkLimited, Limits, jerk_limited
+from controller.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 from drivetwin.errors import UserError
 from emulator.drive import profile_generator
 
@@ -19,18 +19,18 @@ ULPS = 1.0 + 1e-12
 
 positions = st.floats(-3.0, 3.0)
 limits_of_any_axis = st.builds(
-    Limits, speed=st.floats(0.01, 10.0), acceleration=st.floats(0.1, 100.0), jerk=st.floats(1.0, 10_000.0)
+    MotionLimits, speed=st.floats(0.01, 10.0), acceleration=st.floats(0.1, 100.0), jerk=st.floats(1.0, 10_000.0)
 )
 
 EVERY_CASE = {
-    "all seven segments": (1.0, Limits(1.0, 10.0, 200.0), (True, True)),
-    "no constant acceleration": (1.0, Limits(1.0, 100.0, 200.0), (False, True)),
-    "no cruise": (0.5, Limits(10.0, 10.0, 200.0), (True, False)),
-    "jerk only": (0.001, Limits(10.0, 10.0, 200.0), (False, False)),
+    "all seven segments": (1.0, MotionLimits(1.0, 10.0, 200.0), (True, True)),
+    "no constant acceleration": (1.0, MotionLimits(1.0, 100.0, 200.0), (False, True)),
+    "no cruise": (0.5, MotionLimits(10.0, 10.0, 200.0), (True, False)),
+    "jerk only": (0.001, MotionLimits(10.0, 10.0, 200.0), (False, False)),
 }
 
 
-def by_ruckig(start: float, end: float, limits: Limits) -> ruckig.Trajectory:
+def by_ruckig(start: float, end: float, limits: MotionLimits) -> ruckig.Trajectory:
     """Ruckig's time-optimal trajectory (Berscheid and Kröger, RSS 2021) from rest to rest."""
     task = ruckig.InputParameter(1)
     task.current_position, task.target_position = [start], [end]
@@ -43,7 +43,7 @@ def by_ruckig(start: float, end: float, limits: Limits) -> ruckig.Trajectory:
 @pytest.mark.parametrize(("way", "limits", "segments"), EVERY_CASE.values(), ids=EVERY_CASE.keys())
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_every_case_has_its_segments_and_is_ruckigs_trajectory(
-    way: float, limits: Limits, segments: tuple[bool, bool], sign: float
+    way: float, limits: MotionLimits, segments: tuple[bool, bool], sign: float
 ) -> None:
     profile = jerk_limited(0.3, 0.3 + sign * way, limits)
     assert (profile.hold_time > 0.0, profile.cruise_time > 0.0) == segments
@@ -59,7 +59,7 @@ def test_every_case_has_its_segments_and_is_ruckigs_trajectory(
 
 @given(start=positions, end=positions, limits=limits_of_any_axis)
 @settings(max_examples=300, deadline=None)
-def test_no_profile_is_slower_than_ruckigs(start: float, end: float, limits: Limits) -> None:
+def test_no_profile_is_slower_than_ruckigs(start: float, end: float, limits: MotionLimits) -> None:
     if abs(end - start) < 1e-6:  # Ruckig rounds shorter ways
         return
     assert jerk_limited(start, end, limits).duration == pytest.approx(by_ruckig(start, end, limits).duration, abs=1e-9)
@@ -67,7 +67,7 @@ def test_no_profile_is_slower_than_ruckigs(start: float, end: float, limits: Lim
 
 @given(start=positions, end=positions, limits=limits_of_any_axis)
 @settings(max_examples=150, deadline=None)
-def test_it_keeps_its_limits_and_ends_exactly_at_the_target(start: float, end: float, limits: Limits) -> None:
+def test_it_keeps_its_limits_and_ends_exactly_at_the_target(start: float, end: float, limits: MotionLimits) -> None:
     profile = jerk_limited(start, end, limits)
     motion = profile.sample(PERIOD)
     assert len(motion.position) == ceil(profile.duration / PERIOD)
@@ -84,7 +84,9 @@ def test_it_keeps_its_limits_and_ends_exactly_at_the_target(start: float, end: f
 
 
 @pytest.mark.parametrize(("way", "limits", "_segments"), EVERY_CASE.values(), ids=EVERY_CASE.keys())
-def test_velocity_and_acceleration_are_the_derivatives_of_the_position(way: float, limits: Limits, _segments: object) -> None:
+def test_velocity_and_acceleration_are_the_derivatives_of_the_position(
+    way: float, limits: MotionLimits, _segments: object
+) -> None:
     profile = jerk_limited(-1.0, -1.0 + way, limits)
     step = profile.duration / 10_000
     motion = profile.at(np.arange(10_001) * step)
@@ -98,7 +100,7 @@ def test_velocity_and_acceleration_are_the_derivatives_of_the_position(way: floa
 
 
 @pytest.mark.parametrize(("way", "limits", "_segments"), EVERY_CASE.values(), ids=EVERY_CASE.keys())
-def test_a_drive_that_plans_the_same_move_itself_goes_the_same_way(way: float, limits: Limits, _segments: object) -> None:
+def test_a_drive_that_plans_the_same_move_itself_goes_the_same_way(way: float, limits: MotionLimits, _segments: object) -> None:
     profile = jerk_limited(0.1, 0.1 + way, limits)
     bounds = profile_generator.Bounds(limits.speed, limits.acceleration, limits.acceleration, limits.jerk)
     drive = profile_generator.move_to(profile_generator.Motion(0.1, 0.0), 0.1 + way, bounds)
@@ -112,7 +114,7 @@ def test_a_drive_that_plans_the_same_move_itself_goes_the_same_way(way: float, l
 @given(start=positions, end=positions, limits=limits_of_any_axis, slower=st.floats(1.0, 20.0))
 @settings(max_examples=60, deadline=None)
 def test_scaled_to_a_longer_time_it_is_the_same_way_and_gentler(
-    start: float, end: float, limits: Limits, slower: float
+    start: float, end: float, limits: MotionLimits, slower: float
 ) -> None:
     profile = jerk_limited(start, end, limits)
     scaled = profile.scaled_to(slower * profile.duration)
@@ -128,13 +130,13 @@ def test_scaled_to_a_longer_time_it_is_the_same_way_and_gentler(
 
 
 def test_the_shortest_way_that_a_float_can_tell_is_a_move() -> None:
-    profile = jerk_limited(0.0, 5e-324, Limits(1.0, 10.0, 200.0))
+    profile = jerk_limited(0.0, 5e-324, MotionLimits(1.0, 10.0, 200.0))
     assert profile.jerk == pytest.approx(200.0)
     assert profile.sample(PERIOD).position.tolist() == [5e-324]
 
 
 def test_a_move_without_a_way_takes_no_time_and_can_wait() -> None:
-    profile = jerk_limited(0.7, 0.7, Limits(1.0, 1.0, 1.0))
+    profile = jerk_limited(0.7, 0.7, MotionLimits(1.0, 1.0, 1.0))
     assert profile.duration == 0.0
     assert len(profile.sample(PERIOD).position) == 0
     waiting = profile.scaled_to(0.0035).sample(PERIOD)
@@ -143,7 +145,7 @@ def test_a_move_without_a_way_takes_no_time_and_can_wait() -> None:
 
 
 def test_it_stands_before_its_start_and_after_its_end() -> None:
-    profile = jerk_limited(1.0, 2.0, Limits(1.0, 10.0, 200.0))
+    profile = jerk_limited(1.0, 2.0, MotionLimits(1.0, 10.0, 200.0))
     motion = profile.at(np.array([-1.0, 0.0, profile.duration, profile.duration + 1.0]))
     np.testing.assert_array_equal(motion.position, [1.0, 1.0, 2.0, 2.0])
     np.testing.assert_array_equal(motion.velocity, np.zeros(4))
@@ -156,4 +158,4 @@ def test_what_would_break_the_limits_is_refused() -> None:
         profile.scaled_to(0.9)
     for wrong in (0.0, -1.0, inf, nan):
         with pytest.raises(UserError, match=r"the jerk limit .* must be positive and finite"):
-            Limits(1.0, 1.0, wrong)
+            MotionLimits(1.0, 1.0, wrong)

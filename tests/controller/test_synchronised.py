@@ -8,7 +8,7 @@ import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.jerk_limited import Limits, jerk_limited
+from controller.jerk_limited import MotionLimits, jerk_limited
 from controller.joint_path import axis_stretch, limits_of, slowed
 from controller.machine import load_machine
 from controller.synchronised import synchronised
@@ -53,9 +53,9 @@ def test_where_one_axis_rules_it_is_ruckigs_phase_synchronisation(way: tuple[flo
     task.max_velocity, task.max_acceleration, task.max_jerk = [0.8] * 3, [6.0] * 3, [150.0] * 3
     optimal = ruckig.Trajectory(3)
     assert ruckig.Ruckig(3).calculate(task, optimal) == ruckig.Result.Working
-    move = synchronised((0.0, 0.0, 0.0), way, [Limits(0.8, 6.0, 150.0)] * 3)
+    move = synchronised((0.0, 0.0, 0.0), way, [MotionLimits(0.8, 6.0, 150.0)] * 3)
     assert move.duration == pytest.approx(optimal.duration, abs=1e-9)
-    assert move.duration == pytest.approx(jerk_limited(0.0, way[0], Limits(0.8, 6.0, 150.0)).duration, abs=1e-12)
+    assert move.duration == pytest.approx(jerk_limited(0.0, way[0], MotionLimits(0.8, 6.0, 150.0)).duration, abs=1e-12)
     path = move.sample(PERIOD)
     for row in range(0, len(path.position) - 1, 50):
         position, velocity, acceleration = optimal.at_time((row + 1) * PERIOD)
@@ -74,7 +74,7 @@ def test_an_axis_that_stays_does_not_hold_the_others_up() -> None:
 
 def test_a_move_is_slowed_until_tighter_limits_hold_and_no_further() -> None:
     move = synchronised((0.1, -1.0, 0.3), (0.3, 1.0, 1.2), SCARA)
-    tight = [Limits(0.5 * limits.speed, 0.1 * limits.acceleration, limits.jerk) for limits in SCARA]
+    tight = [MotionLimits(0.5 * limits.speed, 0.1 * limits.acceleration, limits.jerk) for limits in SCARA]
     gentle = slowed(move, PERIOD, lambda path: axis_stretch(path, tight))
     assert gentle.sample(PERIOD).position[-1].tolist() == [0.3, 1.0, 1.2]
     used = axis_stretch(gentle.sample(PERIOD), tight)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import signal
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import astuple, dataclass, replace
@@ -15,11 +17,12 @@ from scipy.optimize import differential_evolution
 from virtual_bench import VirtualBench
 
 from controller.excitation import SPEED_LEVELS, excitation, strokes
-from controller.friction_precontrol import check_drive_type, plan, read_points, write_friction
+from controller.friction_precontrol import Planned, check_drive_type, plan, read_points, write_friction
 from controller.friction_table import UNUSED, friction_table
 from controller.identification import identify, load_model
 from controller.identification.friction_law import FrictionLaw
 from controller.identification.read import read_friction
+from controller.link import PumpedSdoClient
 from controller.machine import load_machine
 from controller.pacing import Lockstep
 from controller.procedure import FIT
@@ -27,7 +30,7 @@ from controller.progress import Progress
 from controller.session import Session, session_on
 from controller.trajectory import stroke
 from drive_profiles import load_profile
-from drivetwin.errors import UserError
+from drivetwin.errors import InterruptedByUserError, UserError
 from emulator.canopen.abort_codes import AbortCode, SdoAbort
 from emulator.drive.torque_precontrol import TorquePrecontrol
 
@@ -77,7 +80,7 @@ def test_per_cent_and_rpm_of_a_straight_law(axis: str, law: FrictionLaw, rpm: fl
         drive.write(7.0, 0x2182, entry)
     drive.write(3.0, 0x2184)
     change = plan(drive, law)
-    write_friction(drive, change)
+    write_friction([Planned(drive, change)])
     assert [dictionary[0x2182, entry].value for entry in range(1, 6)] == pytest.approx([*per_cent, 0.0, 0.0])
     speeds = [dictionary[0x2183, entry].value for entry in range(1, 6)]
     assert speeds == pytest.approx([0.0, 0.5 * rpm, rpm, 0.0, 0.0])
@@ -109,7 +112,7 @@ def test_the_drive_reads_the_table_as_it_was_meant() -> None:
     drive, virtual = bench.drives[1], bench.virtual.drives[1]
     change = plan(drive, STRIBECK)
     assert change.before == (UNUSED,) * 5
-    write_friction(drive, change)
+    write_friction([Planned(drive, change)])
     for written, meant in zip(read_points(drive), change.table.points, strict=True):
         assert (written.speed, written.torque) == pytest.approx((meant.speed, meant.torque), rel=1e-6)
     speed = np.concatenate([np.geomspace(1e-5, 2.5, 3000), np.linspace(0.001, 2.5, 1000)])
@@ -123,17 +126,40 @@ def test_what_differs_by_direction_is_a_deviation() -> None:
     assert friction_table(law, ROTATE).deviation == pytest.approx(0.2 * ROTATE.max_speed)
 
 
+def file_of(folder: Path, axis: Mapping[str, object]) -> Path:
+    """An identified.json of one axis, slide."""
+    path = folder / "identified.json"
+    path.write_text(json.dumps({"schema": "identified/1", "machine": "stage", "axes": {"slide": axis}}))
+    return path
+
+
 def test_the_law_by_direction_is_read_where_it_is_real(tmp_path: Path) -> None:
     """20.6 + 170 v forwards, 20.2 + 240 v backwards; the symmetric fit beside it is a compromise, and left alone."""
     values = {"coulomb": 21.0, "viscous": 201.0, "offset": -3.0, "coulomb_positive": 20.6, "coulomb_negative": 20.2}
     values |= {"viscous_positive": 170.0, "viscous_negative": 240.0}
     axis = {"parameters": {name: {"value": value} for name, value in values.items()}, "direction": {"real": True}}
-    path = tmp_path / "identified.json"
-    path.write_text(json.dumps({"schema": "identified/1", "machine": "stage", "axes": {"slide": axis}}))
     speed = np.array([0.01, 0.1])
-    law = read_friction(path).law("slide")
+    law = read_friction(file_of(tmp_path, axis)).law("slide")
     assert law.torque(speed) == pytest.approx(20.6 + 170.0 * speed)
     assert law.torque(-speed) == pytest.approx(-20.2 - 240.0 * speed)
+
+
+@pytest.mark.parametrize(
+    ("extra", "real", "message"),
+    [
+        ({}, True, "no coulomb_positive and no coulomb_negative and no viscous_positive and no viscous_negative"),
+        ({"coulomb_positive": 2.0, "coulomb_negative": 2.0, "viscous_positive": 1.0}, True, "no viscous_negative"),
+        ({"static_torque": 3.0}, False, "no stribeck_velocity"),
+        ({"stribeck_velocity": 0.1}, False, "no static_torque"),
+    ],
+)
+def test_a_file_that_lacks_part_of_its_law_is_refused(
+    tmp_path: Path, extra: dict[str, float], real: bool, message: str
+) -> None:
+    parameters = {name: {"value": value} for name, value in ({"coulomb": 2.0, "viscous": 1.0} | extra).items()}
+    path = file_of(tmp_path, {"parameters": parameters, "direction": {"real": real}})
+    with pytest.raises(UserError, match=rf"{re.escape(str(path))}: axis slide has {message}(?! and)"):
+        read_friction(path)
 
 
 # -- refused --------------------------------------------------------------------------------------------------------------
@@ -166,7 +192,7 @@ def test_a_drive_with_voltage_on() -> None:
         with pytest.raises(UserError, match=r"axis rotate .* may have voltage on .* take the voltage off first"):
             plan(bench.drives[1], LINE)
         with pytest.raises(UserError, match="may have voltage on"):
-            write_friction(bench.drives[1], change)
+            write_friction([Planned(bench.drives[1], change)])
     assert read_points(bench.drives[1]) == (UNUSED,) * 5
 
 
@@ -192,16 +218,103 @@ def test_a_value_beyond_the_objects_range() -> None:
         plan(bench.drives[1], replace(LINE, viscous=1.2))
 
 
-def test_a_drive_that_refuses_in_the_middle() -> None:
+# -- ended early ----------------------------------------------------------------------------------------------------------
+
+
+OLD = FrictionLaw(coulomb=1.0, viscous=0.3)
+
+
+def with_old_tables() -> tuple[VirtualBench, list[Planned]]:
+    """A bench whose lift and rotate have a table already, and what is planned to take its place."""
     bench = VirtualBench("scara")
+    drives = bench.drives[:2]
+    write_friction([Planned(drive, plan(drive, OLD)) for drive in drives])
+    return bench, [Planned(drive, plan(drive, LINE)) for drive in drives]
+
+
+def tables(bench: VirtualBench) -> list[list[float]]:
+    """What the drives of lift and rotate hold, from inside: torques [per cent], then speeds [rpm]."""
+    return [
+        [float(drive.dictionary[index, entry].value) for index in (0x2182, 0x2183) for entry in range(1, 6)]
+        for drive in bench.virtual.drives[:2]
+    ]
+
+
+def test_a_drive_that_refuses_in_the_middle_leaves_every_table_as_it_was() -> None:
+    bench, planned = with_old_tables()
+    before = tables(bench)
 
     def refuse(_value: object) -> None:
         raise SdoAbort(AbortCode.VALUE_TOO_HIGH)
 
     bench.virtual.drives[1].dictionary[0x2182, 2].on_write = refuse
-    change = plan(bench.drives[1], LINE)
-    with pytest.raises(UserError, match=r"to 2182h:02 was aborted .* its friction table is half written: write it again"):
-        write_friction(bench.drives[1], change)
+    back = r"to 2182h:02 was aborted .*; the former friction table of axis lift \(node 1\), axis rotate \(node 2\) is back"
+    with pytest.raises(UserError, match=back) as error:
+        write_friction(planned)
+    assert "NOT" not in str(error.value)
+    assert tables(bench) == before
+
+
+@pytest.mark.parametrize("entry", [(0, 0x2182, 1), (0, 0x2183, 3), (1, 0x2182, 2), (1, 0x2183, 5)])
+def test_ctrl_c_in_the_middle_leaves_every_table_as_it_was(entry: tuple[int, int, int]) -> None:
+    bench, planned = with_old_tables()
+    before = tables(bench)
+    number, index, subindex = entry
+    pressed: list[object] = []
+
+    def press(value: object) -> None:
+        if not pressed:
+            signal.raise_signal(signal.SIGINT)
+        pressed.append(value)
+
+    bench.virtual.drives[number].dictionary[index, subindex].on_write = press
+    back = r"^interrupted; the former friction table of axis lift .* is back$"
+    with bench.link, pytest.raises(InterruptedByUserError, match=back):
+        write_friction(planned)
+    assert pressed
+    assert tables(bench) == before
+
+
+def test_a_drive_that_falls_silent_is_named_and_the_others_are_put_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(PumpedSdoClient, "RESPONSE_TIMEOUT", 0.02)
+    bench, planned = with_old_tables()
+    before = tables(bench)
+    bench.virtual.drives[1].dictionary[0x2182, 2].on_write = lambda _value: bench.silent.add(2)
+    with pytest.raises(UserError) as error:
+        write_friction(planned)
+    ended, back, doubtful = str(error.value).split("; ")
+    assert ended.startswith("axis rotate (node 2) does not answer")
+    assert back == "the former friction table of axis lift (node 1) is back"
+    assert doubtful.startswith("NOT KNOWN TO BE BACK: axis rotate (node 2)")
+    assert tables(bench)[0] == before[0]
+
+
+def test_whatever_else_ends_it_says_what_became_of_the_tables() -> None:
+    bench, planned = with_old_tables()
+    before = tables(bench)
+
+    def fail(_message: object) -> None:
+        if tables(bench)[1] != before[1]:
+            bench.link.log = None
+            raise OSError("no space left for the log")
+
+    bench.link.log = fail
+    with pytest.raises(OSError, match="no space left") as error:
+        write_friction(planned)
+    assert error.value.__notes__ == ["the former friction table of axis lift (node 1), axis rotate (node 2) is back"]
+    assert tables(bench) == before
+
+
+def test_voltage_on_one_drive_leaves_all_as_they_are() -> None:
+    bench, planned = with_old_tables()
+    before = tables(bench)
+    bench.up()
+    bench.drives[1].controlword = 0x06
+    bench.cycle.run()
+    bench.cycle.run()
+    with pytest.raises(UserError, match=r"axis rotate .* may have voltage on"):
+        write_friction(planned)
+    assert tables(bench) == before
 
 
 # -- the circle, through the bus ------------------------------------------------------------------------------------------
@@ -234,7 +347,7 @@ def circle(tmp_path_factory: pytest.TempPathFactory) -> Circle:
     (folder / "identified.json").write_text(json.dumps(found.to_json()), encoding="utf-8")
     law = read_friction(folder / "identified.json").law("rotate")
     change = plan(bench.drives[1], law)
-    write_friction(bench.drives[1], change)
+    write_friction([Planned(bench.drives[1], change)])
     with session(bench, folder) as running:
         after = {move: peak_error(running, move) for move in MOVES}
     truth = bench.virtual.plant.truth()["rotate"]

@@ -10,7 +10,7 @@ from streaming_bench import streaming
 
 from controller.feedforward.leg import leg
 from controller.feedforward.metrics import BAND, Tracking, tracking
-from controller.jerk_limited import Limits
+from controller.jerk_limited import MotionLimits
 
 PERIOD, CRUISE_START, CRUISE_END = 1e-3, 0.1, 0.5
 TIME = np.arange(900) * PERIOD
@@ -76,7 +76,7 @@ def test_time_zero_is_where_the_drive_s_own_demand_starts(profile: str, tmp_path
     with streaming("stage", profile, (), tmp_path / "bus.log") as bench:
         session, period = bench.session, bench.session.cycle.period
         drive, servo = session.drives[0], bench.virtual.drives[0].axis.servo
-        move = leg(np.array([session.machine.axes["slide"].rest]), 0, 0.05, Limits(0.2, 2.0, 1e4))
+        move = leg(np.array([session.machine.axes["slide"].rest]), 0, 0.05, MotionLimits(0.2, 2.0, 1e4))
         log = session.cycle._link.log
         demands: list[float] = []
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plant_tool import plant_tool
 
-from controller.jerk_limited import Limits, jerk_limited
+from controller.jerk_limited import MotionLimits, jerk_limited
 from controller.scara.arm import load_arm
 from controller.scara.blade_path import Point, blade_line, distance_from_line
 from controller.scara.kinematics import forward
@@ -18,7 +18,7 @@ from drivetwin.errors import UserError
 
 PERIOD = 0.004
 ARM = load_arm()
-LIMITS = Limits(1.0, 5.0, 100.0)
+LIMITS = MotionLimits(1.0, 5.0, 100.0)
 ULPS = 1.0 + 1e-12
 
 angles = st.floats(-2.7, 2.7)
@@ -96,13 +96,13 @@ def test_a_line_without_a_length_is_no_motion() -> None:
 
 
 def test_where_only_the_line_is_limited_it_takes_the_time_of_its_own_profile() -> None:
-    slow = Limits(0.1, 1.0, 20.0)
+    slow = MotionLimits(0.1, 1.0, 20.0)
     line = blade_line(ARM, at(0.0, 0.35, 0.8), at(0.0, 0.55, 0.8), slow, PERIOD)
     assert line.duration == pytest.approx(jerk_limited(0.0, 0.2, slow).duration, rel=1e-12)
 
 
 def test_where_an_axis_is_limited_the_line_gets_slower_just_so_far() -> None:
-    line = blade_line(ARM, Point(-0.3, 0.3, 0.85), Point(0.3, 0.32, 0.85), Limits(5.0, 100.0, 5000.0), 0.001)
+    line = blade_line(ARM, Point(-0.3, 0.3, 0.85), Point(0.3, 0.32, 0.85), MotionLimits(5.0, 100.0, 5000.0), 0.001)
     path = line.sample(0.001)
     used = [
         max(

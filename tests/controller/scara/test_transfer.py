@@ -10,7 +10,7 @@ import pytest
 from plant_tool import plant_tool
 from wafer_bench import slip
 
-from controller.jerk_limited import Limits, jerk_limited
+from controller.jerk_limited import MotionLimits, jerk_limited
 from controller.scara.arm import load_arm
 from controller.scara.transfer import Handler, Phase, Segment, Station
 from controller.scara.wafer import Wafer, blade_motion, slip_margin
@@ -19,7 +19,12 @@ from drivetwin.errors import UserError
 PERIOD = 0.0005
 ULPS = 1.0 + 1e-12
 HANDLER = Handler(
-    arm=load_arm(), wafer=Wafer(tilt=radians(1.0)), line=Limits(1.0, 5.0, 100.0), clearance=0.010, safety=1.5, period=PERIOD
+    arm=load_arm(),
+    wafer=Wafer(tilt=radians(1.0)),
+    line=MotionLimits(1.0, 5.0, 100.0),
+    clearance=0.010,
+    safety=1.5,
+    period=PERIOD,
 )
 SOURCE, TARGET = Station(angle=-1.0, reach=0.60, height=0.80), Station(angle=1.2, reach=0.55, height=0.90)
 
@@ -98,7 +103,7 @@ def test_a_carried_stretch_move_is_slow_by_its_acceleration_only(segments: tuple
     """The seven segments of speed 1 m/s, acceleration mu g / 1.5 and a jerk that reaches it in as long as the empty blade's."""
     acceleration = np.tan(np.arctan(0.2) - radians(1.0)) * 9.81 / 1.5
     way = SOURCE.reach - (2.0 * 0.20 * np.sin(0.13) + 0.24)
-    alone = jerk_limited(0.0, way, Limits(1.0, acceleration, acceleration * 100.0 / 5.0))
+    alone = jerk_limited(0.0, way, MotionLimits(1.0, acceleration, acceleration * 100.0 / 5.0))
     assert len(segments[2].path.position) == pytest.approx(alone.duration / PERIOD, abs=1.0)
 
 
@@ -109,7 +114,7 @@ def test_a_carried_turn_is_no_slower_than_its_centripetal_and_its_tangential_acc
     most = np.tan(np.arctan(0.2) - radians(1.0)) * 9.81 / 1.5
     reach = 2.0 * 0.20 * np.sin(0.13) + 0.24
     acceleration = most / (reach + 0.150**2 / (2.0 * 0.100))
-    alone = jerk_limited(SOURCE.angle, TARGET.angle, Limits(np.sqrt(most / reach), acceleration, 20.0 * acceleration))
+    alone = jerk_limited(SOURCE.angle, TARGET.angle, MotionLimits(np.sqrt(most / reach), acceleration, 20.0 * acceleration))
     assert 1.0 <= len(segments[3].path.position) * PERIOD / alone.duration < 1.2
 
 

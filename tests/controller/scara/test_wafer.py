@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from wafer_bench import slip
 
-from controller.jerk_limited import Limits, jerk_limited
+from controller.jerk_limited import MotionLimits, jerk_limited
 from controller.joint_path import JointPath, Move, slowed
 from controller.scara.arm import load_arm
 from controller.scara.blade_path import Point, blade_line
@@ -22,7 +22,7 @@ from drivetwin.errors import UserError
 
 PERIOD = 0.0005
 ARM = load_arm()
-LINE = Limits(0.3, 2.5, 50.0)
+LINE = MotionLimits(0.3, 2.5, 50.0)
 STAYS, SLIDES = 1e-6, 2e-5
 """Metres: the soft contacts creep by 0.05 um."""
 
@@ -78,7 +78,7 @@ def test_a_wafer_that_is_turned_stays_while_its_worst_pad_holds_and_is_lost_soon
 def spun(rate: float) -> JointPath:
     """The wafer turned about its own centre, which no arm does: stretched so far back that the tool point is on the column."""
     stretch = asin(-ARM.geometry.blade / (2.0 * ARM.geometry.arm))
-    spin = jerk_limited(0.0, 1.0, Limits(10.0, rate, 20.0 * rate)).sample(PERIOD)
+    spin = jerk_limited(0.0, 1.0, MotionLimits(10.0, rate, 20.0 * rate)).sample(PERIOD)
     columns = (spin.position, spin.velocity, spin.acceleration)
     still = np.zeros_like(spin.position)
     position, velocity, acceleration = (np.column_stack([still, column, still]) for column in columns)
@@ -102,7 +102,7 @@ def test_limits_of_a_carried_turn_take_all_friction_each_for_itself() -> None:
     margin = slip_margin(CERAMIC, blade_motion(ARM.geometry, JointPath(PERIOD, pose, speed, acceleration)))
     np.testing.assert_allclose(margin, [1.5, 1.5], rtol=1e-12)
     assert limits.acceleration / limits.jerk == pytest.approx(ARM.limits[1].acceleration / ARM.limits[1].jerk)
-    wide = Limits(0.1, 0.1, 1.0)
+    wide = MotionLimits(0.1, 0.1, 1.0)
     assert turn_limits(wide, CERAMIC, reach, 1.5) == wide
 
 
