@@ -8,6 +8,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError, field_validator
 
 from drivetwin.errors import UserError
+from drivetwin.node_ids import check_each_its_own
 
 MACHINES = Path(__file__).parent / "machines"
 
@@ -99,11 +100,7 @@ class Machine(_Strict):
     @field_validator("axes")
     @classmethod
     def _each_has_its_node(cls, axes: dict[str, Axis]) -> dict[str, Axis]:
-        first: dict[int, str] = {}
-        for name, axis in axes.items():
-            if axis.node_id in first:
-                raise ValueError(f"{first[axis.node_id]} and {name} both have node_id {axis.node_id}; give each its own")
-            first[axis.node_id] = name
+        check_each_its_own({name: axis.node_id for name, axis in axes.items()})
         return axes
 
     @property
