@@ -76,6 +76,9 @@ _COB_IDS = {0x1014: 0, **{base + pdo: 1 for base in (0x1400, 0x1800) for pdo in 
 _INVALID = 1 << 31
 """Bit of a COB-ID that does not exist."""
 
+_ARRAYS = frozenset({0x1003, 0x1010, 0x1011, 0x1016})
+"""Lists of CiA 301, as long as a device has them, whose entries from sub-index 1 on are of one type."""
+
 _ERROR_FIELD = 0x1003
 """The error history is a list: it has no gaps (CiA 301, 7.5.2.4)."""
 
@@ -92,8 +95,7 @@ def profile_from_eds(path: Path, base: DriveProfile) -> DriveProfile:
     """
     file = read_eds(path)
     complaints = Complaints(path)
-    told = _objects(file, complaints)
-    _check_kinds(path, told, base)
+    told = _objects(file, _standard_types(base), complaints)
     objects = _with_open_values(told, base, complaints)
     roles = dict(_roles(objects, base, complaints))
     _check_complete(path, objects, base)
@@ -107,10 +109,11 @@ def profile_from_eds(path: Path, base: DriveProfile) -> DriveProfile:
 # -- one entry ---------------------------------------------------------------------------------------------------------
 
 
-def _objects(file: EdsFile, complaints: Complaints) -> Objects:
+def _objects(file: EdsFile, standard: Objects, complaints: Complaints) -> Objects:
     found: Objects = {}
     for entry in file.objects:
         data_type = _data_type(file.path, entry, complaints)
+        _check_type(file.path, entry, standard)
         if data_type is not None:
             found[entry.index, entry.subindex] = _object(file, entry, data_type, complaints)
     return found
@@ -129,6 +132,24 @@ def _data_type(path: Path, entry: EdsObject, complaints: Complaints) -> DataType
             f"{path}, [{entry.section}]: DataType is {came}; expected a code of CiA 301, table 44, such as 0x0006 for "
             "UNSIGNED16: correct the file"
         ) from None
+
+
+def _standard_types(base: DriveProfile) -> Objects:
+    """The objects of CiA 301 and CiA 402-2 that a drive which behaves as `base` knows."""
+    entries = (*base.objects, *load_profile(STANDARD).objects)
+    return {(entry.index, entry.subindex): entry for entry in entries if entry.index not in MANUFACTURER}
+
+
+def _check_type(path: Path, entry: EdsObject, standard: Objects) -> None:
+    """An object of the standard has the standard's type, width and sign; for a text any text type will do."""
+    subindex = min(entry.subindex, 1) if entry.index in _ARRAYS else entry.subindex
+    known = standard.get((entry.index, subindex))
+    if known is None or entry.data_type == known.data_type or {entry.data_type, known.data_type} <= TEXT_TYPES:
+        return
+    raise UserError(
+        f"{path}, [{entry.section}]: DataType is 0x{entry.data_type:04X}; expected 0x{known.data_type:04X} for "
+        f"{known.name}: correct the file"
+    )
 
 
 def _object(file: EdsFile, entry: EdsObject, data_type: DataType, complaints: Complaints) -> ObjectEntry:
@@ -285,20 +306,6 @@ def _roles(objects: Objects, base: DriveProfile, complaints: Complaints) -> Iter
             yield name, role
         else:
             complaints.note("no object of the file is the drive's {}", name.replace("_", " "))
-
-
-def _check_kinds(path: Path, objects: Objects, base: DriveProfile) -> None:
-    """An object of the standard is a number where CiA 301 or CiA 402-2 say a number, and text where they say text."""
-    for known in (*load_profile(STANDARD).objects, *base.objects):
-        entry = objects.get((known.index, known.subindex))
-        if entry is None or known.index in MANUFACTURER:
-            continue
-        if (entry.data_type in TEXT_TYPES) != (known.data_type in TEXT_TYPES):
-            section = f"{entry.index:04X}" + (f"sub{entry.subindex:X}" if "." in entry.name else "")
-            raise UserError(
-                f"{path}, [{section}]: DataType is 0x{entry.data_type:04X}; expected 0x{known.data_type:04X} for "
-                f"{known.name}: correct the file"
-            )
 
 
 def _check_complete(path: Path, objects: Objects, base: DriveProfile) -> None:

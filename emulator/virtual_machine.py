@@ -63,6 +63,7 @@ class VirtualMachine:
             )
             for index, (name, axis) in enumerate(machine.axes.items())
         ]
+        self.plant.equip(self._servos)
         self._nodes = [(wire, drive.device) for wire, drive in zip(self.wires, self.drives, strict=True)]
         for wire, device in self._nodes:
             wire.join(device)

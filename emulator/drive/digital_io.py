@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from emulator.drive.axis import Axis
 from emulator.drive.hardware import NEVER
+from emulator.drive.objects import optional
 
 NEGATIVE_LIMIT_SWITCH, POSITIVE_LIMIT_SWITCH, HOME_SWITCH = 1 << 0, 1 << 1, 1 << 2
 INTERLOCK = 1 << 3
@@ -27,8 +28,17 @@ def digital_inputs(axis: Axis) -> int:
     return sum(bit for bit, level in levels.items() if level)
 
 
-def digital_outputs(axis: Axis) -> int:
+class DigitalOutputs:
     """The outputs that are on: 60FEh:01, of which only those of the bit mask 60FEh:02 where the drive has one."""
-    dictionary = axis.dictionary
-    outputs = int(dictionary[0x60FE, 1].value)
-    return outputs & int(dictionary[0x60FE, 2].value) if (0x60FE, 2) in dictionary else outputs
+
+    def __init__(self, axis: Axis) -> None:
+        self._written, self._mask = (optional(axis.dictionary, 0x60FE, subindex) for subindex in (1, 2))
+
+    def on(self) -> int:
+        """Bits of 60FEh."""
+        written = 0 if self._written is None else self._written.number
+        return written if self._mask is None else written & self._mask.number
+
+    def sets_brake(self) -> bool:
+        """Whether a master engages the holding brake: bit 0, 1 = brake activated."""
+        return bool(self.on() & BRAKE)

@@ -16,6 +16,7 @@ from emulator.drive.axis import Axis
 from emulator.drive.cyclic_synchronous_position import CyclicSynchronousPosition
 from emulator.drive.cyclic_synchronous_torque import CyclicSynchronousTorque
 from emulator.drive.cyclic_synchronous_velocity import CyclicSynchronousVelocity
+from emulator.drive.digital_io import DigitalOutputs
 from emulator.drive.faults import Fault, fault_of
 from emulator.drive.hardware import Hardware
 from emulator.drive.homing import Homing
@@ -93,6 +94,7 @@ class Drive:
         self._stops = Stops(self.axis)
         self._supervision = Supervision(self.axis, axis.motor)
         self._probe = TouchProbe(self.axis)
+        self._outputs = DigitalOutputs(self.axis)
         self._parameters = LoopParameters(self.axis, axis)
         self._precontrol = TorquePrecontrol(self.axis)
         self.machine.may_reset = self._supervision.may_reset
@@ -119,6 +121,8 @@ class Drive:
             return
         self._plan_motion()
         self._precontrol.add()
+        if self._outputs.sets_brake():
+            self.axis.servo.brake = True
 
     def after(self) -> None:
         """Look at what the cycle brought: mode progress, probes, faults."""

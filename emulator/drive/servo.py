@@ -49,6 +49,7 @@ PARAMETERS = np.dtype(
         ("velocity_feedforward", "f8"),  # 0..1
         ("velocity_filter", "f8"),  # share of the new value a period
         ("current_filter", "f8"),  # share of the new value a period
+        ("current_limit", "f8"),  # N·m that the power stage gives at most, whatever the drive believes
         ("torque_limit", "f8"),  # N·m, both directions
         ("torque_positive", "f8"),  # N·m, 60E0h
         ("torque_negative", "f8"),  # N·m, 60E1h, as a magnitude
@@ -65,6 +66,9 @@ PARAMETERS = np.dtype(
         ("thermal_share", "f8"),  # share of the way to the steady heat a period
     ]
 )
+
+UNLIMITED = ("current_limit", "torque_positive", "torque_negative", "speed_limit", "error_limit", "trip_torque", "overspeed")
+"""Limits that are infinite until someone sets them."""
 
 STATE = np.dtype(
     [
@@ -116,6 +120,7 @@ def servo_period(  # type: ignore[no-untyped-def]  # record arrays have no stati
         else:
             _cascade(p, s, loops[axis], demand[axis])
         s.torque += p.current_filter * (s.torque_demand - s.torque)
+        s.torque = min(max(s.torque, -p.current_limit), p.current_limit)
         motor_torque[axis] = s.torque
         measured = (s.torque + p.torque_noise * noise[axis]) / p.torque_quantum
         s.torque_actual = floor(measured + 0.5) * p.torque_quantum
@@ -184,6 +189,16 @@ class Servo:
     @loop.setter
     def loop(self, loop: Loop) -> None:
         self._bank.loops[self._index] = loop
+        self.brake = loop is Loop.OFF
+
+    @property
+    def brake(self) -> bool:
+        """Whether the holding brake is engaged; setting `loop` engages it where the loops are off and releases it elsewhere."""
+        return bool(self._bank.brakes[self._index])
+
+    @brake.setter
+    def brake(self, engaged: bool) -> None:
+        self._bank.brakes[self._index] = engaged
 
     @property
     def demand(self) -> NDArray[np.float64]:
@@ -199,16 +214,17 @@ class Servo:
 
 
 class ServoBank:
-    """The loops of all axes of a machine, in arrays that the compiled period works on."""
+    """The loops of all axes of a machine, in arrays that the compiled period works on; `brakes` (n,): 1 is engaged."""
 
     def __init__(self, axes: int, seed: int) -> None:
         self.periods = 8
         self.parameters = np.zeros(axes, dtype=PARAMETERS)
         self.parameters["encoder_alive"] = 1.0
-        for unlimited in ("torque_positive", "torque_negative", "speed_limit", "error_limit", "trip_torque", "overspeed"):
+        for unlimited in UNLIMITED:
             self.parameters[unlimited] = np.inf
         self.state = np.zeros(axes, dtype=STATE)
         self.loops = np.zeros(axes, dtype=np.int64)
+        self.brakes = np.ones(axes, dtype=np.bool_)
         self._make_room(self.periods)
         self._random = np.random.default_rng(seed)
         self._noise = np.zeros((0, axes))

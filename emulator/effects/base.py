@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+
+from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 
 
 @dataclass(frozen=True)
@@ -27,7 +29,16 @@ TORQUE = Unit("N·m", "N")
 DAMPING = Unit("N·m·s/rad", "N·s/m")
 STIFFNESS = Unit("N·m/rad", "N/m")
 VELOCITY = Unit("rad/s", "m/s")
+POSITION = Unit("rad", "m")
+QUADRATIC = Unit("N·m·s²/rad²", "N·s²/m²")
+CUBIC = Unit("N·m·s³/rad³", "N·s³/m³")
+INERTIA = Unit("kg·m²", "kg")
 NUMBER = Unit("1", "1")
+TIME = Unit("s", "s")
+FREQUENCY = Unit("Hz", "Hz")
+MASS = Unit("kg", "kg")
+LENGTH = Unit("m", "m")
+ANGLE = Unit("rad", "rad")
 
 
 @dataclass(frozen=True)
@@ -41,33 +52,6 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class FrictionLaw:
-    """Friction of one joint as it depends on the joint's velocity alone.
-
-    torque(v) = -[coulomb + (static_torque - coulomb) exp(-(|v|/stribeck_velocity)^exponent)] sgn(v) - viscous v,
-    with `coulomb` and `viscous` changed by +-asymmetry for v > 0 and v < 0; at rest the joint holds up to the bracket.
-    Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994, eq. 4. N·m, N·m·s/rad, rad/s (N, N·s/m, m/s).
-    """
-
-    coulomb: float = 0.0
-    coulomb_asymmetry: float = 0.0
-    viscous: float = 0.0
-    viscous_asymmetry: float = 0.0
-    static_torque: float = 0.0
-    stribeck_velocity: float = 0.0
-    exponent: float = 2.0
-
-    def resistance(self, velocity: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Torque against the motion, (n,) for velocities (n,); zero at rest, where stiction holds what it must."""
-        speed = np.abs(velocity)
-        level = self.coulomb + np.sign(velocity) * self.coulomb_asymmetry
-        if self.stribeck_velocity > 0.0:
-            level = level + (self.static_torque - self.coulomb) * np.exp(-((speed / self.stribeck_velocity) ** self.exponent))
-        slope = self.viscous + np.sign(velocity) * self.viscous_asymmetry
-        return np.sign(velocity) * level + slope * velocity
-
-
-@dataclass(frozen=True)
 class Effect(ABC):
     """One physical effect on one axis. Subclasses are frozen dataclasses whose fields are the parameters."""
 
@@ -76,8 +60,11 @@ class Effect(ABC):
     parameters: ClassVar[tuple[Parameter, ...]]
 
     @abstractmethod
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
-        """Add the effect to the plant: edit the specification about the axis's joint, or return the law changed by it."""
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        """Add the effect to the plant: edit the specification about the axis's joint, or return the axis changed by it.
+
+        Raises UserError where the joint or the model cannot have the effect.
+        """
 
 
 @dataclass(frozen=True)
@@ -85,10 +72,8 @@ class StaticEffect(Effect):
     """An effect whose torque follows from the present motion of its axis alone. What others cost, only a replay tells."""
 
     @abstractmethod
-    def predict(
-        self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64], law: FrictionLaw
-    ) -> NDArray[np.float64]:
-        """Additional motor torque (n,) that the effect costs on a measured motion (n,), in a plant that has `law` already.
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        """Additional motor torque (n,) that the effect costs on a measured motion (n,), on an axis as it is without it.
 
         Joint side, N·m or N.
         """
@@ -102,10 +87,8 @@ class FrictionEffect(StaticEffect):
     def change(self, law: FrictionLaw) -> FrictionLaw:
         """The law with the effect in it."""
 
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
-        return self.change(law)
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        return replace(axis, friction=self.change(axis.friction))
 
-    def predict(
-        self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64], law: FrictionLaw
-    ) -> NDArray[np.float64]:
-        return self.change(law).resistance(velocity) - law.resistance(velocity)
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return self.change(axis.friction).resistance(motion) - axis.friction.resistance(motion)

@@ -8,7 +8,9 @@ from typing import ClassVar
 import mujoco
 
 from drivetwin.errors import UserError
-from emulator.effects.base import DAMPING, STIFFNESS, Effect, FrictionLaw, Parameter
+from emulator.dynamics import AxisDynamics
+from emulator.effects.base import DAMPING, STIFFNESS, Effect, Parameter
+from emulator.effects.model_tree import position_of
 
 
 @dataclass(frozen=True)
@@ -29,13 +31,13 @@ class BeltElasticity(Effect):
     stiffness: float
     damping: float
 
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         belts = [equality for equality in spec.equalities if _is_belt_of(equality, joint)]
         if not belts:
             raise UserError(f"{self.name}: no joint follows {joint.name!r} by an equality of the model, so it drives no belt")
         for belt in belts:
             self._soften(spec, belt)
-        return law
+        return axis
 
     def _soften(self, spec: mujoco.MjSpec, belt: mujoco.MjsEquality) -> None:
         """A fixed tendon along the equality, which stays in the model unused: it still tells who follows whom."""
@@ -45,7 +47,8 @@ class BeltElasticity(Effect):
         spring.wrap_joint(follower.name, 1.0)
         spring.wrap_joint(leader.name, -ratio)
         spring.stiffness[0], spring.damping[0] = self.stiffness, self.damping
-        spring.springlength[:] = follower.ref + offset - ratio * leader.ref
+        at_rest = [position_of(spec, joint, joint.ref) for joint in (follower, leader)]
+        spring.springlength[:] = at_rest[0] + offset - ratio * at_rest[1]
         belt.active = False
 
 

@@ -9,7 +9,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.effects.base import FrictionLaw, Parameter, StaticEffect, Unit
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.effects.base import INERTIA, Parameter, StaticEffect
 
 
 @dataclass(frozen=True)
@@ -18,15 +19,13 @@ class Inertia(StaticEffect):
 
     name: ClassVar[str] = "inertia"
     family: ClassVar[str] = "rigid body"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("difference", Unit("kg·m²", "kg")),)
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("difference", INERTIA),)
 
     difference: float
 
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, law: FrictionLaw) -> FrictionLaw:
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         joint.armature += self.difference
-        return law
+        return axis
 
-    def predict(
-        self, velocity: NDArray[np.float64], acceleration: NDArray[np.float64], law: FrictionLaw
-    ) -> NDArray[np.float64]:
-        return self.difference * acceleration
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return self.difference * motion.acceleration

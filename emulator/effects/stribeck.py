@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from emulator.effects.base import NUMBER, TORQUE, VELOCITY, FrictionEffect, FrictionLaw, Parameter
+from emulator.dynamics import FrictionLaw
+from emulator.effects.base import NUMBER, TORQUE, VELOCITY, FrictionEffect, Parameter
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from emulator.effects.base import DAMPING, FrictionEffect, FrictionLaw, Parameter
+from emulator.dynamics import FrictionLaw
+from emulator.effects.base import DAMPING, FrictionEffect, Parameter
 
 
 @dataclass(frozen=True)

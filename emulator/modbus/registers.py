@@ -16,8 +16,6 @@ from emulator.canopen.data_types import FORMATS, Value, saturate
 from emulator.canopen.object_dictionary import ObjectDictionary, Variable
 from emulator.modbus.exception_codes import ExceptionCode, ModbusException, of_abort
 
-CONTROLWORD = 0x6040
-
 _WIDENED = {DataType.BOOL: "H", DataType.U8: "H", DataType.I8: "h"}
 """Values of less than 16 bits take a whole register, with their sign."""
 
@@ -63,7 +61,7 @@ class Registers:
         return words
 
     def write(self, address: int, words: Sequence[int]) -> None:
-        """Write registers: every object whole, all of them or none, the controlword after the others.
+        """Write registers: every object whole, all of them or none, commands (the controlword) last.
 
         Raises ModbusException 02 where a register is not mapped, is read-only, or where half an object would be written;
         03, 04 or 06 where an object refuses. Nothing is written then, unless an object refuses for the drive's state only
@@ -74,7 +72,7 @@ class Registers:
             for variable, value in writes:
                 variable.check(value)
                 self._permit(variable, value)
-            for variable, value in sorted(writes, key=lambda write: write[0].index == CONTROLWORD):
+            for variable, value in sorted(writes, key=lambda write: write[0].is_command):
                 variable.write(value)
         except SdoAbort as refusal:
             raise ModbusException(of_abort(refusal.code)) from refusal

@@ -17,6 +17,9 @@ from drivetwin.errors import UserError
 
 Change = Callable[[str], str]
 
+ALL_INTEGERS = {0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, 0x10, 0x12, 0x13, 0x14, 0x15, 0x16, 0x18, 0x19, 0x1A, 0x1B}
+"""BOOLEAN, INTEGER8..64 and UNSIGNED8..64 by their codes in CiA 301, table 44."""
+
 
 def written(folder: Path, change: Change = str, name: str = "servoone") -> Path:
     """The EDS of a profile with something done to its text."""
@@ -134,6 +137,57 @@ def test_what_lies_is_refused(change: Change, complaint: str, tmp_path: Path) ->
     with pytest.raises(UserError, match=r"drive\.eds") as error:
         read(tmp_path, change)
     assert re.search(complaint, str(error.value))
+
+
+@pytest.mark.parametrize(
+    ("section", "right", "name"),
+    [
+        ("1003sub1", 0x0007, "Pre-defined error field"),
+        ("1017", 0x0006, "Producer heartbeat time"),
+        ("1018sub1", 0x0007, "Identity object"),
+        ("1800sub2", 0x0005, "TPDO 1 communication parameter"),
+        ("1A00sub0", 0x0005, "TPDO 1 mapping parameter"),
+        ("605A", 0x0003, "Quick stop option code"),
+        ("6040", 0x0006, "Controlword"),
+        ("6060", 0x0002, "Modes of operation"),
+        ("6064", 0x0004, "Position actual value"),
+        ("6071", 0x0003, "Target torque"),
+        ("6072", 0x0006, "Max torque"),
+        ("6083", 0x0007, "Profile acceleration"),
+        ("6085", 0x0007, "Quick stop deceleration"),
+        ("6091sub1", 0x0007, "Gear ratio"),
+        ("6098", 0x0002, "Homing method"),
+        ("6099sub2", 0x0007, "Homing speeds"),
+        ("60C1sub1", 0x0004, "Interpolation data record"),
+        ("60FEsub1", 0x0007, "Digital outputs"),
+    ],
+)
+def test_an_object_of_the_standard_has_the_standards_type(section: str, right: int, name: str, tmp_path: Path) -> None:
+    """Types as CiA 301, 7.5.2, and CiA 402-2 have them; any other integer, wider, narrower or of the other sign, is a lie."""
+    for wrong in ALL_INTEGERS - {right}:
+        with pytest.raises(UserError) as error:
+            read(tmp_path, changed(section, "DataType=.*", f"DataType=0x{wrong:04X}"))
+        said = rf"drive\.eds, \[{section}\]: DataType is 0x{wrong:04X}; expected 0x{right:04X} for {name}"
+        assert re.search(said, str(error.value)), error.value
+
+
+@pytest.mark.parametrize(
+    ("objects", "complaint"),
+    [
+        ("[6080]\nParameterName=x\nDataType=0x0006\n", r"\[6080\]: DataType is 0x0006; expected 0x0007 for Max motor speed"),
+        ("[1016sub0]\nDataType=5\n[1016sub7]\nDataType=0x0006\n", r"\[1016sub7\]: DataType is 0x0006; expected 0x0007"),
+        ("[1016]\nDataType=0x0006\nCompactSubObj=2\n", r"\[1016sub1\]: DataType is 0x0006; expected 0x0007"),
+    ],
+)
+def test_an_object_beyond_the_profile_has_the_standards_type_too(objects: str, complaint: str, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=complaint):
+        read(tmp_path, added(objects))
+
+
+def test_a_text_of_the_standard_may_have_another_text_type(tmp_path: Path) -> None:
+    """1008h as OCTET_STRING, which vendors write: no client can tell."""
+    change = changed("1008", "DataType=0x0009(\n.*)*", "DataType=0x000A\nAccessType=const\nDefaultValue=")
+    assert read(tmp_path, change)[0x1008, 0].data_type is DataType.OSTR
 
 
 def test_a_mapping_that_is_too_long_is_refused(tmp_path: Path) -> None:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from emulator.drive.servo import SERVO_PERIOD
 from emulator.effects import PlacedEffect, library, read_effects
 from emulator.machine import Machine, load_machine
-from emulator.plant import Plant, followers
+from emulator.mechanism import followers
+from emulator.plant import Plant
 
 Array = NDArray[np.float64]
 
@@ -22,7 +23,7 @@ class Torque:
     """Stands in for the drives: motor torques from joint torques, `law(step)` -> (n,) [N·m or N]."""
 
     def __init__(self, gear: Array, law: Callable[[int], Array]) -> None:
-        self.loops = np.ones(len(gear), dtype=np.int64)
+        self.brakes = np.zeros(len(gear), dtype=np.int8)
         self.periods = 1
         self._gear = gear
         self._law = law

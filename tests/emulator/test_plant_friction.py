@@ -119,15 +119,15 @@ def test_mujoco_as_it_comes_creeps() -> None:
 def test_holding_brake_holds_what_friction_does_not() -> None:
     bench = PlantBench("scara", "lift")
     start = bench.position
-    run_without_torque(bench, loop=0)
+    run_without_torque(bench, brake=1)
     assert abs(bench.position - start) < NO_CREEP
-    run_without_torque(bench, loop=1)
+    run_without_torque(bench, brake=0)
     assert bench.position < start - 0.01
 
 
-def run_without_torque(bench: PlantBench, loop: int) -> None:
-    """Half a second; `loop` 0 is a drive that is off, whose brake is closed."""
+def run_without_torque(bench: PlantBench, brake: int) -> None:
+    """Half a second; `brake` 1 is engaged."""
     drives = Torque(bench.gear, lambda _: np.zeros(len(bench.gear)))
-    drives.loops[:] = loop
+    drives.brakes[:] = brake
     for _ in range(4000):
         bench.plant.advance(drives)  # type: ignore[arg-type]

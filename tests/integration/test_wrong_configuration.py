@@ -96,6 +96,7 @@ def without(section: str) -> str:
     ("text", "complaint"),
     [
         (lie("6085", "DataType=.*", "DataType=0x0009"), r"own\.eds, \[6085\]: DataType is 0x0009; expected 0x0007"),
+        (lie("6085", "DataType=.*", "DataType=0x0005"), r"own\.eds, \[6085\]: DataType is 0x0005; expected 0x0007 for Quick"),
         (lie("6064", "DataType=.*", "DataType=0x7777"), r"own\.eds, \[6064\]: DataType is 0x7777; expected a code of CiA 301"),
         (lie("6040", "AccessType=.*", "AccessType=perhaps"), r"own\.eds, \[6040\]: AccessType is 'perhaps'; expected"),
         (lie("1A00sub1", "DefaultValue=.*", "DefaultValue=0x60410020"), r"own\.eds, \[1A00sub1\]: maps 6041h with 32 bits"),

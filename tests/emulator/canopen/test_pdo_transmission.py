@@ -49,6 +49,24 @@ def test_cyclic_every_240th_sync() -> None:
     assert syncs(tpdo(240), 480) == ([0] * 239 + [1]) * 2
 
 
+@pytest.mark.parametrize("profile", ["servoone", "cia402-full"])
+def test_four_pdos_each_way_at_one_sync(profile: str) -> None:
+    """Each on its identifier of the predefined connection set (CiA 301, 7.3.3), each with its own object."""
+    bench = Bench(profile).boot()
+    received = (0x607A, 0x60FF, 0x60B1, 0x6081)
+    for number, index in enumerate(received):
+        bench.map_pdo(0x1400 + number, (index << 16 | 0x20,), 1)
+    for number, mapped in enumerate((0x6064_0020, 0x606C_0020, 0x6041_0010, 0x6077_0010)):
+        bench.map_pdo(0x1800 + number, (mapped,), 1)
+    bench.nmt(b"\x01")
+    bench.take()
+    for number in range(4):
+        bench.device.receive(0x200 + 0x100 * number + NODE, struct.pack("<i", 1000 + number))
+    bench.device.sync()
+    assert [cob_id for cob_id, _ in bench.take()] == [0x180 + 0x100 * number + NODE for number in range(4)]
+    assert [bench.od[index].value for index in received] == [1000, 1001, 1002, 1003]
+
+
 def test_acyclic_waits_for_a_change_and_a_sync() -> None:
     bench = tpdo(0)
     assert syncs(bench, 3) == [1, 0, 0]

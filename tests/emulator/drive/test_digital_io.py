@@ -7,10 +7,12 @@ from math import ceil, pi
 import pytest
 from drive_bench import PROFILE_VELOCITY, DriveBench
 
-from emulator.drive.digital_io import digital_outputs
+from emulator.drive.digital_io import BRAKE, DigitalOutputs
 from emulator.drive.hardware import ALWAYS, NEVER, LimitSwitches, Switch
-from emulator.drive.servo import SERVO_PERIOD
+from emulator.drive.servo import SERVO_PERIOD, Loop
 
+PROFILE_TORQUE = 4
+NO_CREEP = 1e-6
 SPEED = 20.0
 PERIOD = SPEED * SERVO_PERIOD * 1.3
 """The way of one servo period [rad]."""
@@ -56,12 +58,80 @@ def test_digital_inputs() -> None:
 def test_digital_outputs() -> None:
     """60FEh:01 under the mask 60FEh:02, where the drive has one."""
     full, servoone = DriveBench(), DriveBench(profile="servoone")
+    outputs = DigitalOutputs(full.drive.axis)
     full.write(0x60FE, 0xF0F0, 1)
-    assert digital_outputs(full.drive.axis) == 0
+    assert outputs.on() == 0
     full.write(0x60FE, 0xFF00, 2)
-    assert digital_outputs(full.drive.axis) == 0xF000
+    assert outputs.on() == 0xF000
     servoone.write(0x60FE, 0xF0F0, 1)
-    assert digital_outputs(servoone.drive.axis) == 0xF0F0
+    assert DigitalOutputs(servoone.drive.axis).on() == 0xF0F0
+
+
+VERTICAL = [("scara", "lift"), ("arm", "shoulder")]
+
+
+def without_torque(machine: str, axis: str, output: int, mask: int) -> DriveBench:
+    """Operation enabled in profile torque mode with target 0: nothing but the brake can hold the axis."""
+    bench = DriveBench(machine, axis)
+    bench.write(0x60FE, output, 1)
+    bench.write(0x60FE, mask, 2)
+    bench.enable(PROFILE_TORQUE)
+    assert bench.drive.axis.servo.loop is Loop.TORQUE
+    return bench
+
+
+@pytest.mark.parametrize(("machine", "axis"), VERTICAL)
+def test_a_brake_that_is_set_holds_an_enabled_axis(machine: str, axis: str) -> None:
+    """60FEh bit 0: it holds while the motor gives nothing, and the axis falls when it is taken back."""
+    bench = without_torque(machine, axis, BRAKE, BRAKE)
+    start = bench.joint
+    bench.sync(1000)
+    assert abs(bench.joint - start) < NO_CREEP
+    assert bench.read(0x6074) == 0
+    bench.write(0x60FE, 0, 1)
+    bench.sync(300)
+    assert abs(bench.joint - start) > 0.01
+    bench.write(0x60FE, BRAKE, 1)
+    bench.sync(300)
+    stopped = bench.joint
+    bench.sync(300)
+    assert abs(bench.joint - stopped) < NO_CREEP
+
+
+@pytest.mark.parametrize(("output", "mask"), [(0, BRAKE), (BRAKE, 0), (BRAKE, 0xFFFF_FFFE), (0xFFFF_FFFE, BRAKE)])
+@pytest.mark.parametrize(("machine", "axis"), VERTICAL)
+def test_a_brake_that_is_not_set_holds_nothing(machine: str, axis: str, output: int, mask: int) -> None:
+    bench = without_torque(machine, axis, output, mask)
+    start = bench.joint
+    bench.sync(300)
+    assert abs(bench.joint - start) > 0.01
+
+
+def test_a_brake_holds_up_to_its_torque() -> None:
+    """The arm's has 0.6 N·m on the motor: with 7.8 N·m of weight and 2.2 N·m of stiction behind 1:100 it slips at 0.7."""
+    bench = without_torque("arm", "shoulder", BRAKE, BRAKE)
+    start = bench.joint
+    for torque, moves in ((0.5, False), (-0.5, False), (0.9, True)):
+        bench.write(0x6071, round(1000.0 * torque / 0.4))
+        bench.sync(300)
+        assert (abs(bench.joint - start) > 0.01) is moves, torque
+
+
+def test_a_brake_of_a_drive_without_a_mask_needs_none() -> None:
+    """A ServoOne has no 60FEh:02. Its velocity loop pulls at the lift's brake with all that 6072h allows, and is let go."""
+    bench = DriveBench("scara", "lift", "servoone")
+    bench.write(0x60FE, BRAKE, 1)
+    bench.write(0x60FF, bench.units(3.0))
+    bench.write(0x6083, bench.units(100.0))
+    bench.write(0x6072, 1500)
+    bench.enable(PROFILE_VELOCITY)
+    start = bench.joint
+    bench.sync(1000)
+    assert bench.read(0x6074) == 1500
+    assert abs(bench.joint - start) < NO_CREEP
+    bench.write(0x60FE, 0, 1)
+    bench.sync(500)
+    assert bench.joint_velocity * bench.configuration.gear_ratio == pytest.approx(3.0, rel=0.05)
 
 
 @pytest.mark.parametrize("profile", ["cia402-full", "servoone"])

@@ -162,7 +162,7 @@ def test_overspeed() -> None:
     bench.enable(PROFILE_VELOCITY)
     bench.sync(300)
     assert bench.emergencies() == [0x8400]
-    assert bench.read(0x603F) == 0x8400
+    assert (bench.read(0x603F), bench.read(0x1001)) == (0x8400, 0x21)
     assert bench.state is State.FAULT
     bench.command(FAULT_RESET)
     assert bench.state is State.SWITCH_ON_DISABLED
@@ -176,6 +176,7 @@ def test_limit_switch(sign: float, code: int) -> None:
     bench.drive.hardware.switches = LimitSwitches(here + 1.0, 1e9) if sign < 0.0 else LimitSwitches(-1e9, here - 1.0)
     bench.sync(2)
     assert bench.emergencies() == [code]
+    assert (bench.read(0x603F), bench.read(0x1001)) == (code, 0x21)
     assert bench.state is State.FAULT_REACTION_ACTIVE
     bench.sync(200)
     assert bench.state is State.FAULT

@@ -8,7 +8,7 @@ from emulator.drive.state_machine import State
 
 
 def test_following_error_stops_the_axis() -> None:
-    """EMCY 8611h, fault reaction, fault; the axis ends at rest."""
+    """EMCY 8611h, 603Fh, fault reaction, fault; the axis ends at rest."""
     bench = DriveBench("scara", "rotate")
     bench.write(0x6065, bench.units(0.5))
     bench.write(0x6085, bench.units(4000.0))
@@ -19,6 +19,7 @@ def test_following_error_stops_the_axis() -> None:
     bench.write(0x607A, bench.units(40.0))
     bench.sync(2)
     assert bench.emergencies() == [0x8611]
+    assert (bench.read(0x603F), bench.read(0x1001)) == (0x8611, 0x21)
     assert bench.state in (State.FAULT_REACTION_ACTIVE, State.FAULT)
     bench.sync(500)
     assert bench.state is State.FAULT

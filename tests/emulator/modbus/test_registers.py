@@ -101,9 +101,13 @@ def test_nothing_is_written_where_one_value_is_wrong(bench: Bench, service: Modb
     assert [bench.od[index].value for index in (0x6040, 0x6060, 0x607A)] == before
 
 
-def test_the_controlword_acts_after_the_set_point_of_the_same_request(bench: Bench, service: ModbusService) -> None:
+@pytest.mark.parametrize("command", [0x6040, 0x6060])
+def test_a_command_acts_after_the_set_point_of_the_same_request(bench: Bench, service: ModbusService, command: int) -> None:
+    """The controlword is one; which objects are is the drive's to say (`Variable.is_command`), here as in an RPDO."""
     written: list[int] = []
-    for index in (0x6040, 0x607A):
+    bench.od[0x6040].is_command = False
+    bench.od[command].is_command = True
+    for index in (command, 0x607A):
         earlier = bench.od[index].on_write
 
         def note(value: object, index: int = index, earlier: object = earlier) -> None:
@@ -113,7 +117,7 @@ def test_the_controlword_acts_after_the_set_point_of_the_same_request(bench: Ben
 
         bench.od[index].on_write = note
     service.answer(1, write(CONTROLWORD, SHUTDOWN, 8, 0, 1))
-    assert written == [0x607A, 0x6040]
+    assert written == [0x607A, command]
 
 
 def test_read_write_writes_first(bench: Bench, service: ModbusService) -> None:

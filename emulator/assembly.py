@@ -1,0 +1,145 @@
+"""Puts motors, gears and effects into a MuJoCo specification, and says what each axis is then."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetwin.errors import UserError
+from emulator.dynamics import AxisDynamics, FrictionLaw
+from emulator.effects import PlacedEffect
+
+
+@dataclass(frozen=True)
+class DrivenJoint:
+    """How a joint of a MuJoCo model is driven: by which actuator, through which gear, with what on the motor's shaft.
+
+    `gear_ratio`: motor turns a joint turn, or rad/m; rotor inertia [kg·m²] and holding brake [N·m] on the shaft; `position`:
+    where the joint stands at first [rad or m].
+    """
+
+    joint: str
+    actuator: str
+    gear_ratio: float
+    rotor_inertia: float
+    holding_brake: float
+    position: float
+
+
+def assemble(
+    spec: mujoco.MjSpec, drives: Mapping[str, DrivenJoint], effects: tuple[PlacedEffect, ...]
+) -> dict[str, AxisDynamics]:
+    """Change the specification; each axis as it is with its effects, in the order of `drives`.
+
+    Raises UserError for an effect on an axis that is not there, in a wrong unit, or that makes no mechanism.
+    """
+    if unknown := {placed.axis for placed in effects} - set(drives):
+        raise UserError(f"the effects name axis {sorted(unknown)[0]!r}; machine {spec.modelname} has {', '.join(drives)}")
+    axes = {name: _add_effects(spec, name, drive, effects) for name, drive in drives.items()}
+    for name, axis in axes.items():
+        if axis.transmission.elastic:
+            _free_the_motor(spec, name, drives[name])
+    return axes
+
+
+def _add_effects(spec: mujoco.MjSpec, name: str, drive: DrivenJoint, effects: tuple[PlacedEffect, ...]) -> AxisDynamics:
+    joint = spec.joint(drive.joint)
+    joint.armature += drive.rotor_inertia * drive.gear_ratio**2
+    spec.actuator(drive.actuator).gear[0] = drive.gear_ratio
+    viscous, quadratic, cubic = joint.damping
+    law = FrictionLaw(coulomb=joint.frictionloss, viscous=viscous, quadratic=quadratic, cubic=cubic)
+    axis = AxisDynamics(drive.gear_ratio, slide=joint.type == mujoco.mjtJoint.mjJNT_SLIDE, friction=law)
+    for placed in effects:
+        if placed.axis == name:
+            _check_units(placed, joint)
+            axis = placed.effect.add_to(spec, joint, axis)
+    _check_axis(name, joint, axis)
+    joint.damping = (axis.friction.viscous, axis.friction.quadratic, axis.friction.cubic)
+    joint.frictionloss = axis.friction.coulomb
+    _make_it_stick(joint, spec.option.timestep)
+    return axis
+
+
+def _make_it_stick(joint: mujoco.MjsJoint, period: float) -> None:
+    """As stiff as the time step bears: MuJoCo's own default creeps under a torque below the friction."""
+    joint.solref_friction = (2.0 * period, 1.0)
+    joint.solimp_friction[:3] = (0.9999, 0.9999, 0.001)
+
+
+def _free_the_motor(spec: mujoco.MjSpec, axis: str, drive: DrivenJoint) -> None:
+    """The rotor, which was the joint's armature, on a joint of its own; an unused equality tells that it follows the axis."""
+    joint = spec.joint(drive.joint)
+    if joint.armature <= 0.0:
+        raise UserError(f"axis {axis}: an elastic transmission needs a motor's inertia; give joint {joint.name!r} an armature")
+    body = spec.worldbody.add_body(
+        name=motor_joint(drive),
+        ipos=(0.0, 0.0, 0.0),
+        mass=joint.armature,
+        inertia=(joint.armature, joint.armature, joint.armature),
+        explicitinertial=True,
+        gravcomp=1.0,
+    )
+    motor = body.add_joint(name=motor_joint(drive), type=joint.type, ref=joint.ref)
+    _make_it_stick(motor, spec.option.timestep)
+    joint.armature = 0.0
+    spec.actuator(drive.actuator).target = motor.name
+    follows = spec.add_equality(
+        name=motor.name, type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1=motor.name, name2=joint.name
+    )
+    follows.data[:2] = (0.0, 1.0)
+    follows.active = False
+
+
+def motor_joint(drive: DrivenJoint) -> str:
+    """Name of the joint of a motor that moves by itself."""
+    return f"{drive.joint}_motor"
+
+
+def _check_units(placed: PlacedEffect, joint: mujoco.MjsJoint) -> None:
+    for parameter in placed.effect.parameters:
+        expected = parameter.unit.on(joint.type)
+        given = placed.units.get(parameter.name, expected)
+        if given != expected:
+            raise UserError(
+                f"{placed.effect.name} on axis {placed.axis!r}: {parameter.name} is given in {given!r}, expected {expected!r}"
+            )
+
+
+def _check_axis(name: str, joint: mujoco.MjsJoint, axis: AxisDynamics) -> None:
+    """What no machine is: friction that drives its joint, less than no inertia, a gear that runs backwards on its way."""
+    law, gear = axis.friction, axis.transmission
+    for level, less in (("coulomb", "coulomb_asymmetry"), ("viscous", "viscous_asymmetry"), ("coulomb", "position_amplitude")):
+        if abs(getattr(law, less)) > getattr(law, level):
+            raise UserError(
+                f"axis {name}: {less} {getattr(law, less):g} is more than {level} {getattr(law, level):g}: it would push"
+            )
+    if law.least_slope < 0.0:
+        terms = f"viscous {law.viscous:g}, quadratic {law.quadratic:g} and cubic {law.cubic:g}"
+        raise UserError(f"axis {name}: {terms} together would push at some speed")
+    if joint.armature < 0.0:
+        raise UserError(f"axis {name}: inertia takes more off than the armature of joint {joint.name!r} is")
+    if abs(gear.error_amplitude) * gear.error_order * axis.gear_ratio >= 1.0:
+        raise UserError(f"axis {name}: a transmission error of {gear.error_amplitude:g} would turn the joint back on its way")
+
+
+def check_time_step(
+    axes: Mapping[str, AxisDynamics], rotors: Sequence[float], inertia: NDArray[np.float64], period: float
+) -> None:
+    """Raises UserError for springs and dampers that a time step [s] cannot follow; rotors and whole axes [kg·m² or kg]."""
+    for (name, axis), rotor, whole in zip(axes.items(), rotors, inertia, strict=True):
+        friction, gear = axis.friction, axis.transmission
+        _check_spring(f"axis {name}: presliding", friction.presliding_stiffness, friction.presliding_damping, whole, period)
+        if gear.elastic:
+            between = 1.0 / (1.0 / rotor + 1.0 / (whole - rotor))
+            _check_spring(f"axis {name}: transmission", gear.stiffness, gear.damping, between, period)
+
+
+def _check_spring(where: str, stiffness: float, damping: float, inertia: float, period: float) -> None:
+    most = (inertia / period**2, 0.5 * inertia / period)
+    for name, given, bound in (("stiffness", stiffness, most[0]), ("damping", damping, most[1])):
+        if given > bound:
+            raise UserError(f"{where}: {name} {given:g} is more than a time step of {period:g} s follows, {bound:.3g} at most")

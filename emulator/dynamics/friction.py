@@ -1,0 +1,186 @@
+"""Friction of a joint: its law, and how it acts in MuJoCo, whose own constraint does the sticking."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp, inf, pi, sin
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.compiled import compiled
+from emulator.dynamics.motion import Motion
+from emulator.dynamics.place import Place
+from emulator.dynamics.records import records
+
+BRISTLES = 4
+"""Elements of the Maxwell-slip model."""
+
+
+@dataclass(frozen=True)
+class FrictionLaw:
+    """Torque of friction on one joint; N·m, rad, s (N, m, s).
+
+    torque = -w [level sgn(v) + coulomb_asymmetry + (viscous + viscous_asymmetry sgn(v) + quadratic |v| + cubic v²) v]
+    level = coulomb + (static_torque - coulomb) exp(-(|v|/stribeck_velocity)^exponent)
+            + load_coefficient |motor torque| + position_amplitude sin(2 pi q / position_period + position_phase)
+    w = 1 + cold exp(-t / warming_time)
+
+    At rest the joint holds up to w level: rigidly, or on bristles of `presliding_stiffness` and `presliding_damping`
+    where the stiffness is not 0. Sources are with the effects that change the law.
+    """
+
+    coulomb: float = 0.0
+    coulomb_asymmetry: float = 0.0
+    viscous: float = 0.0
+    viscous_asymmetry: float = 0.0
+    quadratic: float = 0.0
+    cubic: float = 0.0
+    static_torque: float = 0.0
+    stribeck_velocity: float = 0.0
+    exponent: float = 2.0
+    load_coefficient: float = 0.0
+    position_amplitude: float = 0.0
+    position_period: float = 1.0
+    position_phase: float = 0.0
+    cold: float = 0.0
+    warming_time: float = 1.0
+    presliding_stiffness: float = 0.0
+    presliding_damping: float = 0.0
+
+    @property
+    def acts(self) -> bool:
+        """Whether it depends on more than the velocity, or gives way before it slides."""
+        return any((self.load_coefficient, self.position_amplitude, self.cold, self.presliding_stiffness))
+
+    @property
+    def least_slope(self) -> float:
+        """Least of viscous - |viscous_asymmetry| + quadratic s + cubic s² over all speeds s; below 0 it would push."""
+        start = self.viscous - abs(self.viscous_asymmetry)
+        if self.cubic > 0.0:
+            turn = max(0.0, -self.quadratic / (2.0 * self.cubic))
+            return start + self.quadratic * turn + self.cubic * turn**2
+        return start if self.quadratic >= 0.0 and self.cubic == 0.0 else -inf
+
+    def resistance(self, motion: Motion) -> NDArray[np.float64]:
+        """Torque against the motion, (n,), in sliding; zero at rest, where stiction holds what it must."""
+        sign, speed = np.sign(motion.velocity), np.abs(motion.velocity)
+        level = self.coulomb + sign * self.coulomb_asymmetry
+        if self.stribeck_velocity > 0.0:
+            level = level + (self.static_torque - self.coulomb) * np.exp(-((speed / self.stribeck_velocity) ** self.exponent))
+        level = level + self.load_coefficient * np.abs(motion.torque)
+        level = level + self.position_amplitude * np.sin(
+            2.0 * pi * motion.position / self.position_period + self.position_phase
+        )
+        slope = self.viscous + sign * self.viscous_asymmetry + self.quadratic * speed + self.cubic * speed**2
+        warmth = 1.0 + self.cold * np.exp(-motion.time / self.warming_time)
+        return np.asarray(warmth * (sign * level + slope * motion.velocity))
+
+
+@compiled
+def _level(law, speed):  # type: ignore[no-untyped-def]  # record arrays have no static type
+    level = law.coulomb
+    if law.stribeck_velocity > 0.0:
+        level += (law.static_torque - law.coulomb) * np.exp(-((speed / law.stribeck_velocity) ** law.exponent))
+    return level
+
+
+@compiled
+def _apply(laws, brakes, velocity, frictionloss, applied) -> None:  # type: ignore[no-untyped-def]
+    """Set what MuJoCo's friction constraint may hold and what acts beside it, for laws (n,), from qvel (nv,).
+
+    Native `frictionloss` does the sticking and, once a limit is reached, gives exactly that limit; the law only moves the
+    limit with the speed. A limit that differs with the direction is a symmetric one beside a constant torque.
+    """
+    for axis in range(laws.shape[0]):
+        law = laws[axis]
+        speed = abs(velocity[law.dof])
+        frictionloss[law.motor_dof] = 0.0
+        frictionloss[law.dof] = _level(law, speed)
+        if brakes[axis]:
+            frictionloss[law.motor_dof] += law.brake
+        applied[law.dof] = -law.coulomb_asymmetry - law.viscous_asymmetry * speed
+
+
+@compiled
+def _vary(  # type: ignore[no-untyped-def]
+    laws, anchors, brakes, time, position, velocity, torque, frictionloss, applied, damping, polynomial
+) -> None:
+    """What load, position and time change of laws (n,), and bristles (n, BRISTLES) that stick elastically."""
+    for row in range(laws.shape[0]):
+        law = laws[row]
+        q, v = position[law.qpos], velocity[law.dof]
+        warmth = 1.0 + law.cold * exp(-time / law.warming_time)
+        level = _level(law, abs(v)) + law.load_coefficient * abs(law.gear * torque[law.actuator])
+        level += law.position_amplitude * sin(2.0 * pi * q / law.position_period + law.position_phase)
+        level = max(0.0, warmth * level)
+        applied[law.dof] *= warmth
+        damping[law.dof] = warmth * law.viscous
+        polynomial[law.dof, 0] = warmth * law.quadratic
+        polynomial[law.dof, 1] = warmth * law.cubic
+        if law.presliding_stiffness > 0.0:
+            applied[law.dof] -= _bristles(law, anchors[row], level, q, v)
+            level = 0.0
+        if brakes[law.axis] and law.motor_dof == law.dof:
+            level += law.brake
+        frictionloss[law.dof] = level
+
+
+@compiled
+def _bristles(law, anchors, level, q, v):  # type: ignore[no-untyped-def]
+    """Maxwell slip: springs of equal stiffness, the i-th of which slips when stretched by i shares; all slip at `level`."""
+    share = 2.0 * level / (law.presliding_stiffness * (BRISTLES + 1))
+    torque = 0.0
+    for i in range(BRISTLES):
+        slips_at = (i + 1) * share
+        stretch = q - anchors[i]
+        if abs(stretch) < slips_at:
+            torque += law.presliding_damping / BRISTLES * v
+        else:
+            stretch = slips_at if stretch > 0.0 else -slips_at
+            anchors[i] = q - stretch
+        torque += law.presliding_stiffness / BRISTLES * stretch
+    return torque
+
+
+class Friction:
+    """The velocity-dependent friction and the holding brakes of every axis in a MuJoCo model."""
+
+    def __init__(
+        self,
+        laws: Sequence[FrictionLaw],
+        places: Sequence[Place],
+        brakes: NDArray[np.bool_],
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+    ) -> None:
+        self._laws = records(list(zip(laws, places, strict=True)))
+        self._arrays = (brakes, data.qvel, model.dof_frictionloss, data.qfrc_applied)
+
+    def act(self) -> None:
+        """Set the friction of the coming step; it comes first, and what else acts adds to it."""
+        _apply(self._laws, *self._arrays)
+
+
+class VaryingFriction:
+    """The friction of the axes on which it depends on more than the velocity; acts after Friction."""
+
+    def __init__(
+        self,
+        varying: Sequence[tuple[FrictionLaw, Place]],
+        brakes: NDArray[np.bool_],
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+    ) -> None:
+        self._laws = records(varying)
+        self._data = data
+        self._anchors = np.repeat(data.qpos[self._laws["qpos"]][:, None], BRISTLES, axis=1)
+        self._brakes = brakes
+        self._state = (data.qpos, data.qvel, data.ctrl)
+        self._written = (model.dof_frictionloss, data.qfrc_applied, model.dof_damping, model.dof_dampingpoly)
+
+    def act(self) -> None:
+        """Change the friction of the coming step by what it depends on."""
+        _vary(self._laws, self._anchors, self._brakes, self._data.time, *self._state, *self._written)

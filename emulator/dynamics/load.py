@@ -1,0 +1,53 @@
+"""A torque on a joint that depends on its position alone: weight that the model lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import cos, sin
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.compiled import compiled
+from emulator.dynamics.place import Place
+from emulator.dynamics.records import records
+
+
+@dataclass(frozen=True)
+class Load:
+    """Torque on the joint = -(sine sin q + cosine cos q + constant) [N·m or N]."""
+
+    sine: float = 0.0
+    cosine: float = 0.0
+    constant: float = 0.0
+
+    @property
+    def acts(self) -> bool:
+        """Whether there is any."""
+        return any((self.sine, self.cosine, self.constant))
+
+    def resistance(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Torque (n,) that holds it at joint positions (n,)."""
+        return np.asarray(self.sine * np.sin(position) + self.cosine * np.cos(position) + self.constant)
+
+
+@compiled
+def _apply(loads, position, applied) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
+    for row in range(loads.shape[0]):
+        load = loads[row]
+        q = position[load.qpos]
+        applied[load.dof] -= load.sine * sin(q) + load.cosine * cos(q) + load.constant
+
+
+class Loads:
+    """The loads of the axes that have one."""
+
+    def __init__(self, loads: Sequence[tuple[Load, Place]], data: mujoco.MjData) -> None:
+        self._loads = records(loads)
+        self._arrays = (data.qpos, data.qfrc_applied)
+
+    def act(self) -> None:
+        """Add them to what acts in the coming step."""
+        _apply(self._loads, *self._arrays)

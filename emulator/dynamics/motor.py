@@ -1,0 +1,57 @@
+"""The motor as it is, against what its drive takes it for: torque by current, and what the power stage gives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, sin
+
+import mujoco
+
+from emulator.compiled import compiled
+from emulator.dynamics.place import Place
+from emulator.dynamics.records import records
+
+
+@dataclass(frozen=True)
+class Motor:
+    """Shaft torque = (1 + constant_error) reported torque + offset + ripple_amplitude sin(ripple_order angle + ripple_phase).
+
+    Torques on the joint side [N·m or N], the angle is the motor's [rad]. `current_limit` [N·m or N]: the current that the power
+    stage gives ends there; `bandwidth` [Hz]: the current loop's, 0 where it is as the drive was commissioned. The reported
+    torque is the measured current's, so the drive sees these two and none of the others.
+    """
+
+    constant_error: float = 0.0
+    offset: float = 0.0
+    ripple_amplitude: float = 0.0
+    ripple_order: float = 1.0
+    ripple_phase: float = 0.0
+    current_limit: float = inf
+    bandwidth: float = 0.0
+
+    @property
+    def acts(self) -> bool:
+        """Whether the shaft gives anything else than the drive reports."""
+        return any((self.constant_error, self.offset, self.ripple_amplitude))
+
+
+@compiled
+def _apply(motors, position, torque) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
+    for row in range(motors.shape[0]):
+        motor = motors[row]
+        angle = motor.gear * position[motor.motor_qpos]
+        ripple = motor.ripple_amplitude * sin(motor.ripple_order * angle + motor.ripple_phase)
+        torque[motor.actuator] = (1.0 + motor.constant_error) * torque[motor.actuator] + (motor.offset + ripple) / motor.gear
+
+
+class Motors:
+    """The motors that give anything else than their drives report."""
+
+    def __init__(self, motors: Sequence[tuple[Motor, Place]], data: mujoco.MjData) -> None:
+        self._motors = records(motors)
+        self._arrays = (data.qpos, data.ctrl)
+
+    def act(self) -> None:
+        """Turn reported motor torques into shaft torques."""
+        _apply(self._motors, *self._arrays)

@@ -1,0 +1,149 @@
+"""The transmission between motor and joint: rigid or elastic, with a gap, and not quite of constant ratio."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import cos, inf, isinf, sin
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.compiled import compiled
+from emulator.dynamics.place import Place
+from emulator.dynamics.records import records
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """Everything on the joint side: q of the joint, m of the motor (its angle by the gear ratio), e the transmission error.
+
+    e(q) = error_amplitude sin(error_order gear q + error_phase); twist = m - (q - e(q)).
+    Rigid (infinite stiffness): the twist is 0. Elastic: the motor turns by itself, and the torque through the transmission is
+    stiffness (|twist| - gap/2) sgn(twist) + damping d(twist)/dt in contact, which never pulls, and 0 inside the gap.
+    N·m/rad, N·m·s/rad, rad (N/m, N·s/m, m).
+    """
+
+    stiffness: float = inf
+    damping: float = 0.0
+    gap: float = 0.0
+    error_amplitude: float = 0.0
+    error_order: float = 1.0
+    error_phase: float = 0.0
+
+    @property
+    def elastic(self) -> bool:
+        """Whether the motor moves by itself."""
+        return not isinf(self.stiffness)
+
+    @property
+    def acts(self) -> bool:
+        """Whether it is more than a rigid gear of constant ratio."""
+        return self.elastic or self.error_amplitude != 0.0
+
+    def in_series(self, stiffness: float, damping: float) -> Transmission:
+        """With another spring and damper behind it: compliances add, and so do the losses of slow twisting."""
+        if not self.elastic:
+            return replace(self, stiffness=stiffness, damping=damping)
+        together = 1.0 / (1.0 / self.stiffness + 1.0 / stiffness)
+        losses = self.damping / self.stiffness**2 + damping / stiffness**2
+        return replace(self, stiffness=together, damping=losses * together**2)
+
+
+@compiled
+def _apply_elastic(rows, position, velocity, applied) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
+    for row in range(rows.shape[0]):
+        t = rows[row]
+        wave = t.error_order * t.gear
+        angle = wave * position[t.qpos] + t.error_phase
+        slope = t.error_amplitude * wave * cos(angle)
+        twist = position[t.motor_qpos] - position[t.qpos] + t.error_amplitude * sin(angle)
+        rate = velocity[t.motor_dof] - (1.0 - slope) * velocity[t.dof]
+        torque = _through(t, twist, rate)
+        applied[t.motor_dof] = -torque
+        applied[t.dof] += (1.0 - slope) * torque
+
+
+@compiled
+def _relax(rows, position) -> None:  # type: ignore[no-untyped-def]
+    """Turn the motors to where nothing is twisted."""
+    for row in range(rows.shape[0]):
+        t = rows[row]
+        q = position[t.qpos]
+        position[t.motor_qpos] = q - t.error_amplitude * sin(t.error_order * t.gear * q + t.error_phase)
+
+
+@compiled
+def _through(t, twist, rate):  # type: ignore[no-untyped-def]
+    """Torque through the transmission: teeth in contact push, and never pull."""
+    if t.gap == 0.0:
+        return t.stiffness * twist + t.damping * rate
+    if twist > 0.5 * t.gap:
+        return max(0.0, t.stiffness * (twist - 0.5 * t.gap) + t.damping * rate)
+    if twist < -0.5 * t.gap:
+        return min(0.0, t.stiffness * (twist + 0.5 * t.gap) + t.damping * rate)
+    return 0.0
+
+
+@compiled
+def _apply_rigid(rows, links, position, velocity, torque, armature, simple, applied) -> None:  # type: ignore[no-untyped-def]
+    """Lagrange with m = q - e(q): torque and rotor act by the slope 1 - e', and the rotor's inertia changes on the way.
+
+    MuJoCo takes the inertia of `simple` joints, on which nothing else hangs, from dof_M0: that of `links` (n,) and the rotor.
+    """
+    for row in range(rows.shape[0]):
+        t = rows[row]
+        wave = t.error_order * t.gear
+        angle = wave * position[t.qpos] + t.error_phase
+        slope = 1.0 - t.error_amplitude * wave * cos(angle)
+        curvature = t.error_amplitude * wave * wave * sin(angle)
+        torque[t.actuator] *= slope
+        armature[t.dof] = t.motor_inertia * slope * slope
+        simple[t.dof] = links[row] + armature[t.dof]
+        applied[t.dof] -= t.motor_inertia * slope * curvature * velocity[t.dof] ** 2
+
+
+@compiled
+def _read_rigid(rows, position, angle) -> None:  # type: ignore[no-untyped-def]
+    for row in range(rows.shape[0]):
+        t = rows[row]
+        error = t.error_amplitude * sin(t.error_order * t.gear * position[t.qpos] + t.error_phase)
+        angle[t.axis] -= t.gear * error
+
+
+class ElasticTransmissions:
+    """The transmissions whose motor moves by itself."""
+
+    def __init__(self, transmissions: Sequence[tuple[Transmission, Place]], data: mujoco.MjData) -> None:
+        self._rows = records(transmissions)
+        self._arrays = (data.qpos, data.qvel, data.qfrc_applied)
+        _relax(self._rows, data.qpos)
+
+    def act(self) -> None:
+        """Add the torque through them to what acts on motors and joints in the coming step."""
+        _apply_elastic(self._rows, *self._arrays)
+
+
+class UnevenTransmissions:
+    """The rigid transmissions with a transmission error."""
+
+    def __init__(
+        self,
+        transmissions: Sequence[tuple[Transmission, Place]],
+        motor_angle: NDArray[np.float64],
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+    ) -> None:
+        self._rows = records(transmissions)
+        self._read = (data.qpos, motor_angle)
+        links = model.dof_M0[self._rows["dof"]] - self._rows["motor_inertia"]
+        self._act = (links, data.qpos, data.qvel, data.ctrl, model.dof_armature, model.dof_M0, data.qfrc_applied)
+
+    def read(self) -> None:
+        """Take the error off the motor angles that a constant ratio gives."""
+        _read_rigid(self._rows, *self._read)
+
+    def act(self) -> None:
+        """Turn motor torques and rotor inertias into what they are at the joints now."""
+        _apply_rigid(self._rows, *self._act)

@@ -1,0 +1,41 @@
+"""Inertia that an axis shares with the axis before it: a rotor or a pulley that turns with both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import mujoco
+
+from drivetwin.errors import UserError
+from emulator.dynamics import AxisDynamics
+from emulator.effects.base import INERTIA, NUMBER, Effect, Parameter
+from emulator.effects.model_tree import driven_joint_before
+
+
+@dataclass(frozen=True)
+class Coupling(Effect):
+    """Torque on the axis = -inertia (a + ratio b), on the driven axis before it in the chain = -ratio inertia (a + ratio b).
+
+    a and b are their accelerations: kinetic energy inertia (q' + ratio p')² / 2, MuJoCo's tendon `armature`. Siciliano et al.,
+    Robotics, 2009, ch. 7: the rotors' part. `ratio` in units of the axis a unit of the other.
+    """
+
+    name: ClassVar[str] = "coupling"
+    family: ClassVar[str] = "rigid body"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("inertia", INERTIA, low=0.0),
+        Parameter("ratio", NUMBER),
+    )
+
+    inertia: float
+    ratio: float = 1.0
+
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        other = driven_joint_before(spec, joint)
+        if other is None:
+            raise UserError(f"{self.name}: no driven joint stands before {joint.name!r} in its chain; name the axis after it")
+        rotor = spec.add_tendon(name=f"{joint.name}_coupling", armature=self.inertia)
+        rotor.wrap_joint(joint.name, 1.0)
+        rotor.wrap_joint(other.name, self.ratio)
+        return axis

@@ -1,0 +1,44 @@
+"""Weight on an axis that the model lacks: a tilted base, a counterbalance that is off."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import cos, sin
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.dynamics.load import Load
+from emulator.effects.base import ANGLE, TORQUE, Parameter, StaticEffect
+
+
+@dataclass(frozen=True)
+class Gravity(StaticEffect):
+    """Torque = -moment sin(q - angle): at q = angle the weight hangs in its stable rest. On a slide it is -moment, everywhere.
+
+    Khalil and Dombre, Modeling, Identification and Control of Robots, 2002: the gravity terms of one link, without its inertia.
+    """
+
+    name: ClassVar[str] = "gravity"
+    family: ClassVar[str] = "rigid body"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("moment", TORQUE),
+        Parameter("angle", ANGLE),
+    )
+
+    moment: float
+    angle: float = 0.0
+
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        return replace(axis, load=self._load(axis))
+
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return self._load(axis).resistance(motion.position)
+
+    def _load(self, axis: AxisDynamics) -> Load:
+        if axis.slide:
+            return Load(constant=self.moment)
+        return Load(sine=self.moment * cos(self.angle), cosine=-self.moment * sin(self.angle))

@@ -1,0 +1,46 @@
+"""A load on the axis's arm that the model lacks: a tool, a workpiece, a wafer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import mujoco
+
+from emulator.dynamics import AxisDynamics
+from emulator.effects.base import LENGTH, MASS, Effect, Parameter
+from emulator.effects.model_tree import outermost
+
+
+@dataclass(frozen=True)
+class Payload(Effect):
+    """A point mass at (x, y, z) of the outermost body that the axis moves: down the chain to the next driven joint or its end.
+
+    Weight and inertia about every axis follow (parallel axis theorem). Khalil, Gautier, Lemoine, ICRA 2007: its parameters.
+    """
+
+    name: ClassVar[str] = "payload"
+    family: ClassVar[str] = "rigid body"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("mass", MASS, low=0.0),
+        Parameter("x", LENGTH),
+        Parameter("y", LENGTH),
+        Parameter("z", LENGTH),
+    )
+
+    mass: float
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        body = outermost(spec, joint.parent)
+        body.add_body(
+            name=f"{joint.name}_payload",
+            pos=(self.x, self.y, self.z),
+            ipos=(0.0, 0.0, 0.0),
+            mass=self.mass,
+            inertia=(0.0, 0.0, 0.0),
+            explicitinertial=True,
+        )
+        return axis

@@ -1,0 +1,40 @@
+"""A spring on an axis that the model lacks: a hose, a cable, a counterbalance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.effects.base import POSITION, STIFFNESS, Parameter, StaticEffect
+from emulator.effects.model_tree import as_written
+
+
+@dataclass(frozen=True)
+class Spring(StaticEffect):
+    """Torque = -stiffness (q - rest): MuJoCo's joint spring (MuJoCo manual, joint/stiffness), beside one that the model has."""
+
+    name: ClassVar[str] = "spring"
+    family: ClassVar[str] = "rigid body"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("stiffness", STIFFNESS, low=0.0),
+        Parameter("rest", POSITION),
+    )
+
+    stiffness: float
+    rest: float = 0.0
+
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        before = float(joint.stiffness[0])
+        rest = as_written(spec, joint, self.rest)
+        joint.stiffness[0] = before + self.stiffness
+        if self.stiffness > 0.0:
+            joint.springref = (before * joint.springref + self.stiffness * rest) / joint.stiffness[0]
+        return axis
+
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return self.stiffness * (motion.position - self.rest)

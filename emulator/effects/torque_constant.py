@@ -1,0 +1,33 @@
+"""A motor that gives another torque for its current than the drive believes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.effects.base import NUMBER, Parameter, StaticEffect
+
+
+@dataclass(frozen=True)
+class TorqueConstant(StaticEffect):
+    """Shaft torque = (1 + error) reported torque; error > 0 is a motor stronger than believed, which costs less.
+
+    The drive gain of Gautier and Briot, ASME J. Dyn. Sys. Meas. Control 136(5), 2014.
+    """
+
+    name: ClassVar[str] = "torque_constant"
+    family: ClassVar[str] = "motor and drive"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("error", NUMBER, low=-0.9, high=9.0),)
+
+    error: float
+
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        return replace(axis, motor=replace(axis.motor, constant_error=self.error))
+
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return -self.error * motion.torque

@@ -1,0 +1,30 @@
+"""A current sensor with an offset: the motor gives a torque that the drive does not report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.effects.base import TORQUE, Parameter, StaticEffect
+
+
+@dataclass(frozen=True)
+class TorqueOffset(StaticEffect):
+    """Shaft torque = reported torque + offset; on the joint side. It costs -offset, whatever the motion."""
+
+    name: ClassVar[str] = "torque_offset"
+    family: ClassVar[str] = "motor and drive"
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("offset", TORQUE),)
+
+    offset: float
+
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        return replace(axis, motor=replace(axis.motor, offset=self.offset))
+
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return np.full_like(motion.torque, -self.offset)

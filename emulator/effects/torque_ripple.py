@@ -1,0 +1,41 @@
+"""Cogging of the motor: a torque that comes and goes with its angle, whatever the current."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.effects.base import ANGLE, NUMBER, TORQUE, Parameter, StaticEffect
+
+
+@dataclass(frozen=True)
+class TorqueRipple(StaticEffect):
+    """Shaft torque = reported torque + amplitude sin(order * motor angle + phase), motor angle = gear ratio * joint position.
+
+    `order` is in waves a motor turn: the least common multiple of slots and poles, or once a turn. Amplitude on the joint side.
+    Holtz and Springob, IEEE Trans. Industrial Electronics 43(2), 1996.
+    """
+
+    name: ClassVar[str] = "torque_ripple"
+    family: ClassVar[str] = "motor and drive"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("amplitude", TORQUE, low=0.0),
+        Parameter("order", NUMBER, low=1e-6),
+        Parameter("phase", ANGLE),
+    )
+
+    amplitude: float
+    order: float
+    phase: float = 0.0
+
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        ripple = replace(axis.motor, ripple_amplitude=self.amplitude, ripple_order=self.order, ripple_phase=self.phase)
+        return replace(axis, motor=ripple)
+
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return -self.amplitude * np.sin(self.order * axis.gear_ratio * motion.position + self.phase)
