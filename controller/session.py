@@ -22,6 +22,7 @@ from controller.limits import Limits, apply_torque_limits
 from controller.link import Link
 from controller.machine import Machine
 from controller.motion import Offsets, enable_streaming, home, positions_now, stream
+from controller.motor_check import check_motors
 from controller.pacing import Pacing
 from controller.progress import Progress
 from controller.stop import stopped_at_the_end
@@ -161,6 +162,7 @@ def session_on(
         progress.phase("bring up", 0.1)
         bring_up(link, drives, cycle.period)
         pacing.check(link, drives[0])
+        check_motors(drives, machine)
         if limits is not None:
             apply_torque_limits(drives, limits)
         session = Session(cycle, drives, machine, describe(drives), progress)

@@ -20,6 +20,7 @@ from controller.identification.friction_law import FrictionLaw
 from controller.identification.read import read_friction
 from controller.link import Link
 from controller.machine import Axis, Machine, load_machine
+from controller.motor_check import check_motors
 from drive_profiles import DriveProfile, load_profile
 from drivetwin.bus import INPROC, is_copper, open_bus
 from drivetwin.errors import UserError
@@ -62,7 +63,7 @@ def write_friction_command(
     if bus is None or bus == INPROC:
         raise UserError("which drives? give --bus can0, vcan0 or ws://127.0.0.1:PORT, or --dry-run to see the tables only")
     with Link(open_bus(bus)) as link:
-        _write(link, axes, drive_type, must_ask=is_copper(bus) and not yes, store=store)
+        _write(link, known, axes, drive_type, must_ask=is_copper(bus) and not yes, store=store)
 
 
 @dataclass(frozen=True)
@@ -88,9 +89,12 @@ def _chosen(identified: Path, machine: Machine, names: Sequence[str] | None) -> 
     return chosen
 
 
-def _write(link: Link, axes: Sequence[_Chosen], profile: DriveProfile, *, must_ask: bool, store: bool) -> None:
+def _write(
+    link: Link, machine: Machine, axes: Sequence[_Chosen], profile: DriveProfile, *, must_ask: bool, store: bool
+) -> None:
     """Check and show all, ask where that is due, then write all."""
     drives = [DriveNode(link, one.name, one.axis, profile) for one in axes]
+    check_motors(drives, machine)
     planned = [Planned(drive, plan(drive, one.law)) for drive, one in zip(drives, axes, strict=True)]
     for one, change in zip(axes, (each.change for each in planned), strict=True):
         _show(one, change.before, change.table, change.rated_torque)
@@ -100,8 +104,17 @@ def _write(link: Link, axes: Sequence[_Chosen], profile: DriveProfile, *, must_a
     for drive in drives:
         console.print(f"{drive.where()}: written and read back", highlight=False)
     for drive in drives if store else ():
-        drive.store_parameters()
+        _store(drive)
         console.print(f"{drive.where()}: application parameters stored", highlight=False)
+
+
+def _store(drive: DriveNode) -> None:
+    try:
+        drive.store_parameters()
+    except UserError as error:
+        raise UserError(
+            f"{error}; its table is written and acts until it is reset (an emulator keeps parameters only with --store DIR)"
+        ) from None
 
 
 def _show(one: _Chosen, before: Sequence[Point] | None, table: FrictionTable, rated_torque: float | None) -> None:

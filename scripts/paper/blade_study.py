@@ -33,6 +33,9 @@ WAFER = Wafer(tilt=np.radians(1.0))
 SAFETY = 1.5
 FROM, TO = Station(angle=0.9, reach=0.60, height=0.95), Station(angle=-0.9, reach=0.55, height=1.0)
 
+RINGS = 0.5
+"""How long the belts ring after a move [s]."""
+
 SEEN_TO_HZ = 60.0
 """Up to where the blade's true acceleration is taken from its positions; it includes what the belts ring with, not the
 simulation's own steps."""
@@ -52,8 +55,9 @@ class BladeBench:
         return self.bench.session.cycle.period
 
     def go_to(self, joints: NDArray[np.float64]) -> None:
-        """Move to `joints` (3,) and stand."""
+        """Move to `joints` (3,) and stand until the belts have stopped ringing."""
         self.bench.session.go_to(dict(zip(self.bench.session.axes, joints.tolist(), strict=True)))
+        self.bench.session.cycle.run_for(RINGS)
 
     def run(self, name: str, path: JointPath, stage: Stage) -> Seen:
         """Go through a path; where the blade truly was, one row a row of the path with its rest."""
@@ -76,8 +80,8 @@ def straight_move(blade: BladeBench) -> StraightMove:
         blade.go_to(path.position[0])
         feed_velocity(blade.bench.session, stage.velocity)
         seen = blade.run(f"blade out, {stage.value}", path, stage)
-        off[stage] = distance_from_line(start, end, seen.position)
-    rows = np.arange(len(off[Stage.TORQUE])) - rows_of(LEAD_IN, blade.period)
+        off[stage] = distance_from_line(start, end, seen.position)[rows_of(LEAD_IN, blade.period) :]
+    rows = np.arange(len(off[Stage.TORQUE]))
     return StraightMove(np.asarray(rows * blade.period, dtype=np.float64), off)
 
 

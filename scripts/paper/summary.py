@@ -12,7 +12,8 @@ from paper.results import PUBLISHED, Study, Times, learning_reduction
 
 def print_summary(console: Console, study: Study, out: Path) -> None:
     """Tables, then where the report is."""
-    table = Table("axis", "", "paper [ms]", "ratio", "ours [ms]", "ratio", title="Without and with torque feed-forward")
+    title = "Without and with torque feed-forward (0: the band is never left)"
+    table = Table("axis", "time", "paper [ms]", "ratio", "ours [ms]", "ratio", title=title)
     for axis, result in study.axes.items():
         for name, found in (("settling", result.settling), ("deceleration", result.deceleration)):
             table.add_row(axis, name, *_published(name, axis), *_ours(found))
