@@ -137,8 +137,8 @@ def _identification(study: Study) -> str:
         table(head, rows, numeric=range(3, 7)),
         "One regression over strokes, excitation of each axis, and all axes moving together. The controller's drawing is 2 to "
         "3 % off the machine; the moments across forearm and blade are left out where nothing proves them. The intervals are "
-        "of the noise: what the belts and half a servo period between position and torque do to a rigid model, some 0.1 %, comes "
-        "on top, so that fewer than nine in ten hold the truth. The lift's offset is its weight.",
+        "of the noise: what the belts and half a servo period between position and torque do to a rigid model, some 0.1 %, "
+        "comes on top, so that fewer than nine in ten hold the truth. The lift's offset is its weight.",
     )
 
 
