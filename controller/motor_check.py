@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from controller.drive_node import DriveNode
-from controller.identification.model import compiled
 from controller.machine import Machine
 from drivetwin.errors import UserError
+from drivetwin.motion.inverse_dynamics import compiled
 
 TOLERANCE = 0.25
 """Share by which a motor's inertia may differ from the model's: data sheets are that good, another motor is not."""

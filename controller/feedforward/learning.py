@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from controller.feedforward.alignment import Loops
-from controller.identification.filtering import zero_phase
+from drivetwin.motion.filtering import zero_phase
 
 Torque = NDArray[np.float64]
 

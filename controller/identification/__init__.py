@@ -1,10 +1,10 @@
 """Least-squares identification of friction, inertia and offset from recordings."""
 
 from controller.identification.identify import identify
-from controller.identification.model import Model, load_model
 from controller.identification.result import AxisIdentification, Identification, Parameter, Truth
 from controller.identification.settings import Settings
 from controller.identification.write import write_results
+from drivetwin.motion.inverse_dynamics import Model, load_model
 
 __all__ = [
     "AxisIdentification",

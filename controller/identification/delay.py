@@ -15,10 +15,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from controller.identification.filtering import derivative
 from controller.identification.least_squares import solve
-from controller.identification.motion import AxisMotion, AxisSamples
 from controller.identification.regressors import Design, Term
+from drivetwin.motion.axis_motion import AxisMotion, AxisSamples
+from drivetwin.motion.filtering import derivative
 from drivetwin.recording.recording import Samples
 
 

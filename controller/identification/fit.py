@@ -10,10 +10,10 @@ import numpy as np
 from controller.identification.covariance import Covariance, hac_covariance
 from controller.identification.friction_law import FrictionLaw
 from controller.identification.least_squares import Solution, solve
-from controller.identification.motion import AxisSamples
 from controller.identification.regressors import Design, Stribeck, Term
 from controller.identification.result import Parameter
 from controller.identification.stribeck import Exponent, stribeck_covariance, with_stribeck
+from drivetwin.motion.axis_motion import AxisSamples
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,7 @@ from controller.identification.delay import with_delay
 from controller.identification.excitation import speed_changes
 from controller.identification.fit import Fit, plain_fit, stribeck_fit
 from controller.identification.least_squares import identifiable, reweighted, solve
-from controller.identification.model import JointKind, Model
 from controller.identification.model_scale import with_model_scale
-from controller.identification.motion import AxisMotion, AxisSamples, axis_motions, select, standstill_velocity
 from controller.identification.regressors import SYMMETRIC, Design, Term, build_design
 from controller.identification.residuals import error_if_moving, error_of_fit, traces_of
 from controller.identification.result import UNITS, AxisIdentification, Identification, Parameter, Test
@@ -22,6 +20,8 @@ from controller.identification.settings import Settings
 from controller.identification.stribeck import Exponent, StribeckTest, find_stribeck
 from controller.identification.strokes import find_strokes
 from drivetwin.errors import UserError
+from drivetwin.motion.axis_motion import AxisMotion, AxisSamples, axis_motions, select, standstill_velocity
+from drivetwin.motion.inverse_dynamics import JointKind, Model
 from drivetwin.recording.recording import Recording
 
 _LEAST_MOTION = 0.25
@@ -58,11 +58,11 @@ def identify(
         if progress:
             progress(axis)
         threshold = chosen.standstill_velocity.get(axis) or standstill_velocity(motions)
-        samples = [select(motion, threshold, chosen) for motion in motions] if threshold else []
+        samples = [select(motion, threshold, chosen.reversal_margin) for motion in motions] if threshold else []
         if threshold is None or _seconds(samples) < _LEAST_MOTION:
             skipped[axis] = "it stands still in every recording"
             continue
-        held = [select(motion, threshold, chosen) for motion in checked.get(axis, [])]
+        held = [select(motion, threshold, chosen.reversal_margin) for motion in checked.get(axis, [])]
         joint = joints[axis]
         data = _AxisData(joint, model.kind(joint), model.inertia(joint), threshold, samples, held)
         axes[axis] = _identify_axis(data, chosen)

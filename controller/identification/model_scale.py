@@ -14,8 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from controller.identification.least_squares import share_beside
-from controller.identification.motion import AxisMotion, AxisSamples
 from controller.identification.regressors import Design, Term
+from drivetwin.motion.axis_motion import AxisMotion, AxisSamples
 from drivetwin.recording.recording import Samples
 
 _LEAST_SHARE = 0.02

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controller.identification.friction_law import stribeck_decay
-from controller.identification.motion import AxisMotion, AxisSamples
+from drivetwin.motion.axis_motion import AxisMotion, AxisSamples
 from drivetwin.recording.recording import Samples
 
 Indices = NDArray[np.int64]

@@ -10,11 +10,11 @@ from controller.identification.delay import delay_column
 from controller.identification.fit import Fit
 from controller.identification.least_squares import relative_error
 from controller.identification.model_scale import rest_torque
-from controller.identification.motion import AxisSamples
 from controller.identification.regressors import Term, build_design
 from controller.identification.result import Trace
 from controller.identification.stribeck import with_stribeck
 from drivetwin.errors import UserError
+from drivetwin.motion.axis_motion import AxisSamples
 
 
 def traces_of(samples: Sequence[AxisSamples], fit: Fit, offered: float, validation: bool) -> tuple[Trace, ...]:

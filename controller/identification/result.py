@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from controller.identification.friction_law import FrictionLaw
-from controller.identification.model import JointKind
-from controller.identification.motion import AxisSamples
 from controller.identification.settings import Settings
 from controller.identification.strokes import Stroke
 from drivetwin.files import provenance
+from drivetwin.motion.axis_motion import AxisSamples
+from drivetwin.motion.inverse_dynamics import JointKind
 from drivetwin.recording.recording import Samples
 
 SCHEMA = "identified/1"

@@ -11,7 +11,6 @@ from scipy import stats
 from controller.identification.covariance import Covariance, hac_covariance
 from controller.identification.cross_validation import Blocks, searched_gain
 from controller.identification.least_squares import Solution, share_beside, solve
-from controller.identification.motion import AxisSamples
 from controller.identification.regressors import (
     Design,
     Stribeck,
@@ -21,6 +20,7 @@ from controller.identification.regressors import (
 )
 from controller.identification.settings import Settings
 from controller.identification.stribeck_shape import at_exponent, best_shape, rise_column, survey
+from drivetwin.motion.axis_motion import AxisSamples
 from drivetwin.recording.recording import Samples
 
 _DEGENERATE = 1e-4

@@ -14,8 +14,8 @@ import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 
 from controller.identification.cross_validation import Blocks
-from controller.identification.motion import AxisSamples
 from controller.identification.regressors import Design, Stribeck, Term, column
+from drivetwin.motion.axis_motion import AxisSamples
 from drivetwin.recording.recording import Samples
 
 _VELOCITIES = 24

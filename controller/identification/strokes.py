@@ -10,8 +10,8 @@ import numpy as np
 
 from controller.identification.least_squares import Solution
 from controller.identification.model_scale import rest_torque
-from controller.identification.motion import AxisSamples, Mask
 from controller.identification.regressors import Term
+from drivetwin.motion.axis_motion import AxisSamples, Mask
 from drivetwin.recording.recording import Samples
 
 _LEAST_SECONDS = 0.1

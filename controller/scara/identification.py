@@ -17,14 +17,14 @@ import numpy as np
 from controller.identification.covariance import hac_covariance
 from controller.identification.friction_law import FrictionLaw
 from controller.identification.least_squares import Solution, solve, told
-from controller.identification.model import Model
-from controller.identification.motion import AxisMotion, AxisSamples, axis_motions, select, standstill_velocity
 from controller.identification.regressors import Design, Label, Stribeck, Term, column
 from controller.identification.result import Parameter
 from controller.identification.settings import Settings
 from controller.scara.dynamics import PARAMETERS, BaseParameters, regressor
 from controller.scara.geometry import JOINTS
 from drivetwin.errors import UserError
+from drivetwin.motion.axis_motion import AxisMotion, AxisSamples, axis_motions, select, standstill_velocity
+from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.recording.recording import Recording, Samples
 
 AXES = JOINTS[:3]
@@ -126,7 +126,7 @@ def _samples(pieces: Pieces, settings: Settings) -> list[list[AxisSamples]]:
             raise UserError(f"{axis} stands still in every recording: record a motion of it")
         thresholds.append(threshold)
     return [
-        [select(motion, threshold, settings) for motion, threshold in zip(piece, thresholds, strict=True)] for piece in pieces
+        [select(motion, threshold, settings.reversal_margin) for motion, threshold in zip(piece, thresholds, strict=True)] for piece in pieces
     ]
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from controller.identification.model import compiled
 from controller.scara.geometry import BELTS, JOINTS
 from drivetwin.errors import UserError
+from drivetwin.motion.inverse_dynamics import compiled
 
 
 @dataclass(frozen=True)

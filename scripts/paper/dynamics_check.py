@@ -8,13 +8,13 @@ import mujoco
 import numpy as np
 import pinocchio
 
-from controller.identification.model import Model, compiled
 from controller.machine import Machine, load_machine
 from controller.scara.arm import load_arm
 from controller.scara.dynamics import GRAVITY, base_parameters, torque
 from controller.scara.geometry import BELT_OFFSET, BELTS, Geometry, load_geometry, travel_of
 from controller.scara.link_parameters import Body, LinkParameters, from_model
 from controller.synchronised import synchronised
+from drivetwin.motion.inverse_dynamics import Model, compiled
 from drivetwin.recording.recording import Samples
 
 AXES = ("lift", "rotate", "stretch")

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from controller.identification.friction_law import FrictionLaw
-from controller.identification.model import Model
+from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo, Samples
 
 PERIOD = 1e-3

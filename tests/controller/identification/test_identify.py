@@ -14,10 +14,10 @@ from typer.testing import CliRunner
 
 from controller.identification import Settings, identify, write_results
 from controller.identification.friction_law import FrictionLaw
-from controller.identification.motion import axis_motions, standstill_velocity
 from controller.identification.residuals import error_if_moving, error_of_fit
 from drivetwin.cli.fit import fit_command
 from drivetwin.errors import UserError
+from drivetwin.motion.axis_motion import axis_motions, standstill_velocity
 from drivetwin.recording.recording import AxisInfo, Recording
 from drivetwin.recording.writer import write_into
 

@@ -20,7 +20,6 @@ from paper.dynamics_check import (
 )
 
 from controller.identification.friction_law import FrictionLaw
-from controller.identification.model import compiled
 from controller.machine import load_machine
 from controller.scara.dynamics import (
     GRAVITY,
@@ -43,6 +42,7 @@ from controller.scara.kinematics import chain
 from controller.scara.kinematics import links as dh_links
 from controller.scara.link_parameters import Body, LinkParameters, from_model
 from drivetwin.errors import UserError
+from drivetwin.motion.inverse_dynamics import compiled
 from drivetwin.recording.recording import Samples
 
 MACHINE, GEOMETRY = load_machine("scara"), load_geometry()

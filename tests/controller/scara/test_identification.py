@@ -9,7 +9,6 @@ import pytest
 from paper.dynamics_check import States, pinocchio_torque
 
 from controller.identification.friction_law import FrictionLaw
-from controller.identification.model import Model, load_model
 from controller.identification.result import Parameter
 from controller.machine import load_machine
 from controller.scara.dynamics import base_parameters
@@ -17,6 +16,7 @@ from controller.scara.geometry import load_geometry
 from controller.scara.identification import ACROSS, AXES, SETTINGS, BaseIdentification, identify_arm
 from controller.scara.link_parameters import LinkParameters, from_model
 from drivetwin.errors import UserError
+from drivetwin.motion.inverse_dynamics import Model, load_model
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo, Samples
 
 MACHINE, GEOMETRY = load_machine("scara"), load_geometry()

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
-from controller.identification.filtering import derivative, effective_cutoff, reach, zero_phase
-from controller.identification.model import Model
-from controller.identification.settings import Settings
 from drivetwin.errors import UserError
+from drivetwin.motion.filtering import derivative, effective_cutoff, reach, zero_phase
+from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.recording.recording import Recording, Samples
 
 Mask = NDArray[np.bool_]
@@ -106,12 +105,12 @@ def standstill_velocity(motions: Sequence[AxisMotion]) -> float | None:
     return max(_SHARE_OF_TOP_SPEED * top, _NOISE_FACTOR * noise)
 
 
-def select(motion: AxisMotion, threshold: float, settings: Settings) -> AxisSamples:
+def select(motion: AxisMotion, threshold: float, reversal_margin: float) -> AxisSamples:
     """Mark the samples that count.
 
     Moving: |v| > threshold, the filter's reach at both ends left out. Fitted: moving, and further from a standstill
     than 1.5 times the filter's reach, for a standing axis holds an arbitrary torque that the filter smears into the motion, and
-    further from a reversal than `settings.reversal_margin`. An axis whose velocity changes sign twice within twice the
+    further from a reversal than `reversal_margin` [s]. An axis whose velocity changes sign twice within twice the
     reach counts as standing: it sticks, or is too slow for its encoder.
     """
     inside = _inside(motion)
@@ -119,7 +118,7 @@ def select(motion: AxisMotion, threshold: float, settings: Settings) -> AxisSamp
     width = reach(motion.period, motion.cutoff_hz)
     standing = _runs_of_at_least(slow, width) | _dithering(motion.velocity, 2 * width)
     reversal = _sign_changes(motion.velocity) | (slow & ~standing)
-    margin = round(settings.reversal_margin / motion.period)
+    margin = round(reversal_margin / motion.period)
     excluded = _widen(standing, round(_STANDSTILL_REACH * width))
     if margin:
         excluded |= _widen(reversal, margin)
