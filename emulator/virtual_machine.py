@@ -41,10 +41,14 @@ class VirtualMachine:
         seed: int,
         transmit: Callable[[can.Message], None],
         store: Path | None = None,
+        plant: Plant | None = None,
     ) -> None:
-        """`store` is the directory in which the drives keep their stored parameters, a file an axis; None: they have none."""
+        """`store` is the directory in which the drives keep their stored parameters, a file an axis; None: they have none.
+
+        `plant` stands in the place of the machine's own with its `effects`.
+        """
         self.machine = machine
-        self.plant = Plant(machine, effects)
+        self.plant = Plant(machine, effects) if plant is None else plant
         self._servos = ServoBank(len(machine.axes), seed)
         self._clock = clock
         self._transmit = transmit

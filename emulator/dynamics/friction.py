@@ -65,22 +65,46 @@ class FrictionLaw:
         return start if self.quadratic >= 0.0 and self.cubic == 0.0 else -inf
 
     def resistance(self, motion: Motion) -> NDArray[np.float64]:
-        """Torque against the motion, (n,), in sliding; zero at rest, where stiction holds what it must."""
+        """Torque against the motion, (n,), in sliding; zero at rest, where stiction holds what it must; or that of bristles."""
         sign, speed = np.sign(motion.velocity), np.abs(motion.velocity)
-        level = self.coulomb + sign * self.coulomb_asymmetry
-        if self.stribeck_velocity > 0.0:
-            level = level + (self.static_torque - self.coulomb) * np.exp(-((speed / self.stribeck_velocity) ** self.exponent))
-        level = level + self.load_coefficient * np.abs(motion.torque)
-        level = level + self.position_amplitude * np.sin(
-            2.0 * pi * motion.position / self.position_period + self.position_phase
-        )
         slope = self.viscous + sign * self.viscous_asymmetry + self.quadratic * speed + self.cubic * speed**2
-        warmth = 1.0 + self.cold * np.exp(-motion.time / self.warming_time)
-        return np.asarray(warmth * (sign * level + slope * motion.velocity))
+        beside = np.abs(sign) * self.coulomb_asymmetry + slope * motion.velocity
+        return np.asarray(self._held(motion) + self.warmth(motion) * beside)
+
+    def level(self, motion: Motion) -> NDArray[np.float64]:
+        """What w level is on the way, (n,)."""
+        level = self.coulomb + self.varying_level(motion)
+        if self.stribeck_velocity > 0.0:
+            speed = np.abs(motion.velocity) / self.stribeck_velocity
+            level = level + (self.static_torque - self.coulomb) * np.exp(-(speed**self.exponent))
+        return np.asarray(self.warmth(motion) * level)
+
+    def varying_level(self, motion: Motion) -> NDArray[np.float64]:
+        """The part of level, (n,), that load and position make."""
+        level = self.load_coefficient * np.abs(motion.torque)
+        if self.position_amplitude != 0.0:
+            wave = np.sin(2.0 * pi * motion.position / self.position_period + self.position_phase)
+            level = level + self.position_amplitude * wave
+        return np.asarray(level)
+
+    def warmth(self, motion: Motion) -> NDArray[np.float64]:
+        """w on the way, (n,)."""
+        if self.cold == 0.0:
+            return np.ones_like(motion.time)
+        return np.asarray(1.0 + self.cold * np.exp(-motion.time / self.warming_time))
+
+    def _held(self, motion: Motion) -> NDArray[np.float64]:
+        """Torque of all that sticks, (n,): level sgn(v), or what the bristles give on the way."""
+        level = self.level(motion)
+        if self.presliding_stiffness == 0.0:
+            return np.asarray(np.sign(motion.velocity) * level)
+        held = np.empty_like(level)
+        _stroke(records([(self,)])[0], np.maximum(0.0, level), motion.position, motion.velocity, held)
+        return held
 
 
 @compiled
-def _level(law, speed):  # type: ignore[no-untyped-def]  # record arrays have no static type
+def level_at(law, speed):  # type: ignore[no-untyped-def]  # record arrays have no static type
     level = law.coulomb
     if law.stribeck_velocity > 0.0:
         level += (law.static_torque - law.coulomb) * np.exp(-((speed / law.stribeck_velocity) ** law.exponent))
@@ -98,7 +122,7 @@ def _apply(laws, brakes, velocity, frictionloss, applied) -> None:  # type: igno
         law = laws[axis]
         speed = abs(velocity[law.dof])
         frictionloss[law.motor_dof] = 0.0
-        frictionloss[law.dof] = _level(law, speed)
+        frictionloss[law.dof] = level_at(law, speed)
         if brakes[axis]:
             frictionloss[law.motor_dof] += law.brake
         applied[law.dof] = -law.coulomb_asymmetry - law.viscous_asymmetry * speed
@@ -113,7 +137,7 @@ def _vary(  # type: ignore[no-untyped-def]
         law = laws[row]
         q, v = position[law.qpos], velocity[law.dof]
         warmth = 1.0 + law.cold * exp(-time / law.warming_time)
-        level = _level(law, abs(v)) + law.load_coefficient * abs(law.gear * torque[law.actuator])
+        level = level_at(law, abs(v)) + law.load_coefficient * abs(law.gear * torque[law.actuator])
         level += law.position_amplitude * sin(2.0 * pi * q / law.position_period + law.position_phase)
         level = max(0.0, warmth * level)
         applied[law.dof] *= warmth
@@ -121,7 +145,7 @@ def _vary(  # type: ignore[no-untyped-def]
         polynomial[law.dof, 0] = warmth * law.quadratic
         polynomial[law.dof, 1] = warmth * law.cubic
         if law.presliding_stiffness > 0.0:
-            applied[law.dof] -= _bristles(law, anchors[row], level, q, v)
+            applied[law.dof] -= bristles_torque(law, anchors[row], level, q, v)
             level = 0.0
         if brakes[law.axis] and law.motor_dof == law.dof:
             level += law.brake
@@ -129,7 +153,7 @@ def _vary(  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _bristles(law, anchors, level, q, v):  # type: ignore[no-untyped-def]
+def bristles_torque(law, anchors, level, q, v):  # type: ignore[no-untyped-def]
     """Maxwell slip: springs of equal stiffness, the i-th of which slips when stretched by i shares; all slip at `level`."""
     share = 2.0 * level / (law.presliding_stiffness * (BRISTLES + 1))
     torque = 0.0
@@ -143,6 +167,14 @@ def _bristles(law, anchors, level, q, v):  # type: ignore[no-untyped-def]
             anchors[i] = q - stretch
         torque += law.presliding_stiffness / BRISTLES * stretch
     return torque
+
+
+@compiled
+def _stroke(law, level, position, velocity, torque) -> None:  # type: ignore[no-untyped-def]
+    """Torque (n,) of bristles, relaxed at first, on a motion (n,)."""
+    anchors = np.full(BRISTLES, position[0])
+    for k in range(position.shape[0]):
+        torque[k] = bristles_torque(law, anchors, level[k], position[k], velocity[k])
 
 
 class Friction:

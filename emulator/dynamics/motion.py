@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 class Motion:
     """Joint side, each (n,): rad, rad/s, rad/s², N·m (m, m/s, m/s², N); `time` [s] since the plant was switched on.
 
-    `torque` is the motor's as the drive reports it, times the gear ratio.
+    Position, as the encoder tells it, and its derivatives; `torque` is the motor's as the drive reports it, times the gear
+    ratio. `rigid_torque` is what the frictionless rigid machine needs for this motion, `inertia` its d torque / d acceleration,
+    both with the motor; `rotor_inertia` is the motor's share of it. Samples stand in equal steps.
     """
 
     position: NDArray[np.float64]
@@ -20,3 +22,11 @@ class Motion:
     acceleration: NDArray[np.float64]
     torque: NDArray[np.float64]
     time: NDArray[np.float64]
+    rigid_torque: NDArray[np.float64]
+    inertia: NDArray[np.float64]
+    rotor_inertia: float
+
+    @property
+    def period(self) -> float:
+        """Between two samples [s]."""
+        return float(self.time[1] - self.time[0])

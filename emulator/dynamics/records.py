@@ -29,8 +29,8 @@ def acting(parts: Sequence[P], places: Sequence[Place]) -> list[tuple[P, Place]]
     return [(part, place) for part, place in zip(parts, places, strict=True) if part.acts]
 
 
-def records(rows: Sequence[tuple[object, Place]]) -> NDArray[np.void]:
-    """Record array (n,) with the fields of each part (float) and of its place."""
+def records(rows: Sequence[tuple[object, ...]]) -> NDArray[np.void]:
+    """Record array (n,) with the fields (float) of each part, and of its place where it stands beside."""
     columns = [(index, field) for index, value in enumerate(rows[0]) for field in fields(value)]  # type: ignore[arg-type]
     packed = np.zeros(len(rows), dtype=[(field.name, "i8" if field.type == "int" else "f8") for _, field in columns])
     for index, field in columns:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -68,8 +69,20 @@ class Effect(ABC):
 
 
 @dataclass(frozen=True)
-class StaticEffect(Effect):
-    """An effect whose torque follows from the present motion of its axis alone. What others cost, only a replay tells."""
+class Start:
+    """Where a search for an effect begins: members whose predictions, each times a coefficient, add up to that of one effect.
+
+    `compose` makes the effect of the coefficients (k,) of the k members, the nearest one with parameters in their bounds; exact
+    where the torque is linear in them, a first guess elsewhere. None where the coefficients make none (a negative level).
+    """
+
+    members: tuple[AxisEffect, ...]
+    compose: Callable[[Sequence[float]], AxisEffect | None]
+
+
+@dataclass(frozen=True)
+class AxisEffect(Effect):
+    """An effect whose torque follows from the measured motion of its axis, its past included."""
 
     @abstractmethod
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
@@ -77,6 +90,35 @@ class StaticEffect(Effect):
 
         Joint side, N·m or N.
         """
+
+    @classmethod
+    @abstractmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
+        """Where to look for the effect in a motion: near enough to each other that a local search finds the rest."""
+
+
+@dataclass(frozen=True)
+class StaticEffect(AxisEffect):
+    """An effect whose torque follows from the present motion of its axis alone."""
+
+
+@dataclass(frozen=True)
+class DriveEffect(Effect):
+    """An effect between the torque that a drive's loops ask for and the torque that it gives and reports."""
+
+    @abstractmethod
+    def respond(self, asked: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+        """Torque given (n,) for a torque asked (n,), sampled every `period` [s]; joint side, N·m or N."""
+
+    @classmethod
+    @abstractmethod
+    def candidates(cls, asked: NDArray[np.float64], given: NDArray[np.float64], period: float) -> Sequence[DriveEffect]:
+        """Effects to try for a torque asked and a torque given (n,)."""
+
+
+@dataclass(frozen=True)
+class ModelEffect(Effect):
+    """An effect on the rigid bodies, about every axis: what it costs, the inverse dynamics of the changed model tells."""
 
 
 @dataclass(frozen=True)

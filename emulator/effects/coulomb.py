@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from emulator.dynamics import FrictionLaw
-from emulator.effects.base import TORQUE, FrictionEffect, Parameter
+from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from emulator.effects.base import TORQUE, FrictionEffect, Parameter, Start
 
 
 @dataclass(frozen=True)
@@ -21,3 +22,8 @@ class Coulomb(FrictionEffect):
 
     def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(law, coulomb=self.coulomb)
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
+        before = axis.friction.coulomb
+        return [Start((cls(before + 1.0),), lambda found: cls(max(0.0, before + found[0])))]

@@ -9,12 +9,12 @@ import mujoco
 
 from drivetwin.errors import UserError
 from emulator.dynamics import AxisDynamics
-from emulator.effects.base import INERTIA, NUMBER, Effect, Parameter
+from emulator.effects.base import INERTIA, NUMBER, ModelEffect, Parameter
 from emulator.effects.model_tree import driven_joint_before
 
 
 @dataclass(frozen=True)
-class Coupling(Effect):
+class Coupling(ModelEffect):
     """Torque on the axis = -inertia (a + ratio b), on the driven axis before it in the chain = -ratio inertia (a + ratio b).
 
     a and b are their accelerations: kinetic energy inertia (q' + ratio p')² / 2, MuJoCo's tendon `armature`. Siciliano et al.,

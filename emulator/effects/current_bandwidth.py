@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import exp, pi
 from typing import ClassVar
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
 
 from emulator.dynamics import AxisDynamics
-from emulator.effects.base import FREQUENCY, Effect, Parameter
+from emulator.effects.base import FREQUENCY, DriveEffect, Parameter
 
 
 @dataclass(frozen=True)
-class CurrentBandwidth(Effect):
+class CurrentBandwidth(DriveEffect):
     """Measured torque = demanded torque / (1 + s / (2 pi bandwidth)): -3 dB at `bandwidth`, in place of the commissioned lag.
 
     A first-order closed current loop, sampled exactly at the servo period.
@@ -26,3 +31,17 @@ class CurrentBandwidth(Effect):
 
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, motor=replace(axis.motor, bandwidth=self.bandwidth))
+
+    def respond(self, asked: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+        """Exact for straight lines between samples."""
+        turned = 2.0 * pi * self.bandwidth * period
+        left = exp(-turned)
+        mean = (1.0 - left) / turned
+        at_rest = signal.lfiltic([1.0 - mean, mean - left], [1.0, -left], [asked[0]], [asked[0]])
+        return np.asarray(signal.lfilter([1.0 - mean, mean - left], [1.0, -left], asked, zi=at_rest)[0])
+
+    @classmethod
+    def candidates(
+        cls, asked: NDArray[np.float64], given: NDArray[np.float64], period: float  # noqa: ARG003
+    ) -> Sequence[CurrentBandwidth]:
+        return [cls(float(bandwidth)) for bandwidth in np.geomspace(5.0, 500.0, 12)]

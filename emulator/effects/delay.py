@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics
-from emulator.effects.base import TIME, Effect, Parameter
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.dynamics.replay import motor_torque
+from emulator.effects.base import TIME, AxisEffect, Parameter, Start
 
 
 @dataclass(frozen=True)
-class Delay(Effect):
+class Delay(AxisEffect):
     """Reading(t) = position(t - delay), for the loops and what the drive reports; straight lines between servo periods."""
 
     name: ClassVar[str] = "delay"
@@ -23,3 +27,15 @@ class Delay(Effect):
 
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, encoder=replace(axis.encoder, delay=self.delay))
+
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        torque = motor_torque(motion, axis)
+        return np.asarray(np.interp(motion.time + self.delay, motion.time, torque) - torque)
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
+        return [cls._start(delay) for delay in (0.001, 0.003, 0.01)]
+
+    @classmethod
+    def _start(cls, delay: float) -> Start:
+        return Start((cls(delay),), lambda found: cls(min(delay * found[0], 0.05)) if found[0] > 0.0 else None)

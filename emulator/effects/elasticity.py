@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import sqrt
 from typing import ClassVar
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics
-from emulator.effects.base import DAMPING, STIFFNESS, Effect, Parameter
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.dynamics.replay import motor_torque
+from emulator.effects.base import DAMPING, STIFFNESS, AxisEffect, Parameter, Start
+from emulator.effects.springs import springs
 
 
 @dataclass(frozen=True)
-class Elasticity(Effect):
+class Elasticity(AxisEffect):
     """Torque = stiffness (m - q) + damping (m' - q'), m the motor's angle by the gear ratio, q the joint's.
 
     The joint's armature is the motor's side of the spring, its friction stays on the joint's. Spong, ASME J. Dyn. Sys. Meas.
@@ -30,4 +36,28 @@ class Elasticity(Effect):
     damping: float = 0.0
 
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        return self._on(axis)
+
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return motor_torque(motion, self._on(axis)) - motor_torque(motion, axis)
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
+        return [
+            cls._start(spring) for at in np.geomspace(3.0, 60.0, 12) for spring in springs(motion, float(at), (0.02, 0.2))
+        ]
+
+    @classmethod
+    def _start(cls, spring: tuple[float, float]) -> Start:
+        """What it costs grows about as its compliance."""
+
+        def compose(found: Sequence[float]) -> Elasticity | None:
+            if found[0] <= 0.0:
+                return None
+            softer = min(max(found[0], 0.5), 2.0)
+            return cls(spring[0] / softer, spring[1] / sqrt(softer))
+
+        return Start((cls(*spring),), compose)
+
+    def _on(self, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, transmission=axis.transmission.in_series(self.stiffness, self.damping))

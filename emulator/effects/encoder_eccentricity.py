@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import pi
 from typing import ClassVar
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics
-from emulator.effects.base import ANGLE, POSITION, Effect, Parameter
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.dynamics.replay import motor_torque
+from emulator.effects.base import ANGLE, POSITION, AxisEffect, Parameter, Start
+from emulator.effects.waves import amplitude_and_phase
 
 
 @dataclass(frozen=True)
-class EncoderEccentricity(Effect):
+class EncoderEccentricity(AxisEffect):
     """Reading = position + amplitude sin(motor angle + phase), on the joint side; on the motor's, gear ratio times that.
 
     A disc of radius r that sits e off errs by e / r on the motor's shaft: HEIDENHAIN, Rotary Encoders, accuracy.
@@ -30,3 +36,30 @@ class EncoderEccentricity(Effect):
 
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, encoder=replace(axis.encoder, eccentricity=self.amplitude, phase=self.phase))
+
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return motor_torque(self._truth(motion, axis.gear_ratio), axis) - motor_torque(motion, axis)
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
+        """What it costs is linear in a small error."""
+        small = 0.01 / axis.gear_ratio
+
+        def compose(found: Sequence[float]) -> EncoderEccentricity:
+            amplitude, phase = amplitude_and_phase(found)
+            return cls(small * amplitude, phase)
+
+        return [Start((cls(small), cls(small, 0.5 * pi)), compose)]
+
+    def _truth(self, motion: Motion, gear_ratio: float) -> Motion:
+        """The motion that is read as this one: position + error(position) = reading, and its derivatives."""
+        position = motion.position
+        for _ in range(3):
+            angle = gear_ratio * position + self.phase
+            slope = 1.0 + self.amplitude * gear_ratio * np.cos(angle)
+            position = position - (position + self.amplitude * np.sin(angle) - motion.position) / slope
+        velocity = motion.velocity / slope
+        bend = self.amplitude * gear_ratio**2 * np.sin(angle) * velocity**2
+        acceleration = (motion.acceleration + bend) / slope
+        torque = motion.rigid_torque + motion.inertia * (acceleration - motion.acceleration)
+        return replace(motion, position=position, velocity=velocity, acceleration=acceleration, rigid_torque=torque)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import cos, sin
+from math import atan2, cos, hypot, pi, sin
 from typing import ClassVar
 
 import mujoco
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.load import Load
-from emulator.effects.base import ANGLE, TORQUE, Parameter, StaticEffect
+from emulator.effects.base import ANGLE, TORQUE, Parameter, Start, StaticEffect
 
 
 @dataclass(frozen=True)
@@ -42,3 +43,9 @@ class Gravity(StaticEffect):
         if axis.slide:
             return Load(constant=self.moment)
         return Load(sine=self.moment * cos(self.angle), cosine=-self.moment * sin(self.angle))
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
+        if axis.slide:
+            return [Start((cls(1.0),), lambda found: cls(found[0]))]
+        return [Start((cls(1.0), cls(1.0, -0.5 * pi)), lambda found: cls(hypot(*found), -atan2(found[1], found[0])))]

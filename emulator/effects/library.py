@@ -10,7 +10,7 @@ from types import ModuleType
 
 from emulator.effects.base import Effect
 
-_NOT_EFFECTS = {"base", "file", "library", "model_tree"}
+_NOT_EFFECTS = {"base", "file", "library", "model_tree", "springs", "waves"}
 
 
 @cache

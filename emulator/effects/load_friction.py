@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from emulator.dynamics import FrictionLaw
-from emulator.effects.base import NUMBER, FrictionEffect, Parameter
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from emulator.dynamics.replay import motor_torque
+from emulator.effects.base import NUMBER, FrictionEffect, Parameter, Start
 
 
 @dataclass(frozen=True)
@@ -25,3 +30,15 @@ class LoadFriction(FrictionEffect):
 
     def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(law, load_coefficient=self.coefficient)
+
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        """From the torque that the axis needs without it, T: T / (1 - coefficient sgn(T v)) - T.
+
+        The measured torque would explain itself, the better the larger the coefficient.
+        """
+        needed = motor_torque(motion, axis)
+        return np.asarray(needed / (1.0 - self.coefficient * np.sign(needed * motion.velocity)) - needed)
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
+        return [Start((cls(0.1),), lambda found: cls(min(0.1 * found[0], 0.9)) if found[0] > 0.0 else None)]

@@ -8,12 +8,12 @@ from typing import ClassVar
 import mujoco
 
 from emulator.dynamics import AxisDynamics
-from emulator.effects.base import LENGTH, MASS, Effect, Parameter
+from emulator.effects.base import LENGTH, MASS, ModelEffect, Parameter
 from emulator.effects.model_tree import outermost
 
 
 @dataclass(frozen=True)
-class Payload(Effect):
+class Payload(ModelEffect):
     """A point mass at (x, y, z) of the outermost body that the axis moves: down the chain to the next driven joint or its end.
 
     Weight and inertia about every axis follow (parallel axis theorem). Khalil, Gautier, Lemoine, ICRA 2007: its parameters.

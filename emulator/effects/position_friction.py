@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import pi
 from typing import ClassVar
 
-from emulator.dynamics import FrictionLaw
-from emulator.effects.base import ANGLE, POSITION, TORQUE, FrictionEffect, Parameter
+import numpy as np
+
+from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from emulator.effects.base import ANGLE, POSITION, TORQUE, FrictionEffect, Parameter, Start
+from emulator.effects.waves import amplitude_and_phase, strongest, unexplained
+
+_PERIODS = 24
 
 
 @dataclass(frozen=True)
@@ -32,3 +39,16 @@ class PositionFriction(FrictionEffect):
         return replace(
             law, position_amplitude=self.amplitude, position_period=self.period, position_phase=self.phase
         )
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
+        left = unexplained(motion, axis) * np.sign(motion.velocity)
+        return [cls._start(axis.friction.coulomb, 1.0 / number) for number in strongest(motion, left, _PERIODS)]
+
+    @classmethod
+    def _start(cls, most: float, period: float) -> Start:
+        def compose(found: Sequence[float]) -> PositionFriction:
+            amplitude, phase = amplitude_and_phase(found)
+            return cls(min(amplitude, most), period, phase)
+
+        return Start((cls(1.0, period), cls(1.0, period, 0.5 * pi)), compose)

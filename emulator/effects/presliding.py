@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics
-from emulator.effects.base import DAMPING, STIFFNESS, Effect, Parameter
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.dynamics.replay import motor_torque
+from emulator.effects.base import DAMPING, STIFFNESS, AxisEffect, Parameter, Start
+from emulator.effects.waves import travel
 
 
 @dataclass(frozen=True)
-class Presliding(Effect):
+class Presliding(AxisEffect):
     """At rest the friction is a spring of `stiffness` that yields little by little until, all at its level, it slides.
 
     Maxwell slip with four elements of equal stiffness that slip at 1/4, 2/4, 3/4 and 4/4 of 1.6 level / stiffness, each
@@ -31,5 +36,26 @@ class Presliding(Effect):
     damping: float = 0.0
 
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        return self._on(axis)
+
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return motor_torque(motion, self._on(axis)) - motor_torque(motion, axis)
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
+        level = max(axis.friction.coulomb, axis.friction.static_torque)
+        ways = np.geomspace(1e-4, 0.1, 12) * travel(motion)
+        return [cls._start(1.6 * level / float(way)) for way in ways if level * way > 0.0]
+
+    @classmethod
+    def _start(cls, stiffness: float) -> Start:
+        """What it costs grows about as the way on which it yields."""
+
+        def compose(found: Sequence[float]) -> Presliding | None:
+            return cls(stiffness / min(max(found[0], 0.5), 2.0)) if found[0] > 0.0 else None
+
+        return Start((cls(stiffness),), compose)
+
+    def _on(self, axis: AxisDynamics) -> AxisDynamics:
         law = replace(axis.friction, presliding_stiffness=self.stiffness, presliding_damping=self.damping)
         return replace(axis, friction=law)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -10,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import POSITION, STIFFNESS, Parameter, StaticEffect
+from emulator.effects.base import POSITION, STIFFNESS, Parameter, Start, StaticEffect
 from emulator.effects.model_tree import as_written
+from emulator.effects.waves import travel
 
 
 @dataclass(frozen=True)
@@ -38,3 +40,13 @@ class Spring(StaticEffect):
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return self.stiffness * (motion.position - self.rest)
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
+        middle, way = float(np.mean(motion.position)), travel(motion)
+
+        def compose(found: Sequence[float]) -> Spring | None:
+            stiffness = found[0] + found[1]
+            return cls(stiffness, middle + (found[0] - found[1]) * way / stiffness) if stiffness > 0.0 else None
+
+        return [Start((cls(1.0, middle + way), cls(1.0, middle - way)), compose)]

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from emulator.dynamics import FrictionLaw
-from emulator.effects.base import NUMBER, TORQUE, VELOCITY, FrictionEffect, Parameter
+import numpy as np
+
+from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from emulator.effects.base import NUMBER, TORQUE, VELOCITY, FrictionEffect, Parameter, Start
+from emulator.effects.waves import top_speed
 
 
 @dataclass(frozen=True)
@@ -35,3 +39,15 @@ class Stribeck(FrictionEffect):
             stribeck_velocity=self.stribeck_velocity,
             exponent=self.exponent,
         )
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
+        velocities = np.maximum(np.geomspace(0.005, 0.7, 8) * top_speed(motion), 1e-6)
+        return [cls._start(axis.friction.coulomb, float(at), exponent) for at in velocities for exponent in (1.0, 2.0)]
+
+    @classmethod
+    def _start(cls, coulomb: float, velocity: float, exponent: float) -> Start:
+        def compose(found: Sequence[float]) -> Stribeck | None:
+            return cls(coulomb + found[0], velocity, exponent) if found[0] > 0.0 else None
+
+        return Start((cls(coulomb + 1.0, velocity, exponent),), compose)

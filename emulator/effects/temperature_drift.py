@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from emulator.dynamics import FrictionLaw
-from emulator.effects.base import NUMBER, TIME, FrictionEffect, Parameter
+import numpy as np
+
+from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from emulator.effects.base import NUMBER, TIME, FrictionEffect, Parameter, Start
 
 
 @dataclass(frozen=True)
@@ -29,3 +32,12 @@ class TemperatureDrift(FrictionEffect):
 
     def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(law, cold=self.cold, warming_time=self.time_constant)
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
+        duration = float(motion.time[-1] - motion.time[0])
+        return [cls._start(float(share) * duration) for share in np.geomspace(0.05, 3.0, 6)]
+
+    @classmethod
+    def _start(cls, time_constant: float) -> Start:
+        return Start((cls(1.0, time_constant),), lambda found: cls(max(found[0], -0.9), time_constant))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -10,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import NUMBER, Parameter, StaticEffect
+from emulator.dynamics.replay import motor_torque
+from emulator.effects.base import NUMBER, AxisEffect, Parameter, Start, StaticEffect
 
 
 @dataclass(frozen=True)
@@ -30,4 +32,12 @@ class TorqueConstant(StaticEffect):
         return replace(axis, motor=replace(axis.motor, constant_error=self.error))
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return -self.error * motion.torque
+        return -self.error / (1.0 + self.error) * motor_torque(motion, axis)
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
+        def compose(found: Sequence[float]) -> AxisEffect:
+            share = min(max(0.5 * found[0], -9.0), 0.9)  # cls(1.0) costs half of what is needed less
+            return cls(share / (1.0 - share))
+
+        return [Start((cls(1.0),), compose)]

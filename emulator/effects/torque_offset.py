@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import TORQUE, Parameter, StaticEffect
+from emulator.effects.base import TORQUE, Parameter, Start, StaticEffect
 
 
 @dataclass(frozen=True)
@@ -28,3 +29,7 @@ class TorqueOffset(StaticEffect):
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return np.full_like(motion.torque, -self.offset)
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
+        return [Start((cls(1.0),), lambda found: cls(found[0]))]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import pi
 from typing import ClassVar
 
 import mujoco
@@ -10,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import ANGLE, NUMBER, TORQUE, Parameter, StaticEffect
+from emulator.effects.base import ANGLE, NUMBER, TORQUE, Parameter, Start, StaticEffect
+from emulator.effects.waves import amplitude_and_phase, orders, unexplained
 
 
 @dataclass(frozen=True)
@@ -39,3 +42,15 @@ class TorqueRipple(StaticEffect):
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return -self.amplitude * np.sin(self.order * axis.gear_ratio * motion.position + self.phase)
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
+        return [cls._start(order) for order in orders(motion, axis, unexplained(motion, axis))]
+
+    @classmethod
+    def _start(cls, order: float) -> Start:
+        def compose(found: Sequence[float]) -> TorqueRipple:
+            amplitude, phase = amplitude_and_phase(found)
+            return cls(amplitude, order, phase)
+
+        return Start((cls(1.0, order), cls(1.0, order, 0.5 * pi)), compose)

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import pi
 from typing import ClassVar
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics
-from emulator.effects.base import ANGLE, NUMBER, POSITION, Effect, Parameter
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.dynamics.replay import motor_torque
+from emulator.effects.base import ANGLE, NUMBER, POSITION, AxisEffect, Parameter, Start
+from emulator.effects.waves import amplitude_and_phase, orders, unexplained
+
+_SMALL = 0.02
+_MOST = 0.9
+"""Of amplitude order gear ratio, which is 1 where the gear would turn back."""
 
 
 @dataclass(frozen=True)
-class TransmissionError(Effect):
+class TransmissionError(AxisEffect):
     """q = motor angle / gear ratio + amplitude sin(order * gear ratio * q + phase); rigid, or behind `elasticity`.
 
     `order` is in waves a motor turn, 2 for a strain wave gear. Torque and rotor inertia act by the ratio of the moment (virtual
@@ -32,5 +42,26 @@ class TransmissionError(Effect):
     phase: float = 0.0
 
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        return self._on(axis)
+
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return motor_torque(motion, self._on(axis)) - motor_torque(motion, axis)
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
+        return [cls._start(order, order * axis.gear_ratio) for order in orders(motion, axis, unexplained(motion, axis))]
+
+    @classmethod
+    def _start(cls, order: float, wave: float) -> Start:
+        """What it costs is linear in a small error."""
+        small = _SMALL / wave
+
+        def compose(found: Sequence[float]) -> TransmissionError:
+            amplitude, phase = amplitude_and_phase(found)
+            return cls(min(small * amplitude, _MOST / wave), order, phase)
+
+        return Start((cls(small, order), cls(small, order, 0.5 * pi)), compose)
+
+    def _on(self, axis: AxisDynamics) -> AxisDynamics:
         error = {"error_amplitude": self.amplitude, "error_order": self.order, "error_phase": self.phase}
         return replace(axis, transmission=replace(axis.transmission, **error))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from emulator.dynamics import FrictionLaw
-from emulator.effects.base import DAMPING, FrictionEffect, Parameter
+from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from emulator.effects.base import DAMPING, FrictionEffect, Parameter, Start
 
 
 @dataclass(frozen=True)
@@ -21,3 +22,8 @@ class ViscousAsymmetry(FrictionEffect):
 
     def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(law, viscous_asymmetry=self.asymmetry)
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
+        most = axis.friction.viscous
+        return [Start((cls(1.0),), lambda found: cls(min(max(found[0], -most), most)))]

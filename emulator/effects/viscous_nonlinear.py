@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import sqrt
 from typing import ClassVar
 
-from emulator.dynamics import FrictionLaw
-from emulator.effects.base import CUBIC, QUADRATIC, FrictionEffect, Parameter
+from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from emulator.effects.base import CUBIC, QUADRATIC, FrictionEffect, Parameter, Start
 
 
 @dataclass(frozen=True)
@@ -28,3 +30,20 @@ class ViscousNonlinear(FrictionEffect):
 
     def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(law, quadratic=self.quadratic, cubic=self.cubic)
+
+    @classmethod
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
+        slope = axis.friction.viscous - abs(axis.friction.viscous_asymmetry)
+        quadratic, cubic = cls(1.0, 0.0), cls(0.0, 1.0)
+        return [
+            Start((quadratic,), lambda found: cls._within(slope, found[0], 0.0)),
+            Start((cubic,), lambda found: cls._within(slope, 0.0, found[0])),
+            Start((quadratic, cubic), lambda found: cls._within(slope, *found)),
+        ]
+
+    @classmethod
+    def _within(cls, slope: float, quadratic: float, cubic: float) -> ViscousNonlinear | None:
+        """The nearest that pushes at no speed: slope + quadratic s + cubic s² >= 0 for all s >= 0."""
+        cubic = max(cubic, 0.0)
+        quadratic = max(quadratic, -2.0 * sqrt(slope * cubic))
+        return cls(quadratic, cubic) if quadratic != 0.0 or cubic > 0.0 else None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -154,7 +154,8 @@ VELOCITY = np.array([-1.5, -0.05, -0.01, 0.01, 0.05, 1.5])
 ACCELERATION = np.array([1.0, -2.0, 3.0, -4.0, 5.0, -6.0])
 TORQUE = np.array([2.0, -1.0, 0.5, -0.5, 1.5, -2.5])
 TIME = np.array([0.0, 1.0, 2.0, 10.0, 20.0, 100.0])
-MOTION = Motion(POSITION, VELOCITY, ACCELERATION, TORQUE, TIME)
+INERTIA = np.full(6, 0.3)
+MOTION = Motion(POSITION, VELOCITY, ACCELERATION, TORQUE, TIME, INERTIA * ACCELERATION, INERTIA, 0.1)
 AXIS = AxisDynamics(gear_ratio=50.0, friction=FrictionLaw(coulomb=0.8, viscous=0.3))
 
 SIGN, SPEED = np.sign(VELOCITY), np.abs(VELOCITY)
@@ -184,7 +185,7 @@ PREDICTIONS = [
     ("inertia", {"difference": 0.2}, 0.2 * ACCELERATION),
     ("gravity", {"moment": 3.0, "angle": 0.2}, 3.0 * np.sin(POSITION - 0.2)),
     ("spring", {"stiffness": 5.0, "rest": 0.1}, 5.0 * (POSITION - 0.1)),
-    ("torque_constant", {"error": 0.1}, -0.1 * TORQUE),
+    ("torque_constant", {"error": 0.1}, -0.1 / 1.1 * (0.3 * ACCELERATION + 0.8 * SIGN + 0.3 * VELOCITY)),
     ("torque_offset", {"offset": 0.3}, np.full(6, -0.3)),
     ("torque_ripple", {"amplitude": 0.2, "order": 6.0, "phase": 0.5}, -0.2 * np.sin(6.0 * 50.0 * POSITION + 0.5)),
 ]
@@ -207,6 +208,6 @@ def test_every_static_effect_is_among_the_predictions() -> None:
 
 
 def test_law_at_rest_resists_nothing_by_itself() -> None:
-    still = Motion(POSITION, np.zeros(6), ACCELERATION, TORQUE, TIME)
+    still = replace(MOTION, velocity=np.zeros(6))
     law = FrictionLaw(coulomb=1.0, static_torque=2.0, stribeck_velocity=0.1, load_coefficient=0.2, cold=0.3)
     assert (law.resistance(still) == 0.0).all()

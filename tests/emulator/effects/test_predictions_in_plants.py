@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from effect_bench import HINGE, SLIDE, WHOLE, Rig, effect
+from effect_bench import HINGE, MOTOR, SLIDE, WHOLE, Rig, effect
 
 from emulator.dynamics import Motion
 from emulator.effects import StaticEffect, library
@@ -60,7 +60,8 @@ def test_prediction_is_the_plants(name: str, state: tuple[float, float, float], 
     without, with_it = Rig(MODELS[kind], *BASE), Rig(MODELS[kind], *base, changed)
     plain, real = acceleration(without, *state), acceleration(with_it, *state)
     position, velocity, torque = (np.array([value]) for value in state)
-    motion = Motion(position, velocity, np.array([real]), torque, np.array([0.2]))
+    inertia = np.array([WHOLE])
+    motion = Motion(position, velocity, np.array([real]), torque, np.array([0.2]), inertia * real, inertia, MOTOR)
     assert isinstance(changed.effect, StaticEffect)
     predicted = changed.effect.predict(motion, without.mechanism.dynamics["axis"])
     assert WHOLE * (plain - real) == pytest.approx(float(predicted[0]), rel=1e-4, abs=1e-4)

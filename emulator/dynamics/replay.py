@@ -1,0 +1,165 @@
+"""What an axis costs its motor for a measured motion: the motor moves as measured, and what hangs on it follows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import ceil, copysign, cos, sin, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.compiled import compiled
+from emulator.dynamics.axis import AxisDynamics
+from emulator.dynamics.friction import BRISTLES, bristles_torque, level_at
+from emulator.dynamics.motion import Motion
+from emulator.dynamics.records import records
+from emulator.dynamics.transmission import Transmission
+
+_IMPLICIT = 0.52
+"""Share of the new value in the theta rule: hardly more than a half, so that a spring too stiff to follow dies out."""
+_LONGEST_STEP = 5e-4
+_MOST_STEPS = 16
+_STEPS_PER_RADIAN = 4.0
+
+
+def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+    """Motor torque (n,) that an axis with its friction and its transmission costs; joint side, N·m or N.
+
+    A rigid gear of constant ratio: rigid_torque + friction. Else inverse dynamics of the motor, whose motion is measured, and
+    forward dynamics of the joint behind it (two-mass system, Spong 1987). Weight and Coriolis torque are those at the motor.
+    """
+    load = _through_a_spring(motion, axis) if axis.transmission.elastic else _through_a_rigid_gear(motion, axis)
+    return np.asarray(motion.rotor_inertia * motion.acceleration + load)
+
+
+def _weight(motion: Motion) -> NDArray[np.float64]:
+    """What the rigid machine needs beside its inertia, (n,)."""
+    return np.asarray(motion.rigid_torque - motion.inertia * motion.acceleration)
+
+
+def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+    """Torque (n,) that the load asks of the motor: virtual work on the joint's motion."""
+    joint, slope = _at_the_joint(motion, axis.transmission, axis.gear_ratio)
+    link = motion.inertia - motion.rotor_inertia
+    return np.asarray((_weight(motion) + link * joint.acceleration + axis.friction.resistance(joint)) / slope)
+
+
+def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tuple[Motion, NDArray[np.float64]]:
+    """How the joint moves on a rigid gear, and d motor / d joint on the way (n,): m = q - e(q), by Newton's method."""
+    slope = np.ones_like(motion.position)
+    if gear.error_amplitude == 0.0:
+        return motion, slope
+    wave, position = gear.error_order * gear_ratio, motion.position
+    for _ in range(3):
+        angle = wave * position + gear.error_phase
+        slope = 1.0 - gear.error_amplitude * wave * np.cos(angle)
+        position = position - (position - gear.error_amplitude * np.sin(angle) - motion.position) / slope
+    velocity = motion.velocity / slope
+    curvature = gear.error_amplitude * wave**2 * np.sin(angle)
+    acceleration = (motion.acceleration - curvature * velocity**2) / slope
+    return replace(motion, position=position, velocity=velocity, acceleration=acceleration), slope
+
+
+def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+    """Torque (n,) through the spring between a motor that moves as measured and its load."""
+    law, gear, link = axis.friction, axis.transmission, motion.inertia - motion.rotor_inertia
+    swing = sqrt((gear.stiffness + law.presliding_stiffness) / float(np.median(link)))
+    steps = max(ceil(motion.period / _LONGEST_STEP), ceil(_STEPS_PER_RADIAN * swing * motion.period))
+    torque = np.empty_like(motion.position)
+    _follow(
+        records([(law,)])[0],
+        records([(gear,)])[0],
+        gear.error_order * axis.gear_ratio,
+        motion.position,
+        motion.velocity,
+        link,
+        _weight(motion),
+        law.warmth(motion),
+        law.varying_level(motion),
+        motion.period,
+        min(_MOST_STEPS, steps),
+        torque,
+    )
+    return torque
+
+
+@compiled
+def _uneven(gear, wave, q):  # type: ignore[no-untyped-def]  # record arrays have no static type
+    """Transmission error at a joint position, and d motor / d joint there."""
+    if gear.error_amplitude == 0.0:
+        return 0.0, 1.0
+    angle = wave * q + gear.error_phase
+    return gear.error_amplitude * sin(angle), 1.0 - gear.error_amplitude * wave * cos(angle)
+
+
+@compiled
+def _start(law, gear, wave, motor, weight, warmth, varying):  # type: ignore[no-untyped-def]
+    """Joint position at first, and what hangs on the spring: the weight, but none where friction holds that."""
+    hangs = weight if abs(weight) > warmth * (level_at(law, 0.0) + varying) else 0.0
+    untwisted = motor - hangs / gear.stiffness - (copysign(0.5 * gear.gap, hangs) if hangs != 0.0 else 0.0)
+    q = untwisted
+    for _ in range(4):
+        error, slope = _uneven(gear, wave, q)
+        q -= (q - error - untwisted) / slope
+    return q, hangs
+
+
+@compiled
+def _viscous(law, v):  # type: ignore[no-untyped-def]
+    speed = abs(v)
+    direction = law.viscous_asymmetry if v > 0.0 else -law.viscous_asymmetry
+    return law.viscous + direction + law.quadratic * speed + law.cubic * speed**2
+
+
+@compiled
+def _follow(  # type: ignore[no-untyped-def]
+    law, gear, wave, position, velocity, link, weight, warmth, varying, period, steps, torque
+) -> None:
+    """Torque (n,) through the spring of a link (n,) whose motor is moved; `wave` [rad a joint rad or m] of the error."""
+    h = period / steps
+    q, torque[0] = _start(law, gear, wave, position[0], weight[0], warmth[0], varying[0])
+    v, through = 0.0, torque[0]
+    anchors = np.full(BRISTLES, q)
+    for k in range(position.shape[0] - 1):
+        level = max(0.0, warmth[k] * (level_at(law, abs(v)) + varying[k]))
+        viscous = warmth[k] * _viscous(law, v)
+        constant = weight[k] + warmth[k] * law.coulomb_asymmetry
+        bend = 0.5 * (velocity[k + 1] - velocity[k]) * period
+        slope = 1.0
+        for step in range(steps):
+            share = (step + 1) / steps
+            motor = position[k] + share * (position[k + 1] - position[k]) - share * (1.0 - share) * bend
+            rate = velocity[k] + share * (velocity[k + 1] - velocity[k])
+            ahead = q + h * v
+            error, slope = _uneven(gear, wave, ahead)
+            twist = motor + error - ahead
+            flank = copysign(0.5 * gear.gap, twist)
+            end = ahead + (twist - flank) / slope
+            against, holds = constant, level
+            if law.presliding_stiffness > 0.0:
+                against, holds = constant + bristles_torque(law, anchors, level, ahead, v), 0.0
+            last, speed, pushes = q, v, 0.0
+            touching = abs(twist) > 0.5 * gear.gap or gear.gap == 0.0
+            if touching:
+                stiffness, damping = slope**2 * gear.stiffness, slope**2 * gear.damping
+                q, v, pushes = _step(
+                    last, speed, through, end, rate / slope, stiffness, damping, link[k], viscous, against, holds, h
+                )
+            if not touching or pushes * flank < 0.0:
+                q, v, pushes = _step(last, speed, through, 0.0, 0.0, 0.0, 0.0, link[k], viscous, against, holds, h)
+            through = pushes
+        torque[k + 1] = through / slope
+
+
+@compiled
+def _step(  # type: ignore[no-untyped-def]
+    q, v, through, end, rate, stiffness, damping, link, viscous, constant, level, h
+):
+    """Position, velocity and spring torque after a time `h`: theta rule, and a friction that sticks where it can."""
+    given = stiffness * (end - q - h * (1.0 - _IMPLICIT) * v) + damping * rate
+    gives_way = stiffness * _IMPLICIT * h + damping
+    inert = link / h + _IMPLICIT * (gives_way + viscous)
+    momentum = link / h * v + _IMPLICIT * given + (1.0 - _IMPLICIT) * (through - viscous * v) - constant
+    stuck = abs(momentum) <= level
+    faster = 0.0 if stuck else (momentum - copysign(level, momentum)) / inert
+    return q + h * (_IMPLICIT * faster + (1.0 - _IMPLICIT) * v), faster, given - gives_way * faster
