@@ -10,8 +10,8 @@ from typing import Protocol, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.jerk_limited import MotionLimits
 from controller.machine import Axis
+from drivetwin.motion.jerk_limited import MotionLimits
 
 Rows = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from controller.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 from controller.joint_path import JointPath
 from drivetwin.errors import UserError
+from drivetwin.motion.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 
 _STANDS = 1e-12
 """A way [m or rad] that no encoder sees."""

@@ -8,6 +8,8 @@ from math import ceil, pi
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.motion.sample_times import sample_times
+
 Positions = NDArray[np.float64]
 
 
@@ -108,8 +110,3 @@ def side_by_side(paths: list[Positions]) -> NDArray[np.float64]:
     """Paths of several axes as columns (n, axes); the shorter ones wait at their end."""
     length = max(len(path) for path in paths)
     return np.column_stack([np.concatenate([path, np.full(length - len(path), path[-1])]) for path in paths])
-
-
-def sample_times(duration: float, period: float) -> Positions:
-    """Times period, 2 period, ... up to the first at or after `duration`."""
-    return np.asarray(np.arange(1, ceil(duration / period) + 1) * period, dtype=np.float64)

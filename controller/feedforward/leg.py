@@ -7,8 +7,8 @@ from math import ceil
 
 import numpy as np
 
-from controller.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 from controller.joint_path import JointPath, Rows
+from drivetwin.motion.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 
 LEAD_IN = 0.03
 """Standstill before the start [s], in which a learned torque may already act."""

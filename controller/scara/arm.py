@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.jerk_limited import MotionLimits
 from controller.joint_path import limits_of
 from controller.machine import Machine, load_machine
 from controller.scara.geometry import Geometry, Travel, load_geometry, travel_of
 from controller.scara.kinematics import forward
+from drivetwin.motion.jerk_limited import MotionLimits
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from controller.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 from controller.joint_path import JointPath, Rows, axis_stretch, slowed
 from controller.scara.arm import Arm
 from controller.scara.geometry import Geometry
@@ -14,6 +13,7 @@ from controller.scara.kinematics import Pose, inverse
 from controller.scara.tool_motion import ToolMotion, joint_path
 from controller.trajectory import Positions
 from drivetwin.errors import UserError
+from drivetwin.motion.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 
 
 @dataclass(frozen=True)

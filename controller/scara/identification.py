@@ -126,7 +126,8 @@ def _samples(pieces: Pieces, settings: Settings) -> list[list[AxisSamples]]:
             raise UserError(f"{axis} stands still in every recording: record a motion of it")
         thresholds.append(threshold)
     return [
-        [select(motion, threshold, settings.reversal_margin) for motion, threshold in zip(piece, thresholds, strict=True)] for piece in pieces
+        [select(motion, threshold, settings.reversal_margin) for motion, threshold in zip(piece, thresholds, strict=True)]
+        for piece in pieces
     ]
 
 

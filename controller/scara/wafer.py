@@ -7,13 +7,13 @@ from math import atan, degrees, pi, sqrt, tan
 
 import numpy as np
 
-from controller.jerk_limited import MotionLimits
 from controller.joint_path import JointPath, Rows
 from controller.scara.dynamics import GRAVITY
 from controller.scara.geometry import Geometry
 from controller.scara.tool_motion import tool_acceleration
 from controller.trajectory import Positions
 from drivetwin.errors import UserError
+from drivetwin.motion.jerk_limited import MotionLimits
 
 
 @dataclass(frozen=True)

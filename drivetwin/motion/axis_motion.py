@@ -72,7 +72,7 @@ def axis_motions(model: Model, recording: Recording, cutoff_hz: float) -> list[A
     cutoff = effective_cutoff(period, cutoff_hz)
     _refuse_short(recording, period, cutoff)
     axes = list(recording.info.axes)
-    raw = [_position(recording.columns[axis], period) for axis in axes]
+    raw = [measured_position(recording.columns[axis], period) for axis in axes]
     position = np.column_stack([zero_phase(samples, period, cutoff) for samples in raw])
     velocity = np.column_stack([derivative(samples, period) for samples in position.T])
     acceleration = np.column_stack([derivative(samples, period) for samples in velocity.T])
@@ -90,7 +90,7 @@ def axis_motions(model: Model, recording: Recording, cutoff_hz: float) -> list[A
             acceleration=acceleration[:, k],
             torque=zero_phase(recording.columns[axis]["torque"], period, cutoff),
             model_torque=needed[:, k],
-            velocity_noise=_velocity_noise(recording, axis, raw[k], position[:, k], cutoff),
+            velocity_noise=velocity_noise(recording, axis, raw[k], position[:, k], cutoff),
         )
         for k, axis in enumerate(axes)
     ]
@@ -126,13 +126,13 @@ def select(motion: AxisMotion, threshold: float, reversal_margin: float) -> Axis
     return AxisSamples(motion, moving, moving & ~excluded)
 
 
-def _position(columns: dict[str, Samples], period: float) -> Samples:
+def measured_position(columns: dict[str, Samples], period: float) -> Samples:
     if "position" in columns:
         return columns["position"]
     return np.asarray(cumulative_trapezoid(columns["velocity"], dx=period, initial=0), dtype=np.float64)
 
 
-def _velocity_noise(recording: Recording, axis: str, raw: Samples, filtered: Samples, cutoff_hz: float) -> float:
+def velocity_noise(recording: Recording, axis: str, raw: Samples, filtered: Samples, cutoff_hz: float) -> float:
     """Standard deviation of the filtered velocity that comes from measurement noise [rad/s or m/s].
 
     What the filter took away is noise of the share 1 - 2 fc T of the band. A measured position has white noise s_q:

@@ -50,3 +50,15 @@ def zero_phase(samples: Samples, period: float, cutoff_hz: float) -> Samples:
 def derivative(samples: Samples, period: float) -> Samples:
     """Central difference (x[k+1] - x[k-1]) / (2 period), one-sided at the two ends; (n,)."""
     return np.asarray(np.gradient(samples, period), dtype=np.float64)
+
+
+def fine_derivative(samples: Samples, period: float) -> Samples:
+    """Central difference over seven samples, (n,): it errs by (w T)^6 / 140, 0.03 % at 48 Hz and 2 ms; `derivative` by 6 %."""
+    slope = derivative(samples, period)
+    if len(samples) < 7:
+        return slope
+    one = samples[4:-2] - samples[2:-4]
+    two = samples[5:-1] - samples[1:-5]
+    three = samples[6:] - samples[:-6]
+    slope[3:-3] = (45.0 * one - 9.0 * two + three) / (60.0 * period)
+    return slope

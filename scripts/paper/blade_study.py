@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from controller.feedforward.experiment import Bench
 from controller.feedforward.leg import LEAD_IN, rows_of, with_rest
 from controller.feedforward.stage import Stage, feed_velocity
-from controller.jerk_limited import MotionLimits
 from controller.joint_path import JointPath
 from controller.motion import positions_now
 from controller.scara.arm import Arm
@@ -18,6 +17,7 @@ from controller.scara.blade_path import Point, blade_line, distance_from_line
 from controller.scara.transfer import Handler, Segment, Station
 from controller.scara.wafer import BladeMotion, Wafer, blade_motion, slip_margin
 from drivetwin.motion.filtering import derivative, zero_phase
+from drivetwin.motion.jerk_limited import MotionLimits
 from paper.bench import Seen, Witness
 from paper.results import CarriedPhase, StraightMove
 

@@ -8,11 +8,11 @@ import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.jerk_limited import MotionLimits, jerk_limited
 from controller.joint_path import axis_stretch, limits_of, slowed
 from controller.machine import load_machine
 from controller.synchronised import synchronised
 from drivetwin.errors import UserError
+from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited
 
 PERIOD = 0.001
 ULPS = 1.0 + 1e-12

@@ -10,7 +10,7 @@ from streaming_bench import streaming
 
 from controller.feedforward.leg import leg
 from controller.feedforward.metrics import BAND, Tracking, tracking
-from controller.jerk_limited import MotionLimits
+from drivetwin.motion.jerk_limited import MotionLimits
 
 PERIOD, CRUISE_START, CRUISE_END = 1e-3, 0.1, 0.5
 TIME = np.arange(900) * PERIOD

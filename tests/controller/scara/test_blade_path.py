@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plant_tool import plant_tool
 
-from controller.jerk_limited import MotionLimits, jerk_limited
 from controller.scara.arm import load_arm
 from controller.scara.blade_path import Point, blade_line, distance_from_line
 from controller.scara.kinematics import forward
 from drivetwin.errors import UserError
+from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited
 
 PERIOD = 0.004
 ARM = load_arm()

@@ -10,11 +10,11 @@ import pytest
 from plant_tool import plant_tool
 from wafer_bench import slip
 
-from controller.jerk_limited import MotionLimits, jerk_limited
 from controller.scara.arm import load_arm
 from controller.scara.transfer import Handler, Phase, Segment, Station
 from controller.scara.wafer import Wafer, blade_motion, slip_margin
 from drivetwin.errors import UserError
+from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited
 
 PERIOD = 0.0005
 ULPS = 1.0 + 1e-12

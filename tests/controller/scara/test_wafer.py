@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from wafer_bench import slip
 
-from controller.jerk_limited import MotionLimits, jerk_limited
 from controller.joint_path import JointPath, Move, slowed
 from controller.scara.arm import load_arm
 from controller.scara.blade_path import Point, blade_line
@@ -19,6 +18,7 @@ from controller.scara.dynamics import GRAVITY
 from controller.scara.wafer import Wafer, blade_motion, slip_margin, turn_limits, wafer_stretch
 from controller.synchronised import synchronised
 from drivetwin.errors import UserError
+from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited
 
 PERIOD = 0.0005
 ARM = load_arm()

@@ -8,8 +8,10 @@ from math import cbrt, isfinite, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.trajectory import Positions, sample_times
 from drivetwin.errors import UserError
+from drivetwin.motion.sample_times import sample_times
+
+Positions = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

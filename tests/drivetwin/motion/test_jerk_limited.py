@@ -10,8 +10,8 @@ import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 from drivetwin.errors import UserError
+from drivetwin.motion.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 from emulator.drive import profile_generator
 
 PERIOD = 0.001
