@@ -11,11 +11,15 @@ import can
 import typer
 from typer.exceptions import Abort, TyperException
 
+from drivetwin.cli.blind import blind_command
+from drivetwin.cli.diagnose import diagnose_command
 from drivetwin.cli.eds import eds_command
 from drivetwin.cli.emulate import emulate_command
+from drivetwin.cli.excite import excite_command
 from drivetwin.cli.fit import fit_command
 from drivetwin.cli.identify import identify_command
 from drivetwin.cli.import_ import import_command
+from drivetwin.cli.many_values import ManyToValidate
 from drivetwin.cli.snapshot import snapshot_command
 from drivetwin.cli.write_friction import write_friction_command
 from drivetwin.errors import UserError
@@ -31,8 +35,11 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+app.command("blind")(blind_command)
+app.command("diagnose", cls=ManyToValidate)(diagnose_command)
 app.command("eds")(eds_command)
 app.command("emulate")(emulate_command)
+app.command("excite")(excite_command)
 app.command("fit")(fit_command)
 app.command("identify")(identify_command)
 app.command("import")(import_command)

@@ -104,7 +104,7 @@ HALF_IDENTIFIED = FRICTION | {"axes": {"slide": {"parameters": COULOMB}}}
         ("emulate --truth nowhere.json", "no effects file nowhere.json; give an effects/1 JSON file"),
         ("write-friction nowhere.json", "no file nowhere.json; `drivetwin identify` and `drivetwin fit` write identified.json"),
         ("write-friction nowhere.json --profile cia402-full", "drives of type cia402-full have no friction table to write to"),
-        ("dance", "No such command 'dance'; see: drivetwin --help"),
+        ("waltz", "No such command 'waltz'; see: drivetwin --help"),
     ],
 )
 def test_a_line_that_says_what_to_do(refused: Refused, line: str, expected: str) -> None:

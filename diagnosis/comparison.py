@@ -1,0 +1,173 @@
+"""The samples on which causes are compared: rows of all recordings, axis by axis, dealt into folds of contiguous blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.measured import AxisRun, Run
+from diagnosis.simulation import Kinematics, Simulation
+from emulator.dynamics import AxisDynamics
+from emulator.effects import AxisEffect, Effect, Start
+
+Array = NDArray[np.float64]
+Column = Mapping[str, Array]
+"""Torque on the compared rows of each axis that it acts on."""
+
+FOLDS = 5
+BLOCK = 2.0
+"""Of contiguous time that goes into a fold together [s]: longer than what a filter or an axis remembers."""
+ENOUGH, PIECE = 72.0, 12.0
+"""Of recordings that a coarse search is given, in pieces of so long [s]."""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """Where a search begins, and what each of its members costs on the compared rows, (N,) each."""
+
+    start: Start
+    columns: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Prepared recordings, seen as rows: those samples of each axis that are fitted, thinned to what the filter leaves."""
+
+    simulation: Simulation
+    runs: Sequence[Run]
+    relative: frozenset[str] = frozenset()
+    """Axes whose position is known from where a recording began, not absolutely."""
+    _starts: dict[tuple[str, str, AxisDynamics], list[Tried]] = field(default_factory=dict)
+    drives: dict[str, Any] = field(default_factory=dict)
+    """Effects of each axis's drive, once they were asked for (drive_search.py): they do not depend on what is selected."""
+    polynomials: dict[tuple[str, str], Any] = field(default_factory=dict)
+    """Of effects on the rigid bodies, by axis and effect, once they were asked for (model_search.py)."""
+
+    @cached_property
+    def _picks(self) -> dict[str, list[NDArray[np.intp]]]:
+        """Sample numbers of the rows, by axis and run."""
+        return {
+            axis: [
+                np.flatnonzero(run.axes[axis].fitted[:: run.stride]) * run.stride
+                for run in self.runs
+            ]
+            for axis in self.simulation.axes
+        }
+
+    @cached_property
+    def _order(self) -> dict[str, NDArray[np.intp]]:
+        return {axis: np.argsort(self._fold_of(axis), kind="stable") for axis in self.simulation.axes}
+
+    @cached_property
+    def folds(self) -> dict[str, list[slice]]:
+        """The rows of each fold, by axis."""
+        found = {}
+        for axis in self.simulation.axes:
+            bounds = np.searchsorted(np.sort(self._fold_of(axis)), np.arange(FOLDS + 1))
+            found[axis] = [slice(int(a), int(b)) for a, b in pairwise(bounds)]
+        return found
+
+    def _fold_of(self, axis: str) -> NDArray[np.intp]:
+        blocks, passed = [], 0
+        for run, picks in zip(self.runs, self._picks[axis], strict=True):
+            blocks.append(passed + (picks * run.period / BLOCK).astype(np.intp))
+            passed += int(len(run.recording.time) * run.period / BLOCK) + 1
+        return np.concatenate(blocks) % FOLDS
+
+    def as_rows(self, axis: str, in_time: Array) -> Array:
+        """The reverse of `in_time`, of all recordings together."""
+        return np.asarray(in_time[self._order[axis]])
+
+    def durations(self, axis: str) -> Array:
+        """Time that each row stands for [s], (N,)."""
+        parts = [np.full(len(picks), run.period * run.stride) for run, picks in zip(self.runs, self._picks[axis], strict=True)]
+        return self.as_rows(axis, np.concatenate(parts))
+
+    def in_time(self, axis: str, rows: Array) -> list[Array]:
+        """Rows (N,) back in the order of time, an array a recording."""
+        back = np.empty_like(rows)
+        back[self._order[axis]] = rows
+        return np.split(back, np.cumsum([len(picks) for picks in self._picks[axis]])[:-1])
+
+    def rows(self, axis: str, of_run: Callable[[Run, AxisRun], Array]) -> Array:
+        """What `of_run` gives for every sample (n,) of each recording and the axis in it, on the rows of the axis (N,)."""
+        parts = [of_run(run, run.axes[axis])[picks] for run, picks in zip(self.runs, self._picks[axis], strict=True)]
+        return np.asarray(np.concatenate(parts)[self._order[axis]])
+
+    def rigid_rows(self, of_motion: Callable[[Kinematics], Array]) -> dict[str, Array]:
+        """Torque (n, k) that a rigid model needs for a motion of all axes, on the rows of each axis."""
+        thinned = [of_motion(run.kinematics.every(run.stride)) for run in self.runs]
+        found = {}
+        for k, axis in enumerate(self.simulation.axes):
+            parts = [
+                torque[picks // run.stride, k]
+                for torque, run, picks in zip(thinned, self.runs, self._picks[axis], strict=True)
+            ]
+            found[axis] = np.asarray(np.concatenate(parts)[self._order[axis]])
+        return found
+
+    def predicted(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> Array:
+        """Torque (N,) that an effect costs on its axis."""
+        return self.rows(axis, lambda run, own: run.smooth(effect.predict(own.motion, dynamics)))
+
+    def starts(self, axis: str, kind: type[AxisEffect], dynamics: AxisDynamics) -> list[Tried]:
+        """Where a search for an effect begins, with what its members cost; kept, for every step of a diagnosis asks again."""
+        key = (axis, kind.name, dynamics)
+        if key not in self._starts:
+            longest = max(self.runs, key=lambda run: len(run.recording.time))
+            found = kind.starts(longest.axes[axis].motion, dynamics)
+            self._starts[key] = [
+                Tried(start, tuple(self.predicted(axis, member, dynamics) for member in start.members)) for start in found
+            ]
+        return self._starts[key]
+
+    def predicted_by_model(self, axis: str, effect: Effect) -> dict[str, Array]:
+        """Torque that an effect on the rigid bodies costs, on every axis."""
+        changed = self.rigid_rows(lambda kinematics: self.simulation.torques_with(axis, effect, kinematics))
+        return {name: rows - self._rigid[name] for name, rows in changed.items()}
+
+    @cached_property
+    def _rigid(self) -> dict[str, Array]:
+        return self.rigid_rows(self.simulation.torques)
+
+    @cached_property
+    def target(self) -> dict[str, Array]:
+        """Measured torque less that of the simulation as it stands, by axis."""
+        return {axis: self.rows(axis, lambda _, own: own.torque - own.base) for axis in self.simulation.axes}
+
+    @cached_property
+    def measured(self) -> dict[str, Array]:
+        """Measured torque, by axis."""
+        return {axis: self.rows(axis, lambda _, own: own.torque) for axis in self.simulation.axes}
+
+    @cached_property
+    def sample(self) -> Comparison:
+        """Some of it, where it is long: pieces spread evenly over all recordings, enough for a coarse search."""
+        whole = sum(len(run.recording.time) * run.period for run in self.runs)
+        pieces = [piece for run in self.runs for piece in _pieces(run, whole)]
+        return Comparison(self.simulation, pieces, self.relative) if pieces else self
+
+    @property
+    def span(self) -> float:
+        """From the first sample of all recordings to the last [s]."""
+        times = [run.recording.time for run in self.runs]
+        return float(max(time[-1] for time in times) - min(time[0] for time in times))
+
+
+def _pieces(run: Run, whole: float) -> list[Run]:
+    """Pieces of a recording that together are its share of what a coarse search is given; none where all is short enough."""
+    if whole <= ENOUGH:
+        return []
+    length = round(PIECE / run.period)
+    own = len(run.recording.time) * run.period
+    count = max(1, round(own / whole * ENOUGH / PIECE))
+    if length >= len(run.recording.time):
+        return [run]
+    begins = np.linspace(0, len(run.recording.time) - length, count).astype(int)
+    return [run.piece(slice(int(begin), int(begin) + length)) for begin in begins]

@@ -1,0 +1,346 @@
+"""Diagnosis: recordings to the gap of each axis, its causes step by step, and a simulation that has them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from diagnosis.comparison import Comparison
+from diagnosis.distinguish import alike, tell_apart
+from diagnosis.gap_test import NAME, significance
+from diagnosis.inputs import without_position
+from diagnosis.measured import Run, prepare, thresholds
+from diagnosis.noise import Noise, noise_of
+from diagnosis.nominal import nominal_parameters
+from diagnosis.patterns import patterns
+from diagnosis.prediction import Patch, gap_rms, predict
+from diagnosis.probability import Answer, answers_of, answers_of_deviation
+from diagnosis.result import NONE, UNKNOWN, AxisGap, Cause, Diagnosis, Estimate, Prediction, Shrink, Verdict
+from diagnosis.selection import Deviation, Off, Selection, Step, as_effects, in_order, placed, select_causes
+from diagnosis.settings import DiagnosisSettings
+from diagnosis.shrink import shrink
+from diagnosis.simulation import Simulation, simulation
+from diagnosis.spread import TWO_SIDED_90, intervals
+from diagnosis.where import regimes
+from drivetwin.motion.axis_motion import measured_position
+from drivetwin.recording.recording import Recording
+from emulator.effects import DriveEffect, PlacedEffect
+from emulator.effects.stribeck import Stribeck
+
+SIGNIFICANT = 0.01
+SHOWN = 0.002
+"""Probability below which an answer is left out; what is left out is given to the others."""
+AS_WELL = 8.0
+"""Nats by which a payload may be less evident than a body that is heavier than modelled, to be named beside it."""
+EXPLAINED, PARTLY = 0.9, 0.3
+HELD_BACK = 0.25
+"""Share at the end of each recording that is held back where there is no validation recording."""
+
+MANY = 4
+"""Recordings, of which one in so many is held back whole."""
+
+Progress = Callable[[str, float], None]
+
+
+def diagnose(
+    model: Path,
+    training: Sequence[Recording],
+    validation: Sequence[Recording],
+    settings: DiagnosisSettings,
+    progress: Progress,
+) -> Diagnosis:
+    """The causes of the gap, fitted on `training`, their shrink measured on `validation` (blocks held back where empty).
+
+    Raises UserError where a recording's axes do not fit the model.
+    """
+    held_back = not validation
+    fitted, held = _hold_back(training) if held_back else (list(training), list(validation))
+    twin = simulation(model, fitted[0].info.axes)
+    standstill = thresholds(twin, [*fitted, *held], settings.cutoff_hz)
+    progress("filter, inverse dynamics", 0.05)
+    runs = [prepare(twin, recording, settings.cutoff_hz, standstill) for recording in fitted]
+    checks = [prepare(twin, recording, settings.cutoff_hz, standstill) for recording in held]
+    comparison = Comparison(twin, runs, without_position(fitted))
+    noise = {axis: noise_of(axis, [*runs, *checks]) for axis in twin.axes}
+    selection = select_causes(
+        comparison, nominal_parameters(comparison), {axis: one.floor for axis, one in noise.items()}, progress
+    )
+    progress("gap, shrink, intervals", 0.9)
+    return _Judge(twin, comparison, selection, runs, checks, noise, settings, standstill, held_back).diagnosis()
+
+
+def _hold_back(recordings: Sequence[Recording]) -> tuple[list[Recording], list[Recording]]:
+    """What is fitted, and what is not: every fourth recording by speed where there are many, else the end of each.
+
+    The slowest and the fastest are always fitted: what happens there is not to be told from the others.
+    """
+    if len(recordings) >= MANY:
+        by_speed = sorted(recordings, key=_speed)
+        held = by_speed[MANY // 2 : -1 : MANY]
+        return [one for one in recordings if all(one is not other for other in held)], held
+    fitted, held = [], []
+    for one in recordings:
+        cut = round(len(one.time) * (1.0 - HELD_BACK))
+        fitted.append(_piece(one, slice(0, cut), one.name))
+        held.append(_piece(one, slice(cut, None), one.name))
+    return fitted, held
+
+
+def _speed(one: Recording) -> float:
+    """Mean speed of its fastest axis, in the axis's own unit."""
+    period = one.info.sample_period
+    return max(
+        float(np.mean(np.abs(np.diff(measured_position(columns, period))))) / period for columns in one.columns.values()
+    )
+
+
+def _piece(one: Recording, span: slice, name: str) -> Recording:
+    columns = {axis: {key: values[span] for key, values in named.items()} for axis, named in one.columns.items()}
+    return replace(one, name=name, time=one.time[span], columns=columns)
+
+
+class _Judge:
+    """Turns a selection into the report's values; everything is measured on the validation recordings."""
+
+    def __init__(
+        self,
+        twin: Simulation,
+        comparison: Comparison,
+        selection: Selection,
+        runs: Sequence[Run],
+        checks: Sequence[Run],
+        noise: Mapping[str, Noise],
+        settings: DiagnosisSettings,
+        standstill: Mapping[str, float],
+        held_back: bool,
+    ) -> None:
+        self.twin, self.comparison, self.selection = twin, comparison, selection
+        self.runs, self.checks, self.noise = runs, checks, noise
+        self.settings, self.standstill, self.held_back = settings, standstill, held_back
+        self.units = {axis: "N" if twin.slides(axis) else "N·m" for axis in twin.axes}
+        self.patch = patch_of(comparison, selection)
+
+    def diagnosis(self) -> Diagnosis:
+        predictions = self._predicted(self.patch)
+        axes = {axis: self._axis(predictions, axis) for axis in self.twin.axes}
+        gap = any(one.significant for one in axes.values())
+        unknown = gap and answers_of(self.selection.steps[0], self.selection)[0].effect == UNKNOWN
+        if (unknown or not gap) and self.patch != Patch():
+            self.patch = Patch()
+            predictions = self._predicted(self.patch)
+            axes = {axis: self._axis(predictions, axis) for axis in self.twin.axes}
+        after = {axis: gap_rms(predictions, axis, "after") for axis in self.twin.axes}
+        return Diagnosis(
+            verdict=self._verdict(axes, after),
+            seed=self.settings.seed,
+            cutoff_hz=self.settings.cutoff_hz,
+            standstill_velocity={axis: speed for axis, speed in self.standstill.items() if np.isfinite(speed)},
+            axes=axes,
+            causes=tuple(self._causes(gap, unknown)),
+            selected=self._selected(gap),
+            after_rms=after,
+            predictions=tuple(predictions),
+            model_xml=self._model_xml(),
+            held_back=self.held_back,
+            units=self.units,
+        )
+
+    def _predicted(self, patch: Patch) -> list[Prediction]:
+        return [predict(self.twin, run, patch) for run in self.checks]
+
+    def _axis(self, predictions: Sequence[Prediction], axis: str) -> AxisGap:
+        noise, speed = self.noise[axis], self.standstill[axis]
+        p_value = significance(predictions, axis, noise.floor, self.settings.cutoff_hz)
+        gap = gap_rms(predictions, axis)
+        significant = p_value < SIGNIFICANT and gap > noise.floor
+        torque = np.concatenate([each.axes[axis].measured[each.axes[axis].used] for each in predictions])
+        parts = [each.axes[axis] for each in predictions]
+        still = np.concatenate([(part.measured - part.before)[~part.used] for part in parts])
+        return AxisGap(
+            torque_rms=float(np.sqrt(np.mean(torque**2))) if torque.size else 0.0,
+            gap_rms=gap,
+            noise_rms=noise.floor,
+            noise_found_by=noise.found_by,
+            standstill_rms=float(np.sqrt(np.mean(still**2))) if still.size else 0.0,
+            significant=significant,
+            test=NAME,
+            p_value=p_value,
+            where=regimes(predictions, axis, noise.floor, speed) if np.isfinite(speed) else (),
+            patterns=patterns(predictions, axis, noise.floor, self.settings.cutoff_hz, self.units[axis]) if significant else (),
+        )
+
+    def _verdict(self, axes: Mapping[str, AxisGap], after: Mapping[str, float]) -> Verdict:
+        shares = []
+        for axis, one in axes.items():
+            if one.significant:
+                explainable = max(one.gap_rms**2 - one.noise_rms**2, 1e-12 * one.gap_rms**2)
+                shares.append(1.0 - max(after[axis] ** 2 - one.noise_rms**2, 0.0) / explainable)
+        if not shares:
+            return Verdict.NO_GAP
+        least = min(shares)
+        return Verdict.EXPLAINED if least >= EXPLAINED else Verdict.PARTLY_EXPLAINED if least >= PARTLY else Verdict.UNEXPLAINED
+
+    def _selected(self, gap: bool) -> tuple[PlacedEffect, ...]:
+        """In the order in which they were found."""
+        if not gap:
+            return ()
+        found = [(step.chosen.effect, step.chosen.axis) for step in self.selection.steps if step.chosen is not None]
+        return tuple(sorted(self.patch.effects, key=lambda one: _rank(found, one)))
+
+    def _causes(self, gap: bool, unknown: bool) -> list[Cause]:
+        if not gap:
+            return [Cause(1, NONE, None, 1.0 - SHOWN, {}, None), Cause(1, UNKNOWN, self.twin.axes[0], SHOWN, {}, None)]
+        if unknown:
+            return self._step(1, self.selection.steps[0], ())
+        causes: list[Cause] = []
+        before: tuple[PlacedEffect, ...] = ()
+        for number, step in enumerate(self.selection.steps, start=1):
+            if step.chosen is None and number > 1:
+                break
+            causes.extend(self._step(number, step, before))
+            if step.chosen is not None and step.chosen.axis is not None and step.chosen.found is not None:
+                before = in_order([*before, self._final(step.chosen.effect, step.chosen.axis)])
+        return [*causes, *self._deviations(len({one.step for one in causes}))]
+
+    def _final(self, effect: str, axis: str) -> PlacedEffect:
+        return next(one for one in self.patch.effects if (one.effect.name, one.axis) == (effect, axis))
+
+    def _step(self, number: int, step: Step, before: tuple[PlacedEffect, ...]) -> list[Cause]:
+        return [self._cause(number, step, one, before) for one in _shown(answers_of(step, self.selection))]
+
+    def _cause(self, number: int, step: Step, one: Answer, before: tuple[PlacedEffect, ...]) -> Cause:
+        if one.effect in (UNKNOWN, NONE) or one.axis is None:
+            return Cause(number, one.effect, one.axis, one.probability, {}, None)
+        if one.number is None:
+            return self._parameter(number, one, before)
+        hypothesis = step.answers[one.number]
+        assert hypothesis.found is not None
+        chosen = hypothesis is step.chosen and self.patch != Patch()
+        tried = self._final(one.effect, one.axis) if chosen else placed(self.comparison, one.axis, hypothesis.found.effect)
+        others = alike(step.answers, hypothesis)
+        return Cause(
+            number,
+            one.effect,
+            one.axis,
+            one.probability,
+            intervals(self.selection.final, step.state, tried, chosen),
+            self._shrink(before, tried),
+            others,
+            tell_apart(one.effect, others),
+        )
+
+    def _shrink(self, before: tuple[PlacedEffect, ...], tried: PlacedEffect) -> Shrink | None:
+        earlier = self._predicted(Patch(before))
+        if isinstance(tried.effect, DriveEffect):
+            earlier = [replace_after(each) for each in self._predicted(Patch((*before, tried)))]
+        later = self._predicted(Patch(in_order([*before, tried])))
+        return shrink(earlier, later, tried.axis, self.noise[tried.axis].floor, self.settings.seed)
+
+    def _parameter(self, number: int, one: Answer, before: tuple[PlacedEffect, ...]) -> Cause:
+        own = [each for each in self.selection.deviations if (each.effect, each.axis) == (one.effect, one.axis)]
+        parameters = {}
+        for off in (member for each in own for member in each.members):
+            value, name, unit = _told(off, self.comparison)
+            half = TWO_SIDED_90 * off.deviation
+            parameters[name] = Estimate(value, unit, (value - half, value + half))
+        patch = patch_of_deviations(self.comparison, own)
+        later = self._predicted(Patch(in_order([*before, *patch.effects]), patch.heavier))
+        assert one.axis is not None
+        closed = shrink(self._predicted(Patch(before)), later, one.axis, self.noise[one.axis].floor, self.settings.seed)
+        others = self._also_payload(one.axis, own)
+        told = tell_apart(one.effect, others)
+        return Cause(number, one.effect, one.axis, one.probability, parameters, closed, others, told)
+
+    def _also_payload(self, axis: str, found: Sequence[Deviation]) -> tuple[str, ...]:
+        """A body that is heavier than the model's carries something, as well as it is misjudged."""
+        heavier = any(off.nominal.body is not None and off.amount > 0.0 for one in found for off in one.members)
+        answers = self.selection.steps[0].answers
+        plain = max(one.evidence for one in answers if one.found is None)
+        payload = any(one.effect == "payload" and one.axis == axis and one.evidence > plain - AS_WELL for one in answers)
+        return ("payload",) if heavier and payload else ()
+
+    def _deviations(self, steps: int) -> list[Cause]:
+        """A step for each parameter of the model that was found off, but for the one that the first step named."""
+        causes: list[Cause] = []
+        left = list(self.selection.deviations)
+        named = self.selection.steps[0].chosen is None
+        number = steps if named else steps + 1
+        while left:
+            answers = answers_of_deviation(left)
+            top = answers[0]
+            if not (named and number == steps):
+                causes.extend(self._of_model(number, one) for one in _shown(answers))
+            fewer = [each for each in left if (each.effect, each.axis) != (top.effect, top.axis)]
+            left = fewer if len(fewer) < len(left) else []
+            number += 1
+        return causes
+
+    def _of_model(self, number: int, one: Answer) -> Cause:
+        if one.axis is None:
+            return Cause(number, NONE, None, one.probability, {}, None)
+        return self._parameter(number, one, ())
+
+    def _model_xml(self) -> str:
+        spec = self.twin.spec()
+        bodies = {body: self.twin.model.body(body).name for body in (self.patch.heavier or {})}
+        compiled = spec.compile()
+        for body, share in (self.patch.heavier or {}).items():
+            one = spec.body(bodies[body])
+            one.mass = float(compiled.body_mass[body]) * (1.0 + share)
+            one.inertia = compiled.body_inertia[body] * (1.0 + share)
+            one.ipos, one.iquat = compiled.body_ipos[body], compiled.body_iquat[body]
+            one.explicitinertial = True
+        spec.compile()
+        return str(spec.to_xml())
+
+
+def replace_after(prediction: Prediction) -> Prediction:
+    """What is predicted before, as if it were what is predicted after."""
+    axes = {name: replace(one, after=one.before) for name, one in prediction.axes.items()}
+    return replace(prediction, axes=axes)
+
+
+def patch_of(comparison: Comparison, selection: Selection) -> Patch:
+    """The selected effects, and the parameters that were found off; a Stribeck level stands on the corrected Coulomb level."""
+    corrections = patch_of_deviations(comparison, selection.deviations)
+    coulomb = {one.axis: one.members[0].amount for one in selection.deviations if one.effect == "coulomb"}
+    effects = [
+        replace(one, effect=replace(one.effect, static_torque=one.effect.static_torque + coulomb.get(one.axis, 0.0)))
+        if isinstance(one.effect, Stribeck)
+        else one
+        for one in selection.effects
+    ]
+    return Patch(in_order([*corrections.effects, *effects]), corrections.heavier)
+
+
+def patch_of_deviations(comparison: Comparison, found: Sequence[Deviation]) -> Patch:
+    """Parameters that were found off, as what corrects them."""
+    members = [member for one in found for member in one.members]
+    heavier = {one.nominal.body: one.amount for one in members if one.nominal.body is not None}
+    return Patch(tuple(as_effects(comparison, found)), heavier)
+
+
+def _told(one: Off, comparison: Comparison) -> tuple[float, str, str]:
+    """Value, name and unit of the parameter that a deviation gives."""
+    nominal = one.nominal
+    if nominal.effect is None or nominal.axis is None:
+        name = comparison.simulation.model.body(nominal.body).name or f"body {nominal.body}"
+        return 1.0 + one.amount, f"mass_scale_{name}", "1"
+    own = as_effects(comparison, [Deviation(nominal.effect, nominal.axis, (one,), 0.0)])[0]
+    parameter = type(own.effect).parameters[0].name
+    return float(getattr(own.effect, parameter)), parameter, own.units[parameter]
+
+
+def _rank(found: Sequence[tuple[str, str | None]], one: PlacedEffect) -> int:
+    key = (one.effect.name, one.axis)
+    return found.index(key) if key in found else len(found)
+
+
+def _shown(answers: Sequence[Answer]) -> list[Answer]:
+    """Those worth a line, and always the first; they add up to 1 again."""
+    kept = [one for one in answers if one.probability >= SHOWN] or list(answers[:1])
+    whole = sum(one.probability for one in kept)
+    return [replace(one, probability=one.probability / whole) for one in kept]

@@ -1,0 +1,102 @@
+"""What a drive's loops ask for, from the recorded demand and the recorded motion: the torque that the motor should have given.
+
+The recorded position is what the loops themselves saw, so nothing of the plant is in it: a torque that differs from what was
+asked tells of the drive alone. The cascade is that of CiA 402-2 with a PI velocity loop (facts of the recording's `drive`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.measured import Run
+from drivetwin.motion.filtering import derivative
+from emulator.compiled import compiled
+
+Array = NDArray[np.float64]
+
+LEAST_LOOPS = ("position_gain", "velocity_gain")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Torque asked before (`fast`) and after the commissioned lag of the current loop (`lagged`), and given; each (n,)."""
+
+    fast: Array
+    lagged: Array
+    given: Array
+
+
+def asked_of(run: Run, axis: str) -> Asked | None:
+    """None where the recording does not tell the demand or the loops."""
+    info, columns = run.recording.info.axes[axis], run.recording.columns[axis]
+    drive = info.drive
+    if drive is None or "position_demand" not in columns or "position" not in columns:
+        return None
+    if drive.position_gain is None or drive.velocity_gain is None:
+        return None
+    demand, position = columns["position_demand"], columns["position"]
+    if not np.isfinite(demand).all():
+        return None
+    filter_share = 1.0 - exp(-2.0 * pi * drive.velocity_filter_hz * run.period) if drive.velocity_filter_hz else 1.0
+    fast = _cascade(
+        demand,
+        drive.velocity_feedforward * derivative(demand, run.period) + _or_zero(columns.get("velocity_offset"), len(demand)),
+        _or_zero(columns.get("torque_offset"), len(demand)),
+        position,
+        np.array(
+            [
+                drive.position_gain,
+                drive.velocity_gain,
+                0.0 if not drive.integral_time else 1.0 / drive.integral_time,
+                filter_share,
+                drive.torque_limit or np.inf,
+                run.period,
+            ]
+        ),
+        columns["torque"],
+    )
+    return Asked(fast, lagged(fast, drive.current_loop_time_constant or 0.0, run.period), columns["torque"])
+
+
+def lagged(torque: Array, time_constant: float, period: float) -> Array:
+    """First-order lag."""
+    if time_constant <= 0.0:
+        return torque
+    return np.asarray(_lag(torque, 1.0 - exp(-period / time_constant)))
+
+
+def _or_zero(samples: Array | None, count: int) -> Array:
+    return np.nan_to_num(samples) if samples is not None else np.zeros(count)
+
+
+@compiled
+def _cascade(demand, speed, offset, position, loops, given):  # type: ignore[no-untyped-def]
+    position_gain, velocity_gain, rate, share, limit, period = loops
+    asked = np.empty(len(demand))
+    velocity = 0.0
+    integral = 0.0
+    for k in range(len(demand)):
+        if k > 0:
+            velocity += share * ((position[k] - position[k - 1]) / period - velocity)
+        error = position_gain * (demand[k] - position[k]) + speed[k] - velocity
+        if k == 0:
+            integral = given[0] - velocity_gain * error - offset[0]
+        wanted = velocity_gain * error + integral + offset[k]
+        if -limit < wanted < limit:
+            integral += velocity_gain * rate * period * error
+        asked[k] = min(max(wanted, -limit), limit)
+    return asked
+
+
+@compiled
+def _lag(torque, share):  # type: ignore[no-untyped-def]
+    out = np.empty(len(torque))
+    value = torque[0]
+    for k in range(len(torque)):
+        value += share * (torque[k] - value)
+        out[k] = value
+    return out

@@ -1,0 +1,24 @@
+"""What an exciting motion is: a name, what it is for, the effects that it sets apart, and pieces of path within limits."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from typing import ClassVar
+
+from diagnosis.excitation.limits import AxisLimits
+from diagnosis.excitation.path import Path
+
+
+class Excitation(ABC):
+    """One motion of one axis; pieces are joined by whoever asks (path.joined)."""
+
+    name: ClassVar[str]
+    purpose: ClassVar[str]
+    """One sentence: what an effect shows in it that another does not."""
+    tells: ClassVar[frozenset[str]]
+    """Effects of the library that it sets apart from others."""
+
+    @abstractmethod
+    def pieces(self, limits: AxisLimits, period: float) -> Iterator[Path]:
+        """Positions (n,) [m or rad], one every `period` [s], each piece from rest to rest within `limits`."""

@@ -1,0 +1,31 @@
+"""Small slow reversals: what gives way before it slides, and what turns back before the load does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from diagnosis.excitation.base import Excitation
+from diagnosis.excitation.limits import AxisLimits
+from diagnosis.excitation.path import Path, wave, window
+
+PLACES = (0.2, 0.5, 0.8)
+SIZES = (0.0005, 0.004, 0.02)
+"""Amplitudes, as shares of the travel."""
+FREQUENCY, SECONDS = 0.8, 8.0
+
+
+class SmallReversals(Excitation):
+    """Swings that grow and shrink, of three sizes at three places."""
+
+    name = "small_reversals"
+    purpose = "bristles give a loop whose size grows with the way, a gap a step whose way does not, friction neither"
+    tells = frozenset({"presliding", "backlash"})
+
+    def pieces(self, limits: AxisLimits, period: float) -> Iterator[Path]:
+        count = round(SECONDS / period)
+        swing = window(count) * np.sin(2.0 * np.pi * FREQUENCY * np.arange(1, count + 1) * period)
+        for place in PLACES:
+            for size in SIZES:
+                yield wave(limits.at(place), swing, size * limits.room, limits.most, period)

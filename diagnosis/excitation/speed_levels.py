@@ -1,0 +1,29 @@
+"""Strokes at several speeds up to the highest: what friction does with speed, in both directions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from diagnosis.excitation.base import Excitation
+from diagnosis.excitation.limits import AxisLimits
+from diagnosis.excitation.path import Path, back_and_forth
+
+SHARES = tuple(float(share) for share in np.linspace(0.1, 1.0, 8))
+"""Of full speed."""
+SECONDS = 3.0
+"""Of each stroke, where the travel is long enough."""
+
+
+class SpeedLevels(Excitation):
+    """Back and forth about the middle of the travel at eight speeds."""
+
+    name = "speed_levels"
+    purpose = "a straight line over speed is viscous, a bent one is not, and one that differs with the direction is asymmetric"
+    tells = frozenset({"coulomb", "viscous", "viscous_asymmetry", "viscous_nonlinear", "load_friction"})
+
+    def pieces(self, limits: AxisLimits, period: float) -> Iterator[Path]:
+        for share in SHARES:
+            half = 0.5 * min(limits.room, SECONDS * share * limits.most.speed)
+            yield back_and_forth(limits.at(0.5) - half, limits.at(0.5) + half, limits.slower(share), period)

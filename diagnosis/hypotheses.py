@@ -1,0 +1,321 @@
+"""Every answer to one step's question, each with its evidence on data that it was not fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.comparison import Column, Comparison
+from diagnosis.drive_search import drive_effects
+from diagnosis.model_search import model_starts, polynomial
+from diagnosis.nominal import Nominal, like
+from diagnosis.regression import Fitted, Regression
+from diagnosis.result import NONE
+from diagnosis.search import Found, Predict, coarse, less, moved, refined, tangents
+from drivetwin.errors import UserError
+from emulator.dynamics import AxisDynamics
+from emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, PlacedEffect, library
+from emulator.effects.temperature_drift import TemperatureDrift
+
+Array = NDArray[np.float64]
+
+PARAMETERS = ("coulomb", "viscous", "inertia")
+"""Effects that change a parameter which the model has."""
+NOT_SEARCHED = ("belt_elasticity",)
+OF_POSITION = frozenset(
+    {"delay", "encoder_eccentricity", "gravity", "payload", "position_friction", "spring"}
+    | {"torque_ripple", "transmission_error"}
+)
+"""Effects that are a function of the absolute position, or of the moment at which it was counted."""
+MOST_DRIFT = 1.5
+"""Times what was recorded, beyond which a time constant is no drift but another level."""
+LEAST_GAIN = 2.0
+"""Nats below which the coarse search is not refined."""
+SHARE_OF_BEST = 0.35
+"""Of the best coarse gain that another must have to be refined."""
+MOST_TOLD = 3
+"""Parameters of one effect that data tell apart: of a payload, its weight, its inertia and where it hangs."""
+SEARCH_COST = 2.0
+"""Nats for having looked at the whole library."""
+PARAMETER_COST = 1.0
+"""Nats a parameter that was fitted beside the folds."""
+DRIVE_MEMORY = 20.0
+"""Rows of a drive's law that count as one."""
+LONGEST_MEMORY = 2.0
+"""Residuals further apart than this are taken as independent [s]."""
+FIRST_MEMORY = 10.0
+"""Rows that count as one, before any residual is known."""
+LEAST_MEMORY = 10.0
+"""Rows that count as one, at least: a block is never as telling as its rows would be one by one."""
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One answer: an effect on an axis with what it costs, or `none` (axis None). `evidence` in nats.
+
+    Of a drive's effect, `drive_gain` is what the drive's law brings to the evidence, `drive_left` the share of its squared
+    error that stays.
+    """
+
+    effect: str
+    axis: str | None
+    found: Found | None
+    held_out: Mapping[str, float]
+    prior_cost: float
+    parameters: int
+    evidence: float = 0.0
+    drive_gain: float = 0.0
+    drive_left: float = 1.0
+
+
+@dataclass(frozen=True)
+class State:
+    """What has been selected so far, and the regression that everything further is tried in."""
+
+    comparison: Comparison
+    nominals: Sequence[Nominal]
+    selected: tuple[PlacedEffect, ...]
+    dynamics: Mapping[str, AxisDynamics]
+    regression: Regression
+    noise: Mapping[str, float]
+
+    @cached_property
+    def residual(self) -> dict[str, Array]:
+        """What is left on the rows of each axis, nominal parameters and selected effects fitted."""
+        return self.regression.residual(self.regression.fit())
+
+
+def state_with(
+    comparison: Comparison, nominals: Sequence[Nominal], selected: tuple[PlacedEffect, ...], noise: Mapping[str, float]
+) -> State:
+    """The selected effects at the parameters that they have, free to move a little beside whatever is tried next.
+
+    `noise` is each axis's noise [N·m or N]: improvements below it count less and less.
+    """
+    dynamics = comparison.simulation.dynamics(selected)
+    target = {axis: rows.copy() for axis, rows in comparison.target.items()}
+    columns = [nominal.column for nominal in nominals]
+    spreads = [nominal.spread for nominal in nominals]
+    for number, placed in enumerate(selected):
+        if isinstance(placed.effect, DriveEffect):
+            continue
+        predict = predictor(comparison, placed.axis, placed.effect, before(comparison, selected[:number]))
+        for axis, rows in predict(placed.effect).items():
+            target[axis] = target[axis] - rows
+        free = tangents(placed.effect, predict)
+        columns.extend(free)
+        spreads.extend([0.5] * len(free))
+    scale = {axis: max(_rms(rows), 1e-12) * np.sqrt(10.0) for axis, rows in target.items()}
+    stands_for = {("delay", one.axis): frozenset({k}) for k, one in enumerate(nominals) if one.timing and one.axis}
+    for _ in range(2):
+        regression = Regression(comparison, columns, spreads, target, scale, noise, stands_for)
+        residual = regression.residual(regression.fit())
+        scale = scales(comparison, residual, noise)
+    regression = Regression(comparison, columns, spreads, target, scale, noise, stands_for)
+    return State(comparison, nominals, selected, dynamics, regression, noise)
+
+
+def before(comparison: Comparison, selected: tuple[PlacedEffect, ...]) -> Mapping[str, AxisDynamics]:
+    """What each axis is with some effects."""
+    return comparison.simulation.dynamics(selected)
+
+
+def predictor(comparison: Comparison, axis: str, effect: Effect, dynamics: Mapping[str, AxisDynamics]) -> Predict:
+    """A function from an effect of this kind to the torque that it costs on the compared rows."""
+    if isinstance(effect, AxisEffect):
+
+        def cost(changed: Effect) -> Column:
+            assert isinstance(changed, AxisEffect)
+            return {axis: comparison.predicted(axis, changed, dynamics[axis])}
+
+        return cost
+    known = polynomial(comparison, axis, type(effect)) if isinstance(effect, ModelEffect) else None
+    if known is None:
+        raise UserError(f"axis {axis} cannot have {effect.name}")
+    return known.column
+
+
+def scales(comparison: Comparison, residual: Mapping[str, Array], noise: Mapping[str, float]) -> dict[str, float]:
+    """Residual rms of each axis, and what is too little to tell, times the square root of the rows that count as one."""
+    return {
+        axis: max(float(np.hypot(_rms(rows), noise[axis])), 1e-12) * np.sqrt(memory(comparison, axis, rows))
+        for axis, rows in residual.items()
+    }
+
+
+def memory(comparison: Comparison, axis: str, residual: Array) -> float:
+    """Rows that count as one: 1 + 2 sum of the residual's autocorrelation, up to where it first is not positive.
+
+    Recording by recording, by their energy.
+    """
+    counted, weight = 0.0, 0.0
+    for part, run in zip(comparison.in_time(axis, residual), comparison.runs, strict=True):
+        lags = int(LONGEST_MEMORY / (run.period * run.stride))
+        energy = float(part @ part)
+        if len(part) <= lags or energy <= 0.0:
+            continue
+        spectrum = np.fft.rfft(part, 2 * len(part))
+        correlation = np.fft.irfft(spectrum * spectrum.conj())[1 : lags + 1] / energy
+        ends = np.flatnonzero(correlation <= 0.0)
+        positive = correlation[: ends[0]] if ends.size else correlation
+        counted += energy * (1.0 + 2.0 * float(positive.sum()))
+        weight += energy
+    return max(LEAST_MEMORY, counted / weight) if weight > 0.0 else LEAST_MEMORY
+
+
+def hypotheses(state: State) -> list[Hypothesis]:
+    """Every answer of this step, most evident first."""
+    reference = state.regression.fit()
+    tried = _refine(state, _coarse(_sample_of(state)))
+    answers = [_of(found) for found in tried]
+    answers.extend(_of_drives(state, reference))
+    answers.append(_nominal(reference))
+    if not state.selected:
+        answers.append(_nothing(state))
+    return rated(state, answers)
+
+
+def rated(state: State, answers: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """With their evidence, by as many rows of each axis as the best answer leaves independent; most evident first."""
+    comparison, regression = state.comparison, state.regression
+    at_first = {axis: regression.rows[axis] / FIRST_MEMORY for axis in regression.axes}
+    best = max(answers, key=lambda one: _evidence(one, state, at_first))
+    residual = _residual(state, best)
+    independent = {axis: regression.rows[axis] / memory(comparison, axis, residual[axis]) for axis in regression.axes}
+    told = [replace(answer, evidence=_evidence(answer, state, independent)) for answer in answers]
+    return sorted(told, key=lambda one: -one.evidence)
+
+
+def _evidence(answer: Hypothesis, state: State, independent: Mapping[str, float]) -> float:
+    fit = answer.drive_gain
+    for axis in state.regression.axes:
+        if state.regression.rows[axis]:
+            left = answer.held_out[axis] / state.regression.rows[axis]
+            fit -= 0.5 * independent[axis] * float(np.log(left + state.noise[axis] ** 2))
+    searched = SEARCH_COST if answer.found is not None and answer.effect not in PARAMETERS else 0.0
+    return float(fit - answer.prior_cost - searched - PARAMETER_COST * answer.parameters)
+
+
+def _residual(state: State, answer: Hypothesis) -> dict[str, Array]:
+    if answer.found is None:
+        return state.regression.residual(state.regression.fit())
+    target = less(state.regression.target, answer.found.column)
+    held = state.regression.replaced_by(answer.effect, answer.found.axis)
+    return state.regression.residual(state.regression.fit(target=target, held=held), target=target)
+
+
+def _of(found: Found) -> Hypothesis:
+    name = found.effect.name
+    count = min(len(type(found.effect).parameters), MOST_TOLD)
+    return Hypothesis(name, found.axis, found, found.fitted.held_out, found.fitted.prior_cost, count)
+
+
+def _of_drives(state: State, reference: Fitted) -> list[Hypothesis]:
+    """Effects of the drives: the plant is left as it is, what the drive's law does not tell shrinks."""
+    chosen = {(placed.effect.name, placed.axis) for placed in state.selected}
+    answers = []
+    for axis in state.comparison.simulation.axes:
+        if axis not in state.comparison.drives:
+            state.comparison.drives[axis] = drive_effects(state.comparison, axis)
+        for found in state.comparison.drives[axis]:
+            if (found.effect.name, axis) in chosen:
+                continue
+            floor = state.noise[axis] ** 2
+            gain = 0.5 * found.rows / DRIVE_MEMORY * float(np.log((found.without + floor) / (found.left + floor)))
+            left = max(0.0, found.left - floor) / max(found.without - floor, 1e-12 * found.without, 1e-300)
+            here = Found(axis, found.effect, {}, reference)
+            plain = Hypothesis(found.effect.name, axis, here, reference.held_out, reference.prior_cost, 1)
+            answers.append(replace(plain, drive_gain=gain, drive_left=left))
+    return answers
+
+
+def _nominal(reference: Fitted) -> Hypothesis:
+    """Nothing but parameters of the model that are a little off; or, where effects are selected, nothing more."""
+    return Hypothesis("nominal", None, None, reference.held_out, reference.prior_cost, 0)
+
+
+def _nothing(state: State) -> Hypothesis:
+    """The simulation as it stands."""
+    exact = {axis: float(rows @ rows) for axis, rows in state.regression.target.items()}
+    return Hypothesis(NONE, None, None, exact, 0.0, 0)
+
+
+def _sample_of(state: State) -> State:
+    """The state on as much of the recordings as a coarse search needs."""
+    sample = state.comparison.sample
+    if sample is state.comparison:
+        return state
+    return state_with(sample, like(state.nominals, sample), state.selected, state.noise)
+
+
+def _coarse(state: State) -> list[tuple[Found, float]]:
+    """The best starts of every effect on every axis, each with the nats that it brings."""
+    found: list[Found] = []
+    chosen = {(placed.effect.name, placed.axis) for placed in state.selected}
+    for axis in state.comparison.simulation.axes:
+        if state.regression.rows[axis] == 0:
+            continue
+        for name, kind in library().items():
+            if name in NOT_SEARCHED or (name, axis) in chosen:
+                continue
+            if axis in state.comparison.relative and name in OF_POSITION:
+                continue
+            if issubclass(kind, AxisEffect):
+                found.extend(coarse(state.comparison, state.regression, axis, kind, state.dynamics[axis]))
+            elif issubclass(kind, ModelEffect):
+                found.extend(model_starts(state.comparison, state.regression, axis, kind))
+    least = state.regression.evidence(state.regression.fit())
+    return [(one, state.regression.evidence(one.fitted) - least) for one in found]
+
+
+def _refine(state: State, coarse_found: Sequence[tuple[Found, float]]) -> list[Found]:
+    regression = state.regression
+    best = max((gain for _, gain in coarse_found), default=0.0)
+    done: dict[tuple[str, str], Found] = {}
+    for found, gain in sorted(coarse_found, key=lambda pair: -pair[1]):
+        if gain < max(LEAST_GAIN, SHARE_OF_BEST * best):
+            continue
+        try:
+            predict = predictor(state.comparison, found.axis, found.effect, state.dynamics)
+            better = refined(regression, found, predict)
+        except UserError:
+            continue
+        if isinstance(better.effect, TemperatureDrift) and better.effect.time_constant > MOST_DRIFT * state.comparison.span:
+            continue
+        key = (found.effect.name, found.axis)
+        known = done.get(key)
+        if known is None or regression.evidence(better.fitted) > regression.evidence(known.fitted):
+            done[key] = better
+    return list(done.values())
+
+
+def settled(state: State, selected: tuple[PlacedEffect, ...], rounds: int = 2) -> tuple[PlacedEffect, ...]:
+    """The selected effects, each moved in turn to where least is left beside the others and the nominal parameters."""
+    comparison, nominals = state.comparison, state.nominals
+    for _ in range(rounds if len(selected) > 1 else 1):
+        for number, placed in enumerate(selected):
+            if isinstance(placed.effect, DriveEffect):
+                continue
+            others = selected[:number] + selected[number + 1 :]
+            beside = state_with(comparison, nominals, others, state.noise)
+            predict = predictor(comparison, placed.axis, placed.effect, beside.dynamics)
+            try:
+                held = beside.regression.replaced_by(placed.effect.name, placed.axis)
+                effect = moved(beside.regression, placed.effect, predict, held)
+            except UserError:
+                continue
+            selected = (*selected[:number], replace(placed, effect=effect), *selected[number + 1 :])
+    return selected
+
+
+def column_of(state: State, placed: PlacedEffect) -> Column:
+    """What a selected effect costs on the compared rows."""
+    return predictor(state.comparison, placed.axis, placed.effect, state.dynamics)(placed.effect)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0

@@ -1,0 +1,174 @@
+"""From recordings to what causes are compared on: the motion of each axis, its torque, and which samples count."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from diagnosis.simulation import Kinematics, Simulation
+from drivetwin.motion.axis_motion import AxisMotion, measured_position, select, standstill_velocity, velocity_noise
+from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
+from drivetwin.recording.recording import Recording
+from emulator.dynamics import Motion
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+WIDE = 2.5
+"""The motion that effects see is filtered this many times wider than what is compared: their torque is filtered once more."""
+RIGID_RATE = 3.0
+"""The rigid model is evaluated at so many samples a period of the motion's own cut-off, and joined by a cubic spline."""
+SAMPLED = ("position", "velocity", "acceleration", "torque", "time", "rigid_torque", "inertia")
+"""Fields of a motion that are samples."""
+COMPARED_RATE = 2.5
+"""Samples that are compared, a period of the cut-off: no more is in them."""
+
+
+@dataclass(frozen=True)
+class AxisRun:
+    """One axis over one recording, (n,) each; torque filtered [N·m or N]. `used` counts in gaps, `fitted` in fits."""
+
+    axis: str
+    motion: Motion
+    torque: Array
+    base: Array
+    used: Mask
+    fitted: Mask
+
+    def piece(self, span: slice, edge: int) -> AxisRun:
+        """A part of it, of which `edge` samples at both ends are not fitted."""
+        fitted = self.fitted[span].copy()
+        fitted[:edge] = fitted[-edge:] = False
+        own = {name: getattr(self.motion, name)[span] for name in SAMPLED}
+        return replace(
+            self,
+            motion=replace(self.motion, **own),
+            torque=self.torque[span],
+            base=self.base[span],
+            used=self.used[span],
+            fitted=fitted,
+        )
+
+
+@dataclass(frozen=True)
+class Run:
+    """One recording, prepared: every `stride`-th sample is compared; `kinematics` (n, k) of all axes through that filter."""
+
+    recording: Recording
+    period: float
+    cutoff_hz: float
+    stride: int
+    kinematics: Kinematics
+    axes: Mapping[str, AxisRun]
+
+    def piece(self, span: slice) -> Run:
+        """A part of it; what the filter cannot know at the two cuts is not fitted."""
+        edge = reach(self.period, self.cutoff_hz)
+        axes = {name: axis.piece(span, edge) for name, axis in self.axes.items()}
+        recording = replace(self.recording, time=self.recording.time[span])
+        return replace(self, recording=recording, kinematics=self.kinematics.part(span), axes=axes)
+
+    def smooth(self, torque: Array) -> Array:
+        """The filter that measured torque went through."""
+        return zero_phase(torque, self.period, self.cutoff_hz)
+
+
+def thresholds(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz: float) -> dict[str, float]:
+    """Speed above which each axis counts as moving [rad/s or m/s]; infinite for an axis that never moves."""
+    pieces = [_narrow(simulation, recording, cutoff_hz) for recording in recordings]
+    found = {axis: standstill_velocity([piece[axis] for piece in pieces]) for axis in simulation.axes}
+    return {axis: np.inf if speed is None else speed for axis, speed in found.items()}
+
+
+def prepare(simulation: Simulation, recording: Recording, cutoff_hz: float, standstill: Mapping[str, float]) -> Run:
+    """Filter a recording and evaluate the simulation as it stands on its motion."""
+    period = recording.info.sample_period
+    cutoff = effective_cutoff(period, cutoff_hz)
+    wide = effective_cutoff(period, WIDE * cutoff)
+    kinematics = _kinematics(simulation, recording, wide)
+    compared = _kinematics(simulation, recording, cutoff)
+    rigid = _rigid(simulation, kinematics, max(1, int(1.0 / (RIGID_RATE * wide * period))))
+    inertia = _inertia(simulation, kinematics, max(1, int(0.02 / period)))
+    dynamics = simulation.dynamics()
+    axes = {}
+    for k, axis in enumerate(simulation.axes):
+        motion = Motion(
+            position=kinematics.position[:, k],
+            velocity=kinematics.velocity[:, k],
+            acceleration=kinematics.acceleration[:, k],
+            torque=recording.columns[axis]["torque"],
+            time=recording.time,
+            rigid_torque=rigid[:, k],
+            inertia=inertia[:, k],
+            rotor_inertia=float(simulation.model.dof_armature[simulation.dof(axis)]),
+        )
+        base = zero_phase(rigid[:, k] + dynamics[axis].friction.resistance(motion), period, cutoff)
+        torque = zero_phase(motion.torque, period, cutoff)
+        narrow = _narrow(simulation, recording, cutoff)[axis]
+        chosen = select(narrow, standstill[axis], 0.0)
+        axes[axis] = AxisRun(axis, motion, torque, base, chosen.moving, chosen.fitted)
+    stride = max(1, int(1.0 / (COMPARED_RATE * cutoff * period)))
+    return Run(recording, period, cutoff, stride, compared, axes)
+
+
+def _kinematics(simulation: Simulation, recording: Recording, cutoff: float) -> Kinematics:
+    period = recording.info.sample_period
+    raw = [measured_position(recording.columns[axis], period) for axis in simulation.axes]
+    position = np.column_stack([zero_phase(samples, period, cutoff) for samples in raw])
+    velocity = np.column_stack([fine_derivative(samples, period) for samples in position.T])
+    acceleration = np.column_stack([fine_derivative(samples, period) for samples in velocity.T])
+    return Kinematics(position, velocity, acceleration)
+
+
+def _narrow(simulation: Simulation, recording: Recording, cutoff_hz: float) -> dict[str, AxisMotion]:
+    """The motion through the filter of the comparison, by which moving and standing are told apart."""
+    period = recording.info.sample_period
+    cutoff = effective_cutoff(period, cutoff_hz)
+    found = {}
+    for axis in simulation.axes:
+        raw = measured_position(recording.columns[axis], period)
+        position = zero_phase(raw, period, cutoff)
+        velocity = fine_derivative(position, period)
+        found[axis] = AxisMotion(
+            recording=recording.name,
+            axis=axis,
+            period=period,
+            cutoff_hz=cutoff,
+            time=recording.time,
+            position=position,
+            velocity=velocity,
+            acceleration=velocity,
+            torque=velocity,
+            model_torque=velocity,
+            velocity_noise=velocity_noise(recording, axis, raw, position, cutoff),
+        )
+    return found
+
+
+def _rigid(simulation: Simulation, kinematics: Kinematics, stride: int) -> Array:
+    return between(simulation.torques(kinematics.every(stride)), len(kinematics.position), stride)
+
+
+def _inertia(simulation: Simulation, kinematics: Kinematics, stride: int) -> Array:
+    """d torque / d acceleration of each axis along the motion, (n, k)."""
+    few = kinematics.every(stride)
+    rest = np.zeros_like(few.position)
+    still = simulation.torques(Kinematics(few.position, rest, rest))
+    columns = []
+    for k in range(few.position.shape[1]):
+        unit = rest.copy()
+        unit[:, k] = 1.0
+        columns.append((simulation.torques(Kinematics(few.position, rest, unit)) - still)[:, k])
+    return between(np.column_stack(columns), len(kinematics.position), stride)
+
+
+def between(values: Array, count: int, stride: int) -> Array:
+    """Values (m, k) at every stride-th of `count` samples, joined by a cubic spline."""
+    if stride == 1 or len(values) < 4:
+        return np.repeat(values, stride, axis=0)[:count]
+    at = np.arange(len(values)) * float(stride)
+    return np.asarray(CubicSpline(at, values)(np.arange(count, dtype=np.float64)))

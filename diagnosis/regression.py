@@ -1,0 +1,155 @@
+"""Ridge regression of the gap on torques of causes, judged on folds that it did not see.
+
+Weighted least squares over all axes; each axis has its own residual variance. A nominal parameter is held by a normal prior
+about its nominal value (ridge). Folds are contiguous blocks, so that neighbours in time do not vouch for each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.comparison import FOLDS, Column, Comparison
+
+Array = NDArray[np.float64]
+
+HELD = 1e30
+"""Inverse variance of a coefficient that may not move."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Coefficients (p,), what each fold's rows are left with on each axis when it is held back, and the prior's cost [nats]."""
+
+    coefficients: Array
+    held_out: Mapping[str, float]
+    prior_cost: float
+
+
+class Regression:
+    """Columns that every hypothesis has, with their priors; further columns are tried beside them."""
+
+    def __init__(
+        self,
+        comparison: Comparison,
+        columns: Sequence[Column],
+        spreads: Sequence[float],
+        target: Column,
+        scale: Mapping[str, float],
+        floor: Mapping[str, float],
+        stands_for: Mapping[tuple[str, str], frozenset[int]],
+    ) -> None:
+        """`spreads` (p,): standard deviation of each coefficient about 0, inf for a free one. `scale`: residual rms of each
+        axis times the square root of the rows that count as one, `floor`: what is too little to tell [N·m or N].
+        `stands_for`: columns that an effect on an axis takes the place of, by number."""
+        self.axes = comparison.simulation.axes
+        self.folds = comparison.folds
+        self.scale = dict(scale)
+        self.floor = dict(floor)
+        self.stands_for = dict(stands_for)
+        self.spreads = np.asarray(spreads, dtype=np.float64)
+        self.matrix = {axis: _matrix(columns, axis, len(target[axis])) for axis in self.axes}
+        self.target = dict(target)
+        self.rows = {axis: len(target[axis]) for axis in self.axes}
+        self._gram = {axis: self._folded(axis, self.matrix[axis], self.matrix[axis]) for axis in self.axes}
+        self._right = {axis: self._folded(axis, self.matrix[axis], self.target[axis][:, None])[:, :, 0] for axis in self.axes}
+        self._square = {axis: self._folded_square(axis, self.target[axis]) for axis in self.axes}
+
+    def fit(
+        self, columns: Sequence[Column] = (), target: Column | None = None, held: frozenset[int] = frozenset()
+    ) -> Fitted:
+        """With further free columns, for a target that differs from the usual one on some axes; `held` coefficients are 0."""
+        count, more = len(self.spreads), len(columns)
+        size = count + more
+        gram, right = {}, {}
+        square = dict(self._square)
+        for axis in self.axes:
+            changed = target[axis] if target is not None and axis in target else None
+            y = self.target[axis] if changed is None else changed
+            gram[axis] = np.zeros((FOLDS, size, size))
+            gram[axis][:, :count, :count] = self._gram[axis]
+            right[axis] = np.zeros((FOLDS, size))
+            right[axis][:, :count] = self._right[axis]
+            if changed is not None:
+                right[axis][:, :count] = self._folded(axis, self.matrix[axis], y[:, None])[:, :, 0]
+                square[axis] = self._folded_square(axis, y)
+            if any(axis in column for column in columns):
+                extra = _matrix(columns, axis, self.rows[axis])
+                cross = self._folded(axis, self.matrix[axis], extra)
+                gram[axis][:, :count, count:] = cross
+                gram[axis][:, count:, :count] = cross.transpose(0, 2, 1)
+                gram[axis][:, count:, count:] = self._folded(axis, extra, extra)
+                right[axis][:, count:] = self._folded(axis, extra, y[:, None])[:, :, 0]
+        return self._solve(gram, right, square, more, held)
+
+    def replaced_by(self, effect: str, axis: str) -> frozenset[int]:
+        """Columns that are held at 0 beside an effect, by number."""
+        return self.stands_for.get((effect, axis), frozenset())
+
+    def evidence(self, fitted: Fitted, rows_as_one: Mapping[str, float] | None = None) -> float:
+        """Nats: each axis's held-out error by as many rows as count, what is below the floor counts little; less the prior."""
+        told = -fitted.prior_cost
+        for axis, rows in self.rows.items():
+            if rows:
+                independent = rows / (rows_as_one[axis] if rows_as_one else 10.0)
+                told -= 0.5 * independent * float(np.log(fitted.held_out[axis] / rows + self.floor[axis] ** 2))
+        return told
+
+    def residual(self, fitted: Fitted, columns: Sequence[Column] = (), target: Column | None = None) -> dict[str, Array]:
+        """What is left on the rows of each axis, (N,)."""
+        found = {}
+        for axis in self.axes:
+            y = target[axis] if target is not None and axis in target else self.target[axis]
+            extra = _matrix(columns, axis, self.rows[axis])
+            found[axis] = y - np.hstack([self.matrix[axis], extra]) @ fitted.coefficients
+        return found
+
+    def _solve(
+        self,
+        gram: Mapping[str, Array],
+        right: Mapping[str, Array],
+        square: Mapping[str, Array],
+        more: int,
+        held: frozenset[int],
+    ) -> Fitted:
+        ridge = np.concatenate([1.0 / self.spreads**2, np.zeros(more)])
+        ridge[list(held)] = HELD
+        weight = {axis: 1.0 / self.scale[axis] ** 2 for axis in self.axes}
+        whole = sum(weight[axis] * gram[axis].sum(axis=0) for axis in self.axes)
+        goal = sum(weight[axis] * right[axis].sum(axis=0) for axis in self.axes)
+        coefficients = _solved(whole, goal, ridge)
+        held_out = dict.fromkeys(self.axes, 0.0)
+        for fold in range(FOLDS):
+            part = sum(weight[axis] * gram[axis][fold] for axis in self.axes)
+            part_goal = sum(weight[axis] * right[axis][fold] for axis in self.axes)
+            beta = _solved(whole - part, goal - part_goal, ridge)
+            for axis in self.axes:
+                error = square[axis][fold] - 2.0 * beta @ right[axis][fold] + beta @ gram[axis][fold] @ beta
+                held_out[axis] += float(max(error, 0.0))
+        coefficients[list(held)] = 0.0
+        prior = 0.5 * float(np.sum((coefficients[: len(self.spreads)] / self.spreads) ** 2))
+        return Fitted(coefficients, held_out, prior)
+
+    def _folded(self, axis: str, left: Array, right: Array) -> Array:
+        return np.stack([left[rows].T @ right[rows] for rows in self.folds[axis]])
+
+    def _folded_square(self, axis: str, values: Array) -> Array:
+        return np.array([float(values[rows] @ values[rows]) for rows in self.folds[axis]])
+
+
+def _matrix(columns: Sequence[Column], axis: str, rows: int) -> Array:
+    if not columns:
+        return np.zeros((rows, 0))
+    return np.column_stack([column.get(axis, np.zeros(rows)) for column in columns])
+
+
+def _solved(gram: Array, right: Array, ridge: Array) -> Array:
+    """Scaled, so that columns of different units weigh alike in the numerics; a column of zeros gets the coefficient 0."""
+    size = np.sqrt(np.diag(gram) + ridge)
+    size[size == 0.0] = 1.0
+    scaled = gram / np.outer(size, size) + np.diag(ridge / size**2)
+    scaled[np.diag_indices_from(scaled)] += 1e-10
+    return np.asarray(np.linalg.solve(scaled, right / size) / size)

@@ -1,0 +1,158 @@
+"""Looks for one effect on one axis: a coarse search that is linear, then a local one in the effect's own parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from diagnosis.comparison import Column, Comparison
+from diagnosis.regression import Fitted, Regression
+from drivetwin.errors import UserError
+from emulator.dynamics import AxisDynamics
+from emulator.effects import AxisEffect, Effect
+
+Array = NDArray[np.float64]
+
+STARTS_REFINED = 2
+"""Of one effect on one axis: the best of the coarse search."""
+EVALUATIONS = 25
+"""Of a local search, Jacobians not counted: it begins near."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """An effect on an axis, the torque that it costs on the compared rows, and what is left with it."""
+
+    axis: str
+    effect: Effect
+    column: Column
+    fitted: Fitted
+
+
+@dataclass(frozen=True)
+class Field:
+    """A parameter of an effect as a local search moves it: its name, a step that matters, and its bounds."""
+
+    name: str
+    size: float
+    low: float
+    high: float
+
+
+Predict = Callable[[Effect], Column]
+
+
+def coarse(
+    comparison: Comparison, regression: Regression, axis: str, kind: type[AxisEffect], dynamics: AxisDynamics
+) -> list[Found]:
+    """The best starts of an effect on an axis, best first, each with the coefficients of its members free."""
+    found = []
+    for tried in comparison.starts(axis, kind, dynamics):
+        columns = [{axis: rows} for rows in tried.columns]
+        if not all(np.isfinite(rows).all() and rows.any() for rows in tried.columns):
+            continue
+        fitted = regression.fit(columns, held=regression.replaced_by(kind.name, axis))
+        chosen = fitted.coefficients[-len(columns) :]
+        effect = tried.start.compose([float(value) for value in chosen])
+        if effect is not None:
+            whole = {axis: np.column_stack(tried.columns) @ chosen}
+            found.append(Found(axis, effect, whole, fitted))
+    return sorted(found, key=lambda one: -regression.evidence(one.fitted))[:STARTS_REFINED]
+
+
+def refined(regression: Regression, found: Found, predict: Predict) -> Found:
+    """The effect with its own parameters moved to where least is left, coefficients of everything else fitted along."""
+    held = regression.replaced_by(found.effect.name, found.axis)
+    effect = moved(regression, found.effect, predict, held)
+    column = predict(effect)
+    return Found(found.axis, effect, column, regression.fit(target=less(regression.target, column), held=held))
+
+
+def moved(regression: Regression, effect: Effect, predict: Predict, held: frozenset[int]) -> Effect:
+    """The local search: Levenberg-Marquardt in a trust region within the parameters' bounds, all else projected out."""
+    movable = movable_fields(effect)
+    start = np.array([getattr(effect, field.name) / field.size for field in movable])
+    low = np.array([field.low / field.size for field in movable])
+    high = np.array([field.high / field.size for field in movable])
+    axes = sorted(predict(effect))
+    project = _projector(regression, axes, held)
+
+    def left(values: Array) -> Array:
+        column = predict(at(effect, movable, values))
+        return project({axis: regression.target[axis] - column[axis] for axis in axes})
+
+    start = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))
+    try:
+        solved = least_squares(
+            left,
+            start,
+            bounds=(low, high),
+            x_scale=1.0,
+            diff_step=np.full(len(start), 1e-3),
+            max_nfev=EVALUATIONS,
+            xtol=1e-4,
+            ftol=1e-5,
+        )
+    except UserError:
+        return effect
+    return at(effect, movable, solved.x)
+
+
+def movable_fields(effect: Effect) -> list[Field]:
+    """The effect's parameters, each with the step that matters to it."""
+    found = []
+    for parameter in type(effect).parameters:
+        value = float(getattr(effect, parameter.name))
+        angle = parameter.name in ("phase", "angle")
+        size = 1.0 if angle or value == 0.0 else abs(value)
+        low = parameter.low if not (angle and parameter.low == 0.0) else -np.inf
+        found.append(Field(parameter.name, size, low, parameter.high))
+    return found
+
+
+def at(effect: Effect, movable: Sequence[Field], values: Array) -> Effect:
+    """The effect with other values, in the sizes of its fields."""
+    changed = {field.name: float(value * field.size) for field, value in zip(movable, values, strict=True)}
+    return replace(effect, **changed)
+
+
+def tangents(effect: Effect, predict: Predict) -> list[Column]:
+    """d torque / d parameter in units of its size, by central differences that stay in the bounds."""
+    base = np.array([getattr(effect, field.name) / field.size for field in movable_fields(effect)])
+    movable = movable_fields(effect)
+    columns: list[Column] = []
+    for k, field in enumerate(movable):
+        step = np.zeros_like(base)
+        step[k] = 1e-3
+        up = base + step if (base + step)[k] * field.size <= field.high else base
+        down = base - step if (base - step)[k] * field.size >= field.low else base
+        above, below = predict(at(effect, movable, up)), predict(at(effect, movable, down))
+        columns.append({axis: (above[axis] - below[axis]) / (up - down)[k] for axis in above})
+    return columns
+
+
+def less(target: Mapping[str, Array], column: Column) -> dict[str, Array]:
+    """What is left of the target on the axes of a column."""
+    return {axis: target[axis] - column[axis] for axis in column}
+
+
+def _projector(regression: Regression, axes: Sequence[str], held: frozenset[int]) -> Callable[[Mapping[str, Array]], Array]:
+    """Weighted residual of rows after the best coefficients on some axes, and below it what their priors cost."""
+    matrix = np.vstack([regression.matrix[axis] / regression.scale[axis] for axis in axes])
+    prior = np.diag(1.0 / regression.spreads)
+    matrix[:, list(held)] = 0.0
+    size = np.sqrt(np.einsum("np,np->p", matrix, matrix) + np.diag(prior) ** 2)
+    size[size == 0.0] = 1.0
+    gram = (matrix.T @ matrix + prior**2) / np.outer(size, size) + 1e-10 * np.eye(len(size))
+    inverse = np.linalg.inv(gram) / np.outer(size, size)
+
+    def left(rows: Mapping[str, Array]) -> Array:
+        y = np.concatenate([rows[axis] / regression.scale[axis] for axis in axes])
+        coefficients = inverse @ (matrix.T @ y)
+        return np.concatenate([y - matrix @ coefficients, prior @ coefficients])
+
+    return left

@@ -1,0 +1,149 @@
+"""The simulation whose gap is asked for: a MuJoCo model with some effects, and the torque that it needs for a motion."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetwin.errors import UserError
+from drivetwin.motion.inverse_dynamics import Model
+from drivetwin.recording.recording import AxisInfo
+from emulator.assembly import DrivenJoint, assemble
+from emulator.dynamics import AxisDynamics
+from emulator.effects import Effect, PlacedEffect
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """A motion of all axes: position, velocity, acceleration, each (n, k) in the order of the simulation's axes; SI."""
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+    def part(self, span: slice) -> Kinematics:
+        """Some samples in a row."""
+        return Kinematics(self.position[span], self.velocity[span], self.acceleration[span])
+
+    def every(self, stride: int) -> Kinematics:
+        """Each stride-th sample."""
+        return Kinematics(self.position[::stride], self.velocity[::stride], self.acceleration[::stride])
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A model and what drives its joints, by axis. Nothing in it is changed by asking."""
+
+    path: Path
+    drives: Mapping[str, DrivenJoint]
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the recorded axes."""
+        return tuple(self.drives)
+
+    @property
+    def joints(self) -> list[str]:
+        """Their joints, in the same order."""
+        return [drive.joint for drive in self.drives.values()]
+
+    def spec(self) -> mujoco.MjSpec:
+        """The model's specification, a new one."""
+        return mujoco.MjSpec.from_file(str(self.path))
+
+    @cached_property
+    def model(self) -> mujoco.MjModel:
+        """The compiled model as it stands."""
+        return self.spec().compile()
+
+    @cached_property
+    def rigid(self) -> Model:
+        """Its inverse dynamics without friction."""
+        return Model(self.model, self.path)
+
+    def slides(self, axis: str) -> bool:
+        """Whether the axis is prismatic."""
+        return int(self.model.joint(self.drives[axis].joint).type[0]) == int(mujoco.mjtJoint.mjJNT_SLIDE)
+
+    def dof(self, axis: str) -> int:
+        """Index of the axis's joint in qvel."""
+        return int(self.model.joint(self.drives[axis].joint).dofadr[0])
+
+    def dynamics(self, effects: tuple[PlacedEffect, ...] = ()) -> dict[str, AxisDynamics]:
+        """What each axis is with the effects. Raises UserError where an axis cannot have one."""
+        return assemble(self.spec(), self.drives, effects)
+
+    def torques(self, kinematics: Kinematics) -> Array:
+        """Torque (n, k) of the rigid model without friction."""
+        return self.rigid.torques(self.joints, kinematics.position, kinematics.velocity, kinematics.acceleration)
+
+    def torques_with(self, axis: str, effect: Effect, kinematics: Kinematics) -> Array:
+        """The same of the model that an effect on the rigid bodies has changed."""
+        spec = self.spec()
+        effect.add_to(spec, spec.joint(self.drives[axis].joint), AxisDynamics())
+        rigid = Model(spec.compile(), self.path)
+        return rigid.torques(self.joints, kinematics.position, kinematics.velocity, kinematics.acceleration)
+
+    def torques_of_heavier(self, body: int, kinematics: Kinematics) -> Array:
+        """Torque (n, k) that twice the mass and inertia of one body, by its number, costs besides."""
+        heavier = copy.copy(self.model)
+        heavier.body_mass[body] *= 2.0
+        heavier.body_inertia[body] *= 2.0
+        mujoco.mj_setConst(heavier, mujoco.MjData(heavier))
+        rigid = Model(heavier, self.path)
+        motion = (kinematics.position, kinematics.velocity, kinematics.acceleration)
+        return rigid.torques(self.joints, *motion) - self.torques(kinematics)
+
+    def moving_bodies(self) -> list[int]:
+        """Bodies with mass that a joint moves."""
+        model = self.model
+        return [
+            body
+            for body in range(1, model.nbody)
+            if model.body_mass[body] > 0.0 and model.body_weldid[body] != 0
+        ]
+
+
+def simulation(path: Path, axes: Mapping[str, AxisInfo]) -> Simulation:
+    """The simulation of an MJCF file for the axes of a recording.
+
+    Raises UserError for a file that MuJoCo refuses, a joint that the model lacks, or that no motor drives.
+    """
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+        model = spec.compile()
+    except ValueError as error:
+        raise UserError(f"{path} is not a MuJoCo model: {error}") from error
+    return Simulation(path, {name: _driven(path, model, name, info) for name, info in axes.items()})
+
+
+def _driven(path: Path, model: mujoco.MjModel, axis: str, info: AxisInfo) -> DrivenJoint:
+    joints = {model.joint(index).name: index for index in range(model.njnt)}
+    if info.joint not in joints:
+        raise UserError(f"{path} has no joint {info.joint!r} for axis {axis!r}; it has {', '.join(joints)}")
+    joint = joints[info.joint]
+    motors = [
+        model.actuator(number).name
+        for number in range(model.nu)
+        if model.actuator_trntype[number] == mujoco.mjtTrn.mjTRN_JOINT and model.actuator_trnid[number, 0] == joint
+    ]
+    actuator = info.actuator if info.actuator in motors else next(iter(motors), None)
+    if actuator is None:
+        raise UserError(f"{path}: no motor drives joint {info.joint!r} of axis {axis!r}; add an actuator on it")
+    gear = info.gear_ratio or float(model.actuator(actuator).gear[0]) or 1.0
+    home = float(model.qpos0[model.jnt_qposadr[joint]])
+    return DrivenJoint(info.joint, actuator, abs(gear), rotor_inertia=0.0, holding_brake=0.0, position=home)
+
+
+def with_friction(axis: AxisDynamics, **changes: float) -> AxisDynamics:
+    """An axis with another friction law."""
+    return replace(axis, friction=replace(axis.friction, **changes))

@@ -1,0 +1,62 @@
+"""`drivetwin diagnose`: where a simulation and a machine's recordings differ, why, and how far the gap shrinks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from diagnosis.diagnose import diagnose
+from diagnosis.inputs import read_inputs
+from diagnosis.settings import DiagnosisSettings
+from diagnosis.write import write_diagnosis
+from drivetwin.cli.diagnose_summary import print_summary
+from drivetwin.files import new_directory, refuse_foreign
+
+
+def diagnose_command(
+    model: Annotated[Path, typer.Argument(metavar="MODEL.xml", help="MuJoCo model (MJCF): the simulation as it stands.")],
+    recordings: Annotated[
+        list[Path], typer.Argument(metavar="RECORDING...", help="Recordings to find causes in, or folders of recordings.")
+    ],
+    *,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where report.html, report.json and patched.xml appear.")],
+    validate: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="RECORDING...", help="Recordings to measure the shrink on, not fitted; up to the next option."),
+    ] = None,
+    cutoff: Annotated[float, typer.Option(metavar="HZ", help="Cut-off of the zero-phase filter, in Hz.")] = 48.0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of what is drawn for the intervals.")] = 0,
+    allow_gaps: Annotated[bool, typer.Option("--allow-gaps", help="Split a recording at lost samples.")] = False,
+    no_html: Annotated[bool, typer.Option("--no-html", help="Leave report.html out.")] = False,
+) -> None:
+    """Find where the simulation and the machine differ, which unmodelled effect causes it, and how far the gap shrinks.
+
+    Example: drivetwin diagnose docs/examples/emps/model.xml out/emps --validate out/emps_pulses --out out/emps_gap
+
+    Writes report.html and report.json, the simulation with the effects added (patched.xml, effects.json), and what it
+    predicts for every validation recording (prediction/). Without --validate blocks of the recordings are held back.
+    docs/diagnosis.md tells how to read the report.
+    """
+    console = Console(width=max(112, Console().width))
+    refuse_foreign(out)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bars:
+        task = bars.add_task("reading", total=1.0)
+        inputs = read_inputs(model, recordings, validate or [], cutoff_hz=cutoff, allow_gaps=allow_gaps)
+
+        def progress(what: str, share: float = 1.0) -> None:
+            bars.update(task, description=what, completed=share)
+
+        found = diagnose(model, inputs.training, inputs.validation, DiagnosisSettings(cutoff, seed), progress)
+        with new_directory(out) as staged:
+            write_diagnosis(found, inputs.files, staged, html=not no_html, progress=progress)
+    print_summary(console, found)
+    console.print(_written(out, no_html), highlight=False, soft_wrap=True)
+
+
+def _written(out: Path, no_html: bool) -> str:
+    return "  ".join(str(out / name) for name in ([] if no_html else ["report.html"]) + ["report.json", "patched.xml"])

@@ -1,0 +1,56 @@
+"""`drivetwin excite`: the motion that tells apart what a gap report could not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from diagnosis.excitation.choice import open_question
+from diagnosis.excitation.limits import read_limits
+from diagnosis.excitation.plan import Plan, plan
+from diagnosis.excitation.write import write_plan
+from diagnosis.gap_report import read_report
+from diagnosis.wording import name_of, number
+from drivetwin.errors import UserError
+from drivetwin.files import new_directory, refuse_foreign
+
+
+def excite_command(
+    model: Annotated[Path, typer.Argument(metavar="MODEL.xml", help="MuJoCo model that was diagnosed; its ranges count.")],
+    *,
+    report: Annotated[Path, typer.Option(metavar="FILE", help="report.json of `drivetwin diagnose`.")],
+    axis: Annotated[str, typer.Option(metavar="AXIS", help="Axis on which causes are to be told apart.")],
+    limits: Annotated[Path, typer.Option(metavar="FILE", help="YAML: speed, acceleration, jerk, travel of each axis.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where set-points, motion.json and motion.png appear.")],
+    period: Annotated[float, typer.Option(metavar="S", help="Time between two set-points, in seconds.")] = 0.001,
+) -> None:
+    """Write the motion that tells apart what a report could not: move the machine so, record it, diagnose again.
+
+    Example: drivetwin excite model.xml --report out/gap/report.json --axis lift --limits limits.yaml --out out/motion
+
+    Writes setpoints.parquet and setpoints.csv (time and position of every axis that moves, one row a cycle), motion.json (what
+    each passage is for) and motion.png. Every set-point stays within travel, speed, acceleration and jerk of the limits.
+    """
+    if not 1e-4 <= period <= 0.02:
+        raise UserError(f"--period {period:g}: expected a controller's cycle, 0.0001 to 0.02 s")
+    refuse_foreign(out)
+    found = plan(open_question(read_report(report), axis), read_limits(limits, model), period)
+    with new_directory(out) as staged:
+        write_plan(found, [model, report, limits], staged)
+    console = Console(width=max(112, Console().width))
+    effects = ", ".join(name_of(effect) for effect in found.question.effects)
+    console.print(f"To tell apart on {axis}: {effects}; {number(float(found.time[-1]))} s of motion", highlight=False)
+    console.print(_passages(found))
+    console.print("  ".join(str(out / name) for name in ("setpoints.csv", "motion.json", "motion.png")), highlight=False)
+
+
+def _passages(found: Plan) -> Table:
+    table = Table("from, s", "to, s", "motion", "what it shows")
+    for each in found.passages:
+        name = each.excitation.name.replace("_", " ")
+        table.add_row(f"{each.begin:.1f}", f"{each.end:.1f}", name, each.excitation.purpose)
+    return table

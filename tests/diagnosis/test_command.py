@@ -1,0 +1,172 @@
+"""`drivetwin diagnose` as a user runs it: files, exit status, one line for what it refuses."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from gap_bench import PERIOD, swinging, time_of
+
+from diagnosis.gap_report import read_report
+from drivetwin.cli import main
+from drivetwin.cli.many_values import repeated
+from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
+from drivetwin.recording.writer import write_recording
+from emulator.effects import read_effects
+
+MODEL = """
+<mujoco model="table">
+  <option gravity="0 0 0"/>
+  <worldbody><body name="table">
+    <joint name="rotate" type="hinge" axis="0 0 1" armature="0.2" frictionloss="0.5" damping="0.1"/>
+    <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>
+  </body></worldbody>
+  <actuator><motor name="rotate" joint="rotate"/></actuator>
+</mujoco>
+"""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    status: int
+    out: str
+    err: str
+
+
+Run = Callable[[str], Outcome]
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Run:
+    """Run a command line in this process."""
+
+    def command(line: str) -> Outcome:
+        monkeypatch.setattr(sys, "argv", ["drivetwin", *line.split()])
+        status = 0
+        try:
+            main()
+        except SystemExit as ended:
+            status = int(ended.code or 0)
+        captured = capfd.readouterr()
+        return Outcome(status, captured.out, captured.err)
+
+    return command
+
+
+def record(folder: Path, seconds: float, frequency: float, seed: int) -> None:
+    """A table whose Coulomb friction is 0.8 N·m where the model says 0.5; all else is as the model has it."""
+    position, velocity, acceleration = swinging(time_of(seconds), frequency=frequency)
+    noise = 0.01 * np.random.default_rng(seed).standard_normal(len(position))
+    torque = 0.3 * acceleration + 0.1 * velocity + 0.8 * np.sign(velocity) + noise
+    axis = AxisInfo(joint="rotate", actuator="rotate", position_resolution=1e-7, torque_resolution=1e-3)
+    info = RecordingInfo(machine="table", sample_period=PERIOD, axes={"rotate": axis})
+    columns = {"rotate": {"torque": torque, "position": position}}
+    write_recording(Recording(folder.name, info, time_of(seconds), columns), folder)
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "model.xml").write_text(MODEL)
+    record(tmp_path / "fitted", 20.0, 0.25, 1)
+    record(tmp_path / "one", 8.0, 0.4, 2)
+    record(tmp_path / "two", 8.0, 0.33, 3)
+    return tmp_path
+
+
+def test_a_report_a_patch_and_predictions(bench: Path, run: Run) -> None:
+    outcome = run("diagnose model.xml fitted --validate one two --out out")
+    assert (outcome.status, outcome.err) == (0, "")
+    assert "The gap is explained" in outcome.out
+    assert "the validation recordings" in outcome.out
+    made = sorted(str(path.relative_to(bench / "out")) for path in (bench / "out").rglob("*") if path.is_file())
+    predicted = ["prediction/one.parquet", "prediction/two.parquet"]
+    assert made == [".drivetwin", "effects.json", "patched.xml", *predicted, "report.html", "report.json"]
+    report = read_report(bench / "out" / "report.json")
+    first = report.causes[0]
+    assert (first.effect, first.axis) == ("coulomb", "rotate")
+    assert first.parameters["coulomb"].value == pytest.approx(0.8, abs=0.01)
+    assert list(report.inputs) == [
+        "model.xml",
+        *(f"{name}/{file}" for name in ("fitted", "one", "two") for file in ("recording.json", "signals.parquet")),
+    ]
+    assert report.inputs["model.xml"] == hashlib.sha256(MODEL.encode()).hexdigest()
+    assert [(placed.effect.name, placed.axis) for placed in read_effects(bench / "out" / "effects.json")] == [
+        (each.effect, each.axis) for each in report.selected
+    ]
+    table = pa.concat_tables([pq.read_table(bench / "out" / name) for name in predicted])
+    columns = {name.removeprefix("rotate."): table[name].to_numpy() for name in table.column_names}
+    for when, told in (("before", report.axes["rotate"].gap_rms), ("after", report.after["rotate"].gap_rms)):
+        gap = (columns["torque_measured"] - columns[f"torque_{when}"])[columns["used"]]
+        assert told == pytest.approx(np.sqrt(np.mean(gap**2)), rel=1e-12)
+
+
+def test_without_validation_blocks_are_held_back_and_it_says_so(bench: Path, run: Run) -> None:
+    outcome = run("diagnose model.xml fitted --out out --no-html --seed 4")
+    assert outcome.status == 0
+    assert "blocks held back from the recordings" in outcome.out
+    assert not (bench / "out" / "report.html").exists()
+    assert read_report(bench / "out" / "report.json").seed == 4
+    assert (bench / "out" / "prediction" / "fitted.parquet").is_file()
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("diagnose nowhere.xml fitted --out out", "no model at nowhere.xml"),
+        ("diagnose model.xml nowhere --out out", "nowhere is not a folder"),
+        ("diagnose model.xml fitted --validate fitted --out out", "fitted (--validate) has the same samples as fitted (REC"),
+        ("diagnose model.xml fitted --validate one fitted --out out", "fitted (--validate) has the same samples as fitted"),
+        ("diagnose model.xml fitted --cutoff -3 --out out", "--cutoff -3: expected a frequency of 1 Hz or more"),
+        ("diagnose model.xml fitted --cutoff nan --out out", "--cutoff nan: expected a frequency"),
+        ("diagnose model.xml fitted --seed -1 --out out", "'--seed'"),
+        ("diagnose model.xml fitted --out model.xml", "model.xml is a file; --out names the directory to write"),
+        ("diagnose model.xml fitted --out one", "holds files that drivetwin did not write"),
+        ("diagnose model.xml fitted", "Missing option '--out'"),
+        ("diagnose model.xml --out out", "Missing argument 'RECORDING...'"),
+    ],
+)
+def test_one_line_and_nothing_written(bench: Path, run: Run, line: str, expected: str) -> None:
+    (bench / "one" / ".drivetwin").unlink()
+    before = sorted(bench.rglob("*"))
+    outcome = run(line)
+    assert outcome.status == 2
+    assert outcome.err.startswith("drivetwin: ")
+    assert expected in outcome.err
+    assert outcome.err.count("\n") == 1
+    assert sorted(bench.rglob("*")) == before
+
+
+def test_a_gap_in_time_is_refused_or_split(bench: Path, run: Run) -> None:
+    signals = bench / "fitted" / "signals.parquet"
+    rows = pq.read_table(signals)
+    keep = np.ones(rows.num_rows, dtype=np.bool_)
+    keep[9_000:9_050] = False
+    pq.write_table(rows.filter(keep), signals)
+    refused = run("diagnose model.xml fitted --validate one --out out --no-html")
+    assert refused.status == 2
+    assert "column time has a gap" in refused.err
+    assert "--allow-gaps" in refused.err
+    assert run("diagnose model.xml fitted --validate one --out out --no-html --allow-gaps").status == 0
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("m r1 r2 --validate a --out o", "m r1 r2 --validate a --out o"),
+        ("m r --validate a b c --out o", "m r --validate a --validate b --validate c --out o"),
+        ("m r --validate=a b --out o", "m r --validate=a --validate b --out o"),
+        ("m r --out o --validate a b", "m r --out o --validate a --validate b"),
+        ("m r --validate a b --validate c --out o", "m r --validate a --validate b --validate c --out o"),
+        ("m r --out o", "m r --out o"),
+    ],
+)
+def test_all_up_to_the_next_option_are_to_validate(line: str, expected: str) -> None:
+    assert list(repeated("--validate", line.split())) == expected.split()

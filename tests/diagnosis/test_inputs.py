@@ -1,0 +1,262 @@
+"""What `drivetwin diagnose` refuses, one line each, and what it takes."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from gap_bench import PERIOD, time_of
+
+from diagnosis.inputs import Inputs, read_inputs, without_position
+from diagnosis.result import Array
+from drivetwin.errors import UserError
+from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
+from drivetwin.recording.writer import write_recording
+
+MODEL = """
+<mujoco model="two">
+  <worldbody>
+    <body name="upper"><joint name="rotate" type="hinge" axis="0 0 1"/><geom size="0.1" mass="1"/>
+      <body name="lower"><joint name="stretch" type="slide" axis="1 0 0"/><joint name="idle" type="hinge"/>
+        <geom size="0.1" mass="1"/></body></body>
+    <body name="ball" pos="1 0 0"><joint name="eye" type="ball"/><geom size="0.1" mass="1"/></body>
+    <body name="loose" pos="2 0 0"><freejoint name="loose"/><geom size="0.1" mass="1"/></body>
+  </worldbody>
+  <actuator><motor name="m1" joint="rotate"/><motor name="m2" joint="stretch"/></actuator>
+</mujoco>
+"""
+
+
+def strokes(seconds: float, speed: float = 0.5, still: float = 0.0) -> Array:
+    """Position of a swing that rests for `still` [s] first."""
+    time = np.maximum(time_of(seconds + still) - still, 0.0)
+    return np.asarray(speed / np.pi * (1.0 - np.cos(np.pi * time)) + 0.1 * np.sin(2.3 * time) ** 2)
+
+
+def recorded(name: str, positions: dict[str, Array], **changes: str) -> Recording:
+    """A recording of these positions, with a torque each; `changes` replace joints of axes."""
+    count = len(next(iter(positions.values())))
+    axes = {axis: AxisInfo(joint=changes.get(axis, axis), position_resolution=1e-6) for axis in positions}
+    info = RecordingInfo(machine="two", sample_period=PERIOD, axes=axes)
+    columns = {axis: {"torque": np.sin(np.arange(count)), "position": values} for axis, values in positions.items()}
+    return Recording(name, info, np.arange(count) * PERIOD, columns)
+
+
+class Bench:
+    """A folder with a model and recordings, and the command's reading of them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.model = folder / "model.xml"
+        self.model.write_text(MODEL)
+
+    def add(self, name: str, positions: dict[str, Array], **changes: str) -> Path:
+        path = self.folder / name
+        write_recording(recorded(path.name, positions, **changes), path)
+        return path
+
+    def read(self, training: list[Path], validation: list[Path] | None = None, cutoff_hz: float = 48.0) -> Inputs:
+        return read_inputs(self.model, training, validation or [], cutoff_hz=cutoff_hz, allow_gaps=False)
+
+    def refusal(self, training: list[Path], validation: list[Path] | None = None, cutoff_hz: float = 48.0) -> str:
+        with pytest.raises(UserError) as refused:
+            self.read(training, validation, cutoff_hz)
+        assert "\n" not in str(refused.value)
+        return str(refused.value)
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Bench:
+    return Bench(tmp_path)
+
+
+def test_what_is_in_order_is_taken(bench: Bench) -> None:
+    bench.add("all/a", {"rotate": strokes(6.0)})
+    bench.add("all/b", {"rotate": strokes(5.0)})
+    held = bench.add("held", {"rotate": strokes(3.0)})
+    inputs = bench.read([bench.folder / "all"], [held])
+    assert [each.name for each in inputs.training] == ["a", "b"]
+    assert [each.name for each in inputs.validation] == ["held"]
+    assert inputs.files == [bench.model] + [
+        bench.folder / name / file
+        for name in ("all/a", "all/b", "held")
+        for file in ("recording.json", "signals.parquet")
+    ]
+
+
+def test_a_joint_that_the_model_does_not_have(bench: Bench) -> None:
+    refusal = bench.refusal([bench.add("run", {"rotate": strokes(5.0)}, rotate="elbow")])
+    assert "axis rotate" in refusal
+    assert "joint 'elbow', which the model does not have; its joints: rotate, stretch, idle, eye, loose" in refusal
+
+
+@pytest.mark.parametrize(("joint", "kind"), [("eye", "ball"), ("loose", "free")])
+def test_a_joint_that_neither_turns_nor_slides(bench: Bench, joint: str, kind: str) -> None:
+    refusal = bench.refusal([bench.add("run", {"rotate": strokes(5.0)}, rotate=joint)])
+    assert f"joint '{joint}', which is a {kind} joint in {bench.model}; an axis is a hinge or a slide" in refusal
+
+
+def test_a_joint_without_a_motor(bench: Bench) -> None:
+    refusal = bench.refusal([bench.add("run", {"idle": strokes(5.0)})])
+    assert f"joint 'idle', which no motor of {bench.model} drives: add <motor joint=\"idle\"/>" in refusal
+
+
+def test_an_actuator_of_another_joint(bench: Bench) -> None:
+    recording = recorded("run", {"rotate": strokes(5.0)})
+    axis = recording.info.axes["rotate"].model_copy(update={"actuator": "m2"})
+    info = recording.info.model_copy(update={"axes": {"rotate": axis}})
+    write_recording(replace(recording, info=info), bench.folder / "run")
+    refusal = bench.refusal([bench.folder / "run"])
+    assert f"axis rotate names actuator 'm2'; joint 'rotate' of {bench.model} is driven by m1" in refusal
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (None, "no model at"),
+        ("rotate: 1", "is not XML"),
+        ("<robot name='urdf'/>", "is <robot>, not a MuJoCo model <mujoco>"),
+        ("<mujoco><worldbody><body/></worldbody><colour/></mujoco>", "is not a MuJoCo model"),
+    ],
+)
+def test_a_model_that_is_none(bench: Bench, content: str | None, expected: str) -> None:
+    run = bench.add("run", {"rotate": strokes(5.0)})
+    if content is None:
+        bench.model.unlink()
+    else:
+        bench.model.write_text(content)
+    refusal = bench.refusal([run])
+    assert expected in refusal
+    assert str(bench.model) in refusal
+
+
+def test_the_same_samples_under_another_name_in_training_and_validation(bench: Bench) -> None:
+    one, copy = bench.add("one", {"rotate": strokes(5.0)}), bench.add("copy", {"rotate": strokes(5.0)})
+    assert f"{copy} (--validate) has the same samples as {one} (RECORDING)" in bench.refusal([one], [copy])
+    assert f"{one} (--validate) has the same samples as {one} (RECORDING)" in bench.refusal([one], [one])
+    assert f"{copy} (RECORDING) has the same samples as {one} (RECORDING)" in bench.refusal([one, copy])
+
+
+def test_the_same_folder_given_twice_over(bench: Bench) -> None:
+    one = bench.add("one", {"rotate": strokes(5.0)})
+    assert "has the same samples" in bench.refusal([one, one])
+
+
+def test_recordings_of_other_axes(bench: Bench) -> None:
+    one = bench.add("one", {"rotate": strokes(5.0)})
+    both = bench.add("both", {"rotate": strokes(4.0), "stretch": strokes(4.0)})
+    expected = "expected the axes of recording 'one', rotate, and got rotate, stretch"
+    assert expected in bench.refusal([one, both])
+    assert expected in bench.refusal([one], [both])
+    turned = bench.add("turned", {"rotate": strokes(4.0)}, rotate="stretch")
+    assert "and got rotate (joint stretch)" in bench.refusal([one, turned])
+
+
+def test_two_predictions_of_one_name(bench: Bench) -> None:
+    paths = [bench.add(f"{day}/run", {"rotate": strokes(seconds)}) for day, seconds in (("monday", 5.0), ("friday", 6.0))]
+    assert "are both named 'run', and so would be prediction/run.parquet: rename one" in bench.refusal(paths)
+
+
+@pytest.mark.parametrize(
+    ("cutoff_hz", "expected"),
+    [
+        *((value, "of 1 Hz or more") for value in (0.0, -1.0, 0.5, float("nan"), float("inf"))),
+        *((value, "below 500 Hz, half the highest sample rate") for value in (500.0, 1e9)),
+    ],
+)
+def test_a_cutoff_that_makes_no_sense(bench: Bench, cutoff_hz: float, expected: str) -> None:
+    refusal = bench.refusal([bench.add("run", {"rotate": strokes(5.0)})], cutoff_hz=cutoff_hz)
+    assert f"--cutoff {cutoff_hz:g}: expected a frequency {expected}" in refusal
+
+
+def test_pieces_too_short_for_the_filter_are_left_out(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
+    run = bench.add("run", {"rotate": strokes(6.0)})
+    rows = pq.read_table(run / "signals.parquet")
+    number = np.arange(rows.num_rows)
+    pq.write_table(rows.filter(((number > 200) & (number < 5990) & (number != 5800)) | (number < 150)), run / "signals.parquet")
+    taken = read_inputs(bench.model, [run], [], cutoff_hz=48.0, allow_gaps=True)
+    assert [(each.name, len(each.time)) for each in taken.training] == [("run-2", 5599)]
+    assert "2 short pieces between gaps are left out" in caplog.text
+    pq.write_table(rows.filter(number % 100 != 0), run / "signals.parquet")
+    with pytest.raises(UserError, match="none of its 60 pieces between gaps is long enough"):
+        read_inputs(bench.model, [run], [], cutoff_hz=48.0, allow_gaps=True)
+
+
+def test_nan_is_named_by_row(bench: Bench) -> None:
+    position = strokes(5.0)
+    position[1233] = np.nan
+    refusal = bench.refusal([bench.add("run", {"rotate": position})])
+    assert "column rotate.position is nan at row 1234" in refusal
+
+
+def test_a_schema_of_another_time(bench: Bench) -> None:
+    run = bench.add("run", {"rotate": strokes(5.0)})
+    payload = json.loads((run / "recording.json").read_text()) | {"schema": "recording/2"}
+    (run / "recording.json").write_text(json.dumps(payload))
+    assert "schema is 'recording/2'" in bench.refusal([run])
+
+
+def test_too_short_says_how_long(bench: Bench) -> None:
+    refusal = bench.refusal([bench.add("run", {"rotate": strokes(0.1)})])
+    assert "recording 'run' has 100 samples; the filter needs at least" in refusal
+
+
+def test_an_axis_that_never_moves(bench: Bench) -> None:
+    run = bench.add("run", {"rotate": strokes(5.0), "stretch": np.full(5000, 0.2)})
+    refusal = bench.refusal([run])
+    assert "recording run: axis stretch moves 0.00 s of 5 s; missing: 2.00 s of motion, motion backwards" in refusal
+
+
+def test_an_axis_that_only_trembles(bench: Bench) -> None:
+    """Encoder noise at rest is no motion."""
+    trembling = 1e-6 * np.random.default_rng(0).integers(-1, 2, 6000)
+    refusal = bench.refusal([bench.add("run", {"rotate": np.asarray(trembling, dtype=np.float64)})])
+    assert "axis rotate moves 0.00 s of 6 s" in refusal
+
+
+def test_a_little_motion_among_much_rest_says_how_much_more(bench: Bench) -> None:
+    refusal = bench.refusal([bench.add("run", {"rotate": strokes(0.5, still=20.0)})])
+    moved, whole = refusal.split("moves ")[1].split(" s of ")[0], refusal.split(" s of ")[1].split(" s;")[0]
+    missing = refusal.split("missing: ")[1].split(" s of motion")[0]
+    assert float(moved) == pytest.approx(0.47, abs=0.05)
+    assert float(whole) == pytest.approx(20.5)
+    assert float(missing) == pytest.approx(2.0 - float(moved), abs=0.02)
+    assert "motion backwards" in refusal
+    assert "Record strokes to and fro at several speeds, slow ones and reversals among them" in refusal
+
+
+def test_one_speed_one_way_can_tell_nothing_apart(bench: Bench) -> None:
+    run = bench.add("run", {"rotate": 0.3 * time_of(5.0)})
+    refusal = bench.refusal([run])
+    assert "moves 4.94 s of 5 s; missing: motion backwards, a second speed, 1.5 times the first or more" in refusal
+
+
+def test_one_way_at_several_speeds_is_taken(bench: Bench) -> None:
+    assert bench.read([bench.add("run", {"rotate": 0.05 * time_of(5.0) ** 2})]).training
+
+
+def test_validation_that_stands(bench: Bench) -> None:
+    fitted = bench.add("run", {"rotate": strokes(5.0)})
+    still = bench.add("still", {"rotate": strokes(0.2, still=9.0)})
+    refusal = bench.refusal([fitted], [still])
+    assert "recording still: axis rotate moves" in refusal
+    assert "s of motion to validate on" in refusal
+
+
+def test_pieces_of_motion_in_several_recordings_add_up(bench: Bench) -> None:
+    paths = [bench.add(f"run{k}", {"rotate": strokes(1.0 + 0.01 * k, still=1.0)}) for k in range(4)]
+    assert "moves" in bench.refusal(paths[:1])
+    assert len(bench.read(paths).training) == 4
+
+
+def test_axes_whose_position_was_integrated() -> None:
+    whole = recorded("run", {"rotate": strokes(3.0), "stretch": strokes(3.0)})
+    assert without_position([whole]) == frozenset()
+    derived = replace(whole, info=whole.info.model_copy(update={"derived": ["stretch.position"]}))
+    assert without_position([whole, derived]) == {"stretch"}
+    speed = {"torque": whole.columns["rotate"]["torque"], "velocity": whole.columns["rotate"]["torque"]}
+    assert without_position([replace(whole, columns=whole.columns | {"rotate": speed})]) == {"rotate"}
