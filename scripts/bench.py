@@ -2,7 +2,8 @@
 
 Speed is in simulated seconds a second of wall-clock: the controller, three drives at a 1 kHz cycle and the capture on one side;
 `mj_step` of the same plant alone on the other. Answers are those of an SDO upload, and of a controlword: until the statusword
-is there that tells the state it asks for, on the wall clock and on the simulated one.
+is there that tells the state it asks for, on the wall clock and on the simulated one. How long a diagnosis takes is measured by
+bench_diagnosis.py.
 """
 
 from __future__ import annotations
@@ -11,12 +12,13 @@ import argparse
 import statistics
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import can
 import mujoco
 import numpy as np
+from bench_diagnosis import SYSID_IS_THERE, beside_sysid, fits_table, five_minutes, phases_table
 from rich.console import Console
 from rich.table import Table
 
@@ -42,6 +44,9 @@ from emulator.virtual_machine import VirtualMachine
 SECONDS = 4.0
 PERIOD = 0.001
 """Communication cycle [s]."""
+
+FITTED_SECONDS = 60.0
+"""Of the recording that is fitted beside mujoco.sysid."""
 
 UPLOADS, CHANGES = 3000, 300
 """How often an answer is waited for."""
@@ -78,10 +83,19 @@ def main() -> None:
         "state change, simulated": [change.simulated for change in changes],
     }
     console.print(waits_table(waits))
+    fits = beside_sysid(FITTED_SECONDS, options.rounds) if SYSID_IS_THERE else None
+    if fits is None:
+        console.print("mujoco.sysid lacks packages of its own: with mujoco[sysid] installed, fits are measured beside it")
+    else:
+        console.print(fits_table(fits, FITTED_SECONDS))
+        console.print(f"times faster than mujoco.sysid, same error: {fits.ratio:.0f}; promised: at least 20", highlight=False)
+    phases = five_minutes()
+    console.print(phases_table(phases))
     figures = {"lockstep": ours, "bare_mj_step": mujoco_alone, "rounds": [list(row) for row in rounds]}
+    diagnosis = {"fits": asdict(fits) if fits else None, "five_minutes": [asdict(phase) for phase in phases]}
     answers = {name: {"median_s": statistics.median(times), "p99_s": p99(times)} for name, times in waits.items()}
     head = {"schema": "bench/1", **provenance(0, [])}
-    write_json(options.out / "bench.json", {**head, "times_real_time": figures, "answers": answers})
+    write_json(options.out / "bench.json", {**head, "times_real_time": figures, "answers": answers, "diagnosis": diagnosis})
 
 
 def extremes(values: list[float]) -> tuple[str, str]:

@@ -1,0 +1,102 @@
+"""What a diagnosis answered to one case, read from its report, and the gaps recomputed from its predictions."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from diagnosis.gap_report import CausePart, GapReport, read_report
+from drivetwin.errors import UserError
+
+NOMINALS = ("exact", "off")
+"""Nominal parameters of the model that the diagnosis is given: the machine's own, or each some 4 % off."""
+
+REPORT, FAILED = "report.json", "failed.json"
+PREDICTION, FRESH = "prediction", "fresh"
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Gap of an axis without and with what was found, and its noise: rms over the samples that count [N·m or N]."""
+
+    before: float
+    after: float
+    noise: float
+
+    @property
+    def closed(self) -> float:
+        """1 - (after / before)^2, contract gap-report/1; 0 where there was no gap."""
+        return 1.0 - (self.after / self.before) ** 2 if self.before > 0.0 else 0.0
+
+    @property
+    def of_explainable(self) -> float | None:
+        """The same with the noise's energy taken off both, at most 1; None where there was nothing above noise."""
+        explainable, left = self.before**2 - self.noise**2, max(0.0, self.after**2 - self.noise**2)
+        return 1.0 - left / explainable if explainable > 0.0 else None
+
+
+@dataclass(frozen=True)
+class Answer:
+    """All that is scored of one diagnosis.
+
+    `gaps`: by axis on the validation motion, with all selected effects. `fresh`: by axis on motion that the diagnosis never
+    saw, with the first cause alone; empty where it predicts nothing. `failed`: why there is no report, which is None then.
+    """
+
+    report: GapReport | None
+    gaps: Mapping[str, Gap]
+    fresh: Mapping[str, Gap]
+    failed: str | None
+
+
+def answered(folder: Path) -> bool:
+    """Whether the diagnosis of which `folder` holds the outcome was done; one that failed is tried again."""
+    return (folder / REPORT).exists() and not (folder / FAILED).exists()
+
+
+def first_of_steps(report: GapReport) -> dict[int, CausePart]:
+    """The most probable cause of each step; that of step 1 is the answer to "which"."""
+    return {cause.step: cause for cause in reversed(report.causes)}
+
+
+def read_answer(folder: Path) -> Answer:
+    """The answer that OUT/cases/NNN/NOMINAL holds. A report that breaks the contract has failed."""
+    if (folder / FAILED).exists():
+        return Answer(None, {}, {}, str(json.loads((folder / FAILED).read_text(encoding="utf-8"))["failed"]))
+    try:
+        report = read_report(folder / REPORT)
+        noise = {axis: entry.noise_rms for axis, entry in report.axes.items()}
+        gaps = measure(sorted((folder / PREDICTION).glob("*.parquet")), noise)
+        fresh = measure(sorted((folder / FRESH).glob("*.parquet")), noise)
+    except (UserError, pa.ArrowException, KeyError) as error:
+        return Answer(None, {}, {}, f"the contract is broken: {error}")
+    return Answer(report, gaps, fresh, None)
+
+
+def measure(predictions: Iterable[Path], noise: Mapping[str, float]) -> dict[str, Gap]:
+    """Gap by axis over all `predictions` (prediction/NAME.parquet of gap-report/1) together; KeyError: a column misses."""
+    tables = [pq.read_table(path) for path in predictions]
+    if not tables:
+        return {}
+    return {
+        axis: Gap(_gap_rms(tables, axis, "torque_before"), _gap_rms(tables, axis, "torque_after"), noise_rms)
+        for axis, noise_rms in noise.items()
+        if f"{axis}.used" in tables[0].column_names
+    }
+
+
+def _gap_rms(tables: list[pa.Table], axis: str, predicted: str) -> float:
+    """Rms of measured less predicted torque over the samples in use of all tables."""
+    columns = [
+        tuple(table.column(f"{axis}.{name}").to_numpy() for name in (predicted, "torque_measured", "used")) for table in tables
+    ]
+    gap = np.concatenate([(measured - torque)[used.astype(bool)] for torque, measured, used in columns])
+    if not np.isfinite(gap).all():
+        raise UserError(f"{axis}.{predicted} or {axis}.torque_measured of a prediction is not finite where {axis}.used is true")
+    return float(np.sqrt(np.mean(gap**2))) if gap.size else 0.0

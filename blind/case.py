@@ -1,0 +1,35 @@
+"""What one case of the blind test is: the truth that its machine is built from, and that the diagnosis never sees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+FOREIGN = "foreign:"
+"""Prefix of the causes that the library of effects does not have."""
+
+Kind = Literal["clean", "single", "double", "foreign"]
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One effect on one axis, its parameters in the units of docs/effects.md; `foreign:NAME` is outside the library."""
+
+    effect: str
+    axis: str
+    parameters: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One drawn case; everything else about it follows from `seed`.
+
+    `machine` is a family of `blind.machines`, `formulation` the way the withheld plant is written (`blind.plants`).
+    """
+
+    number: int
+    seed: int
+    machine: str
+    kind: Kind
+    causes: tuple[Cause, ...]
+    formulation: str

@@ -1,0 +1,38 @@
+"""The workers of a blind test: a Dask cluster of this machine, on loopback, or one that is running already."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from distributed import Client, LocalCluster
+
+from drivetwin.errors import UserError
+
+_CONNECT_SECONDS = 10
+
+
+@contextmanager
+def cluster(scheduler: str | None, workers: int) -> Iterator[Client]:
+    """A client of the cluster at `scheduler`, or of a new local one of `workers` processes. UserError: no scheduler there."""
+    if scheduler is not None:
+        try:
+            running = Client(scheduler, timeout=_CONNECT_SECONDS)
+        except (OSError, ValueError) as error:
+            expected = "expected the address of a Dask scheduler that runs, tcp://HOST:PORT"
+            raise UserError(f"--scheduler {scheduler}: nobody answers there ({error}); {expected}") from None
+        with running as client:
+            yield client
+        return
+    local = LocalCluster(
+        n_workers=workers,
+        threads_per_worker=1,
+        processes=True,
+        host="127.0.0.1",
+        dashboard_address="127.0.0.1:0",
+        memory_limit=0,  # no limit and therefore no spilling: what a worker knows never gets to a disk
+        silence_logs=logging.CRITICAL,
+    )
+    with local, Client(local) as client:
+        yield client

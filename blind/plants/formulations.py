@@ -1,0 +1,67 @@
+"""Which plant a case's truth is written as."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from blind.case import FOREIGN, Case, Cause
+from blind.foreign import FOREIGN_EFFECTS, Foreign
+from blind.machines import DrawnMachine
+from blind.plants.axis import withheld_axes
+from blind.plants.friction import LUGRE, MAXWELL_SLIP
+from blind.plants.rigid import RigidBodies, rigid_bodies
+from blind.plants.withheld import WithheldPlant
+from emulator.dynamics import AxisDynamics
+from emulator.effects import PlacedEffect, library
+from emulator.machine import Machine
+from emulator.plant import Plant
+
+LIBRARY = "library"
+"""The emulator's own plant with the library's effects: for comparison, it is no blind test."""
+
+FORMULATIONS = {"lugre": LUGRE, "maxwell_slip": MAXWELL_SLIP}
+"""How a withheld plant's friction is written."""
+
+BODY_EFFECTS = ("payload", "coupling")
+"""Effects that change the rigid bodies, in whose model they are built."""
+
+
+def plant_of(case: Case, machine: DrawnMachine, virtual: Machine) -> Plant:
+    """The plant of a case; `virtual` is its machine as the emulator takes it."""
+    if case.formulation == LIBRARY:
+        return Plant(virtual, tuple(_placed(cause) for cause in case.causes))
+    return withheld_plant(machine, case.causes, FORMULATIONS[case.formulation], case.seed)
+
+
+def withheld_plant(machine: DrawnMachine, causes: tuple[Cause, ...], formulation: int, seed: int) -> WithheldPlant:
+    """A machine with these causes, its friction as LuGre's or the Maxwell-slip model's; `seed` of what is random."""
+    links = rigid_bodies(_bodies(machine, causes))
+    axes = withheld_axes(machine, causes, formulation, np.diag(links.inertia))
+    bodies = RigidBodies(links.inertia.copy(), links.swing, links.weight, links.outer)
+    rigid = axes["mesh_stiffness"] == 0.0
+    bodies.inertia[np.diag_indices(len(axes))] += np.where(rigid, axes["rotor"], 0.0)
+    return WithheldPlant(machine, axes, bodies, formulation, _foreign(machine, causes, seed))
+
+
+def _foreign(machine: DrawnMachine, causes: tuple[Cause, ...], seed: int) -> tuple[tuple[int, Foreign], ...]:
+    """The foreign effects, with the numbers of their axes."""
+    names, random = list(machine.axes), np.random.default_rng([seed, 4])
+    foreign = [cause for cause in causes if cause.effect.startswith(FOREIGN)]
+    kinds = [FOREIGN_EFFECTS[cause.effect.removeprefix(FOREIGN)] for cause in foreign]
+    return tuple((names.index(cause.axis), kind(cause.parameters, random)) for cause, kind in zip(foreign, kinds, strict=True))
+
+
+def _bodies(machine: DrawnMachine, causes: tuple[Cause, ...]) -> mujoco.MjModel:
+    """The rigid bodies without rotors, with what causes add to them."""
+    spec = mujoco.MjSpec.from_string(machine.model)
+    for name in machine.axes:
+        spec.joint(name).armature = 0.0
+    for cause in causes:
+        if cause.effect in BODY_EFFECTS:
+            library()[cause.effect](**cause.parameters).add_to(spec, spec.joint(cause.axis), AxisDynamics())
+    return spec.compile()
+
+
+def _placed(cause: Cause) -> PlacedEffect:
+    return PlacedEffect(cause.axis, library()[cause.effect](**cause.parameters), {})

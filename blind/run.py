@@ -1,0 +1,107 @@
+"""A blind test from the sealed key to the score: every case recorded and diagnosed, each answer on disk as it comes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Protocol
+
+from distributed import Client, Future, as_completed
+
+from blind.answer import FAILED, answered, read_answer
+from blind.case import Case
+from blind.duration import Duration, read_seconds, write_times
+from blind.key import open_key, seal
+from blind.page import write_score_page
+from blind.place import Place, claim
+from blind.score import Score, score
+from blind.score_file import write_score
+from blind.table import write_markdown
+from blind.task import SECONDS, Examined, Procedure, examine, unpack
+from drivetwin.files import new_directory, write_json
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is to be answered: `cases`, drawn from `seed`, each with every one of `nominals`."""
+
+    cases: Sequence[Case]
+    seed: int
+    nominals: tuple[str, ...]
+
+
+class Watch(Protocol):
+    """Who is told how far a run is."""
+
+    def sealed(self, commitment: str, answered: int) -> None:
+        """The key is sealed, nothing is recorded yet; so many cases are answered from before."""
+
+    def examined(self) -> None:
+        """One more case is answered."""
+
+
+def run(order: Order, place: Place, procedure: Procedure, workers: AbstractContextManager[Client], watch: Watch) -> Score:
+    """Seal the key, examine what is not answered yet on the `workers`, open the key, score, and write all of it to `place`.
+
+    Raises UserError where `place` is of another run, or its answers not by this code.
+    """
+    key = seal(order.cases, order.seed)
+    code = claim(place, key, procedure.code, order.cases, order.nominals)
+    todo = place.pending(order.cases, order.nominals)
+    watch.sealed(key.commitment, len(order.cases) - len(todo))
+    if todo:
+        with workers as client:
+            _examine(client, order.cases, todo, place, procedure, watch)
+    open_key(key, place.out)
+    answers = {name: [read_answer(place.outcome(case.number, name)) for case in order.cases] for name in order.nominals}
+    scored = score(order.cases, answers, seed=order.seed, commitment=key.commitment, code=code)
+    _publish(scored, _durations(order, place), place)
+    return scored
+
+
+def _examine(
+    client: Client, cases: Sequence[Case], todo: dict[int, tuple[str, ...]], place: Place, procedure: Procedure, watch: Watch
+) -> None:
+    """Have every case of `todo` examined, and keep what came of each as it comes."""
+    asked = [case for case in cases if case.number in todo]
+    waiting = {client.submit(examine, case, todo[case.number], procedure, pure=False): case.number for case in asked}
+    for future in as_completed(list(waiting)):
+        number = waiting.pop(future)
+        _keep(place, number, todo[number], future)
+        future.release()
+        watch.examined()
+
+
+def _keep(place: Place, number: int, nominals: tuple[str, ...], future: Future[Examined]) -> None:
+    """Write what came of a case, each folder whole or not at all."""
+    error = future.exception()
+    if error is not None:  # not recorded, or its worker died again and again: counts as not answered, and is tried again
+        for nominal in nominals:
+            with new_directory(place.outcome(number, nominal)) as staged:
+                write_json(staged / FAILED, {"failed": f"not examined: {type(error).__name__}: {error}"})
+        return
+    examined = future.result()
+    if examined.recordings is not None:
+        with new_directory(place.recordings(number)) as staged:
+            unpack(examined.recordings, staged)
+    for outcome in examined.outcomes:
+        with new_directory(place.outcome(number, outcome.nominal)) as staged:
+            unpack(outcome.content, staged)
+
+
+def _durations(order: Order, place: Place) -> list[Duration]:
+    """How long each answer took, in the order of the cases."""
+    return [
+        Duration(case.number, case.machine, nominal, read_seconds(folder / SECONDS))
+        for case in order.cases
+        for nominal in order.nominals
+        if answered(folder := place.outcome(case.number, nominal))
+    ]
+
+
+def _publish(scored: Score, durations: Sequence[Duration], place: Place) -> None:
+    write_times(place.out / "times.json", durations)
+    write_markdown(place.out / "table.md", scored)
+    write_score_page(place.out / "score.html", scored, durations)
+    write_score(place.out / "score.json", scored)

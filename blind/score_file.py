@@ -1,0 +1,57 @@
+"""Writes score.json: every figure of the score, of the promised ones whether they were reached."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from blind.rates import Rate
+from blind.score import Named, NominalScore, Score, Target
+from drivetwin.files import write_json
+
+SCHEMA = "blind-score/1"
+
+
+def write_score(path: Path, score: Score) -> None:
+    """Write score.json: nothing in it depends on when, where or on how many workers the run was made."""
+    payload = {
+        "schema": SCHEMA,
+        "version": version("drivetwin"),
+        "seed": score.seed,
+        "cases": score.cases,
+        "commitment": score.commitment,
+        "code": score.code,
+        "targets": [_target_json(target) for target in score.targets],
+        "nominal": {of_nominal.nominal: _nominal_json(of_nominal) for of_nominal in score.nominal},
+    }
+    write_json(path, payload)
+
+
+def _target_json(target: Target) -> dict[str, Any]:
+    return {**vars(target), "reached": target.reached}
+
+
+def _nominal_json(score: NominalScore) -> dict[str, Any]:
+    rates = ("effect_first", "effect_first_any_axis", "axis_first", "clean", "foreign", "both", "one_of_two_first", "promises")
+    groups = ("by_effect", "by_machine", "by_formulation")
+    return {
+        "rates": {name: _rate_json(getattr(score, name)) for name in rates},
+        "shrink": {"median": score.median_shrink, "shares": list(score.shrinks)},
+        "calibration": [
+            {"called": [bin_.low, bin_.high], "mean": bin_.mean, **_rate_json(bin_.right)} for bin_ in score.calibration
+        ],
+        "brier": score.brier,
+        **{name: _named_json(getattr(score, name)) for name in groups},
+        "confusion": [vars(cell) for cell in score.confusion],
+        "misses": [vars(miss) for miss in score.misses],
+    }
+
+
+def _rate_json(found: Rate) -> dict[str, Any]:
+    return {"hits": found.hits, "of": found.of, "share": found.value, "ci90": found.ci90}
+
+
+def _named_json(named: Iterable[Named]) -> dict[str, Any]:
+    return {one.name: _rate_json(one.rate) for one in named}

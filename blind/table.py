@@ -1,0 +1,91 @@
+"""The score as tables: on the terminal, and as the Markdown that documentation keeps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from rich.table import Table
+
+from blind.rates import Rate
+from blind.score import Called, Miss, NominalScore, Score, Target
+from drivetwin.files import new_file
+
+WORDS = {True: "reached", False: "missed", None: "no case"}
+HEAD = ("nominal", "what", "found", "90 % interval", "of", "promised", "")
+
+
+def target_rows(score: Score) -> list[tuple[str, ...]]:
+    """One row a promised figure, under `HEAD`."""
+    return [_target_row(target) for target in score.targets]
+
+
+def _target_row(target: Target) -> tuple[str, ...]:
+    found = (percent(target.value), interval(target.ci90), str(target.of))
+    return (target.nominal, target.words, *found, percent(target.wanted), WORDS[target.reached])
+
+
+def percent(share: float | None) -> str:
+    """A share in per cent, with one decimal; a dash for None."""
+    return "-" if share is None else f"{100.0 * share:.1f} %"
+
+
+def interval(bounds: tuple[float, float] | None) -> str:
+    """Two shares in per cent; a dash for None."""
+    return "-" if bounds is None else f"{100.0 * bounds[0]:.1f} to {100.0 * bounds[1]:.1f} %"
+
+
+def rate_row(name: str, found: Rate) -> tuple[str, ...]:
+    """A rate as name, right, of, share, interval."""
+    return (name, str(found.hits), str(found.of), percent(found.value), interval(found.ci90))
+
+
+RATE_HEAD = ("", "right", "of", "share", "90 % interval")
+
+
+def calibration_rows(calibration: Iterable[Called]) -> list[tuple[str, ...]]:
+    """One row a bin of called probabilities, under `CALIBRATION_HEAD`."""
+    return [(f"{bin_.low:g} to {bin_.high:g}", percent(bin_.mean), *rate_row("", bin_.right)[1:]) for bin_ in calibration]
+
+
+CALIBRATION_HEAD = ("called", "mean", *RATE_HEAD[1:])
+
+MISS_HEAD = ("case", "kind", "machine", "formulation", "truth", "answer", "called", "failed because")
+
+
+def miss_row(miss: Miss) -> tuple[str, ...]:
+    """One row a case that is not right, under `MISS_HEAD`."""
+    called = "-" if miss.probability is None else f"{miss.probability:.2f}"
+    return (f"{miss.number}", miss.kind, miss.machine, miss.formulation, miss.truth, miss.answer, called, miss.failed or "")
+
+
+def terminal_table(score: Score) -> Table:
+    """The promised figures."""
+    table = Table(title=f"{score.cases} cases, seed {score.seed}", title_justify="left")
+    for at, head in enumerate(HEAD):
+        table.add_column(head, justify="right" if 2 <= at <= 5 else "left", no_wrap=at != 1)
+    for row in target_rows(score):
+        table.add_row(*row)
+    return table
+
+
+def write_markdown(path: Path, score: Score) -> None:
+    """Write the tables that documentation keeps."""
+    lines = [f"{score.cases} cases, seed {score.seed}; key {score.commitment}.", "", *markdown(HEAD, target_rows(score))]
+    for of_nominal in score.nominal:
+        lines += ["", f"### Nominal parameters {of_nominal.nominal}", "", *_nominal_markdown(of_nominal)]
+    with new_file(path) as part:
+        part.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _nominal_markdown(score: NominalScore) -> list[str]:
+    lines = [*markdown(CALIBRATION_HEAD, calibration_rows(score.calibration)), ""]
+    lines += [f"Brier score {score.brier:.3f}." if score.brier is not None else "No probability was called.", ""]
+    for what, named in (("truth", score.by_effect), ("machine", score.by_machine), ("formulation", score.by_formulation)):
+        lines += [*markdown((what, *RATE_HEAD[1:]), [rate_row(one.name, one.rate) for one in named]), ""]
+    return lines[:-1]
+
+
+def markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    """The lines of a Markdown table."""
+    return [f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)]

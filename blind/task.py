@@ -1,0 +1,126 @@
+"""What a worker does with one case: record it, have it diagnosed where the truth is not, hand back what was answered."""
+
+from __future__ import annotations
+
+import io
+import shutil
+import tarfile
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from distributed import get_worker
+
+from blind.answer import FAILED, FRESH, REPORT
+from blind.case import Case
+from blind.diagnoser_process import DIAGNOSER, DiagnoserProcess, diagnoser_process
+from blind.duration import Seconds, write_seconds
+from blind.record import record_case
+from blind.serving import DiagnoseRequest, PredictRequest
+from drivetwin.files import write_json
+
+Recorder = Callable[[Case, Path], None]
+"""Writes model.xml, model_off.xml, training/, validation/ and fresh/ of a case into a folder, and nothing of its truth."""
+
+MODELS = {"exact": "model.xml", "off": "model_off.xml"}
+SECONDS = "seconds.json"
+
+
+@dataclass(frozen=True)
+class Procedure:
+    """How cases are examined, by code of which `code` is the hash; tests put others in the place of the slow parts."""
+
+    code: str
+    keep_recordings: bool = False
+    record: Recorder = record_case
+    diagnoser: tuple[str, ...] = DIAGNOSER
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The folder that one diagnosis left, as a tar archive."""
+
+    nominal: str
+    content: bytes
+
+
+@dataclass(frozen=True)
+class Examined:
+    """Everything that came of one case; `recordings` is a tar archive where they are kept."""
+
+    number: int
+    outcomes: tuple[Outcome, ...]
+    recordings: bytes | None
+
+
+def examine(case: Case, nominals: tuple[str, ...], procedure: Procedure) -> Examined:
+    """Record `case` and diagnose it with each nominal; what fails is an outcome too, and counts against the diagnosis."""
+    with tempfile.TemporaryDirectory(dir=get_worker().local_directory) as scratch:  # Dask clears it where a worker dies
+        folder, fresh = Path(scratch, "case"), Path(scratch, FRESH)
+        started = time.perf_counter()
+        procedure.record(case, folder)
+        seconds = time.perf_counter() - started
+        recordings = pack(folder) if procedure.keep_recordings else None
+        shutil.move(folder / FRESH, fresh)  # out of the diagnosis' sight until it has answered
+        process = diagnoser_process(procedure.diagnoser)
+        outcomes = tuple(Outcome(nominal, _diagnose(process, folder, nominal, fresh, seconds)) for nominal in nominals)
+    return Examined(case.number, outcomes, recordings)
+
+
+def _diagnose(process: DiagnoserProcess, folder: Path, nominal: str, fresh: Path, record_seconds: float) -> bytes:
+    """The outcome's folder, packed."""
+    out = folder.parent / nominal
+    started = time.perf_counter()
+    request = DiagnoseRequest(
+        directory=str(folder),
+        model=MODELS[nominal],
+        training=_recordings(folder, "training"),
+        validation=_recordings(folder, "validation"),
+        out=f"../{nominal}",
+    )
+    failed = process.ask(request)
+    seconds = time.perf_counter() - started
+    failed = failed or _predict_fresh(process, folder, nominal, fresh)
+    out.mkdir(exist_ok=True)
+    if failed:
+        write_json(out / FAILED, {"failed": failed})
+    write_seconds(out / SECONDS, Seconds(record_seconds, seconds))
+    return pack(out)
+
+
+def _recordings(folder: Path, kind: str) -> tuple[str, ...]:
+    return tuple(f"{kind}/{path.name}" for path in sorted((folder / kind).iterdir()) if path.is_dir())
+
+
+def _predict_fresh(process: DiagnoserProcess, folder: Path, nominal: str, fresh: Path) -> str | None:
+    """Have the first cause, as it was fitted, predict the motion that the diagnosis has not seen; None where that went well."""
+    for recording in sorted(path for path in fresh.iterdir() if path.is_dir()):
+        request = PredictRequest(
+            directory=str(folder),
+            model=MODELS[nominal],
+            report=f"../{nominal}/{REPORT}",
+            recording=f"../{FRESH}/{recording.name}",
+            out=f"../{nominal}/{FRESH}",
+        )
+        failed = process.ask(request)
+        if failed:
+            return failed
+    return None
+
+
+def pack(folder: Path) -> bytes:
+    """The files of `folder` as a tar archive, without pages: each holds a drawing library of 5 MB."""
+    stream = io.BytesIO()
+    with tarfile.open(fileobj=stream, mode="w:gz") as archive:
+        for path in sorted(folder.rglob("*")):
+            if path.is_file() and path.suffix != ".html":
+                archive.add(path, arcname=str(path.relative_to(folder)))
+    return stream.getvalue()
+
+
+def unpack(content: bytes, folder: Path) -> None:
+    """Write the files of an archive by `pack` into `folder`."""
+    with tarfile.open(fileobj=io.BytesIO(content), mode="r:gz") as archive:
+        archive.extractall(folder, filter="data")

@@ -1,0 +1,70 @@
+"""`drivetwin blind`: is the diagnosis right, on machines whose true effects are withheld from it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from blind.answer import NOMINALS
+from blind.cluster import cluster
+from blind.draw import draw_cases
+from blind.key import KEY
+from blind.place import Place, code_hash
+from blind.run import Order, run
+from blind.table import terminal_table
+from blind.task import Procedure
+from drivetwin.errors import UserError
+
+console = Console(width=max(112, Console().width))
+
+_BOTH = "both"
+
+
+def blind_command(
+    cases: Annotated[int, typer.Option(min=1, help="Number of cases to draw.")] = 300,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything that is drawn.")] = 0,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where answers, key and score appear.")] = Path("out/blind"),
+    nominal: Annotated[
+        str, typer.Option(help="Parameters of the model: exact (the machine's own), off (each some 4 % off) or both.")
+    ] = _BOTH,
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes on this machine.")] = 2,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="A running Dask scheduler, tcp://HOST:PORT, in place of --workers.")
+    ] = None,
+    keep_recordings: Annotated[bool, typer.Option("--keep-recordings", help="Keep the recordings of every case.")] = False,
+) -> None:
+    """Test the diagnosis on machines whose effects it cannot know.
+
+    Draws machines, effects, sizes and noise, seals that key, records every machine over the bus, diagnoses it in a process that
+    cannot see the key, opens the key and scores. An interrupted run goes on where it was. docs/blind.md says more.
+
+    Example: drivetwin blind --cases 30 --seed 1 --out out/blind_30
+    """
+    if nominal not in (*NOMINALS, _BOTH):
+        raise UserError(f"--nominal {nominal}: expected exact, off or both")
+    order = Order(draw_cases(cases, seed), seed, NOMINALS if nominal == _BOTH else (nominal,))
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bars:
+        watch = _Watch(bars, bars.add_task("cases", total=cases))
+        scored = run(order, Place(out), Procedure(code_hash(), keep_recordings), cluster(scheduler, workers), watch)
+    console.print(f"key opened: {out / KEY} is what was sealed", highlight=False, soft_wrap=True)
+    console.print(terminal_table(scored))
+    console.print(f"{cases} cases scored: {out / 'score.html'}", highlight=False, soft_wrap=True)
+
+
+class _Watch:
+    """Prints the commitment, then counts cases on a progress bar; no running score, the key is sealed."""
+
+    def __init__(self, bars: Progress, task: TaskID) -> None:
+        self._bars, self._task = bars, task
+
+    def sealed(self, commitment: str, answered: int) -> None:
+        self._bars.console.print(f"key sealed: sha256 {commitment}", highlight=False, soft_wrap=True)
+        self._bars.update(self._task, completed=answered)
+
+    def examined(self) -> None:
+        self._bars.advance(self._task)

@@ -1,0 +1,186 @@
+"""What a recorded case is: what a user would have, over the bus, the same each time, and no truth in it."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import can
+import numpy as np
+import pytest
+
+import blind.record
+from blind.case import Case, Cause
+from blind.machines import FAMILIES, DrawnMachine, draw_machine
+from blind.motions import Plan, Plans, draw_plans
+from blind.plants import FORMULATIONS
+from blind.record import record_case
+from controller.trajectory import move, stroke
+from drivetwin.bus import InprocBus
+from drivetwin.motion.filtering import derivative, zero_phase
+from drivetwin.motion.inverse_dynamics import load_model
+from drivetwin.recording.reader import find_recordings, read_recording
+from drivetwin.recording.recording import Recording
+
+CAUSE = Cause("torque_offset", "table", {"offset": 0.4321987})
+FOLDERS = ("training", "validation", "fresh")
+
+
+class CountingBus(InprocBus):
+    """Counts the SYNCs that the controller sends."""
+
+    syncs = 0
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        CountingBus.syncs += msg.arbitration_id == 0x80
+        super().send(msg, timeout)
+
+
+@pytest.fixture
+def short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Motion of a second and a half a recording, over the whole travel of every axis."""
+
+    def plans(machine: DrawnMachine, _: int) -> Plans:
+        made = []
+        for name in FOLDERS:
+            paths = {}
+            for axis, drawn in machine.axes.items():
+                low, high = drawn.middle - 0.3 * drawn.room, drawn.middle + 0.3 * drawn.room
+                go = stroke(low, high, 0.5 * drawn.max_speed, 0.8 * drawn.max_acceleration, 0.001)
+                paths[axis] = np.concatenate([go, move(high, low, drawn.max_speed, 0.8 * drawn.max_acceleration, 0.001)])
+            made.append((Plan(name, paths),))
+        return Plans(*made)
+
+    monkeypatch.setattr(blind.record, "draw_plans", plans)
+    monkeypatch.setattr(blind.record, "InprocBus", CountingBus)
+    CountingBus.syncs = 0
+
+
+def recordings(directory: Path) -> list[Recording]:
+    return [read_recording(path)[0] for folder in FOLDERS for path in find_recordings(directory / folder)]
+
+
+@pytest.mark.usefixtures("short")
+def test_a_case_is_what_a_user_would_have(tmp_path: Path) -> None:
+    record_case(Case(4, 21, "turntable", "single", (CAUSE,), "lugre"), tmp_path / "004")
+
+    assert sorted(path.name for path in (tmp_path / "004").iterdir()) == [
+        "fresh",
+        "model.xml",
+        "model_off.xml",
+        "training",
+        "validation",
+    ]
+    found = recordings(tmp_path / "004")
+    axis = draw_machine("turntable", 21).axes["table"]
+    for recording in found:
+        info = recording.info.axes["table"]
+        assert (info.joint, info.actuator, info.gear_ratio) == ("table", "table", axis.gear_ratio)
+        assert info.rated_torque == pytest.approx(axis.rated_torque, rel=2e-3)
+        assert info.torque_resolution == pytest.approx(1e-3 * axis.rated_torque, rel=2e-2)
+        assert info.drive is not None
+        assert info.drive.position_gain == pytest.approx(axis.bandwidth / 4.0, rel=1e-3)
+        assert info.drive.velocity_gain == pytest.approx(axis.bandwidth * axis.inertia, rel=1e-3)
+        assert None not in (info.drive.torque_limit, info.drive.servo_period, info.drive.current_loop_time_constant)
+        assert set(recording.columns["table"]) == {"torque", "position", "position_demand"}
+
+
+@pytest.mark.usefixtures("short")
+def test_all_recordings_of_a_case_are_of_one_power_on(tmp_path: Path) -> None:
+    record_case(Case(0, 21, "turntable", "single", (CAUSE,), "lugre"), tmp_path)
+
+    found = recordings(tmp_path)
+    for earlier, later in pairwise(found):
+        assert later.time[0] > earlier.time[-1]
+    assert found[0].time[0] > 0.5  # homing came before
+    assert round(found[-1].time[-1] / 0.001) < CountingBus.syncs <= round(found[-1].time[-1] / 0.001) + 1100
+
+
+@pytest.mark.usefixtures("short")
+def test_nothing_of_the_truth_is_written(tmp_path: Path) -> None:
+    record_case(Case(0, 21345678, "turntable", "single", (CAUSE,), "lugre"), tmp_path)
+
+    for path in tmp_path.rglob("*"):
+        if path.is_file() and path.suffix in (".json", ".xml"):
+            text = path.read_text(encoding="utf-8")
+            for told in ("torque_offset", "0.4321", "21345678", "lugre", "single"):
+                assert told not in text, f"{path.name} tells {told}"
+
+
+@pytest.mark.usefixtures("short")
+@pytest.mark.parametrize("cause", [CAUSE, Cause("foreign:wind", "table", {"torque": 0.3, "time_constant": 0.2})])
+def test_recording_twice_is_bit_identical(tmp_path: Path, cause: Cause) -> None:
+    case = Case(0, 21, "turntable", "single", (cause,), "maxwell_slip")
+    for name in ("once", "again"):
+        record_case(case, tmp_path / name)
+    for path in sorted((tmp_path / "once").rglob("*")):
+        if path.is_file():
+            assert path.read_bytes() == (tmp_path / "again" / path.relative_to(tmp_path / "once")).read_bytes(), path
+
+
+@pytest.mark.usefixtures("short")
+@pytest.mark.parametrize("family", FAMILIES)
+def test_a_clean_machine_is_its_model_within_noise(tmp_path: Path, family: str) -> None:
+    """Torque of the nominal model by MuJoCo's inverse dynamics, while sliding; noise from what is faster than any motion."""
+    for number, formulation in enumerate(FORMULATIONS):
+        directory = tmp_path / formulation
+        record_case(Case(0, 30 + number, family, "clean", (), formulation), directory)
+        nominal = draw_machine(family, 30 + number).axes
+        model = load_model(directory / "model.xml")
+        for recording in recordings(directory):
+            position = np.column_stack([zero_phase(recording.columns[name]["position"], 0.001, 48.0) for name in nominal])
+            velocity = np.column_stack([derivative(column, 0.001) for column in position.T])
+            acceleration = np.column_stack([derivative(column, 0.001) for column in velocity.T])
+            rigid = model.torques(list(nominal), position, velocity, acceleration)
+            for index, (name, axis) in enumerate(nominal.items()):
+                speed = velocity[:, index]
+                expected = rigid[:, index] + axis.coulomb * np.sign(speed) + axis.viscous * speed
+                measured = zero_phase(recording.columns[name]["torque"], 0.001, 48.0)
+                gap = measured - zero_phase(expected, 0.001, 48.0)
+                sliding = _away_from_reversals(speed, 0.02 * axis.max_speed)
+                assert np.sqrt(np.mean(gap[sliding] ** 2)) < 0.012 * axis.rated_torque
+                assert abs(np.mean(gap[sliding])) < 0.002 * axis.rated_torque
+
+
+def _away_from_reversals(speed: np.ndarray, least: float) -> np.ndarray:  # type: ignore[type-arg]
+    """Samples that are 0.04 s from any at less than `least`: farther than the filter reaches."""
+    slow = np.convolve(np.abs(speed) < least, np.ones(81), mode="same") > 0.0
+    slow[:100] = slow[-100:] = True
+    return ~slow
+
+
+def test_the_nominal_model_is_the_truth_without_its_causes() -> None:
+    machine = draw_machine("scara3", 3)
+    model = machine.compiled()
+    for name, axis in machine.axes.items():
+        dof = model.joint(name).dofadr[0]
+        assert model.dof_armature[dof] == pytest.approx(axis.rotor_inertia * axis.gear_ratio**2, rel=1e-5)
+        assert model.dof_frictionloss[dof] == pytest.approx(axis.coulomb, rel=1e-5)
+        assert model.dof_damping[dof] == pytest.approx(axis.viscous, rel=1e-5)
+        assert model.actuator(name).gear[0] == pytest.approx(axis.gear_ratio, rel=1e-5)
+    assert not model.jnt_limited.any()
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_motion_is_a_minute_to_fit_on_and_twenty_seconds_twice_and_stays_in_the_travel(family: str) -> None:
+    for seed in range(3):
+        machine = draw_machine(family, seed)
+        seconds = dict.fromkeys(FOLDERS, 0.0)
+        for folder, plan in draw_plans(machine, seed):
+            for name, path in plan.paths.items():
+                low, high = machine.axes[name].travel
+                assert low < path.min()
+                assert path.max() < high
+                assert np.abs(np.diff(path)).max() / 0.001 < 1.001 * machine.axes[name].max_speed
+            seconds[folder] += 0.001 * max(len(path) for path in plan.paths.values())
+        assert 45.0 < seconds["training"] < 85.0
+        assert 15.0 < seconds["validation"] < 32.0
+        assert 15.0 < seconds["fresh"] < 32.0
+
+
+def test_validation_and_fresh_motion_are_other_motion() -> None:
+    machine = draw_machine("stage", 2)
+    plans = draw_plans(machine, 2)
+    paths = [plan.paths["slide"] for _, plan in plans]
+    shortest = min(len(path) for path in paths)
+    assert all(np.abs(np.corrcoef(a[:shortest], b[:shortest])[0, 1]) < 0.9 for a in paths for b in paths if a is not b)
