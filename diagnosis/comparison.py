@@ -44,6 +44,8 @@ class Comparison:
     relative: frozenset[str] = frozenset()
     """Axes whose position is known from where a recording began, not absolutely."""
     _starts: dict[tuple[str, str, AxisDynamics], list[Tried]] = field(default_factory=dict)
+    nominals: list[Any] = field(default_factory=list)
+    """Parameters of the model and what they cost, once they were asked for (nominal.py)."""
     drives: dict[str, Any] = field(default_factory=dict)
     """Effects of each axis's drive, once they were asked for (drive_search.py): they do not depend on what is selected."""
     polynomials: dict[tuple[str, str], Any] = field(default_factory=dict)

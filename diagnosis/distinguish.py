@@ -39,7 +39,7 @@ TELLS = {
 
 
 def alike(answers: Sequence[Hypothesis], one: Hypothesis) -> tuple[str, ...]:
-    """Other effects on the same axis, or on another one of the same machine, that the data do not tell from this one."""
+    """Other effects on the same axis that the data do not tell from this one."""
     return tuple(
         other.effect
         for other in answers

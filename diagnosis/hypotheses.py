@@ -282,6 +282,7 @@ def _refine(state: State, coarse_found: Sequence[tuple[Found, float]]) -> list[F
         try:
             predict = predictor(state.comparison, found.axis, found.effect, state.dynamics)
             better = refined(regression, found, predict)
+            state.comparison.simulation.dynamics((*state.selected, PlacedEffect(found.axis, better.effect, {})))
         except UserError:
             continue
         if isinstance(better.effect, TemperatureDrift) and better.effect.time_constant > MOST_DRIFT * state.comparison.span:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.comparison import Comparison
+from diagnosis.comparison import Column, Comparison
 from diagnosis.regression import Regression
 from diagnosis.search import Found
 from drivetwin.errors import UserError
@@ -77,7 +77,21 @@ def model_starts(comparison: Comparison, regression: Regression, axis: str, kind
         if size > 0.0:
             scaled = {name: size * rows for name, rows in column.items()}
             found.append(Found(axis, _made(kind, size, shape), scaled, fitted))
-    return sorted(found, key=lambda one: -regression.evidence(one.fitted))[:2]
+    return _distinct(sorted(found, key=lambda one: -regression.evidence(one.fitted)))[:2]
+
+
+def _distinct(found: Sequence[Found]) -> list[Found]:
+    """Without those that cost the same torque as one before: a height, say, that nothing feels."""
+    kept: list[Found] = []
+    for one in found:
+        if not any(_same(one.column, other.column) for other in kept):
+            kept.append(one)
+    return kept
+
+
+def _same(one: Column, other: Column) -> bool:
+    size = max(float(np.abs(rows).max(initial=0.0)) for rows in other.values())
+    return all(float(np.abs(one[axis] - rows).max(initial=0.0)) <= 1e-3 * size for axis, rows in other.items())
 
 
 def _shapes(kind: type[ModelEffect]) -> list[Array]:

@@ -17,7 +17,9 @@ Array = NDArray[np.float64]
 ABOVE = 3.0
 """Noise is read from the torque's spectrum above so many cut-offs, where no motion is."""
 MODEL_FLOOR = 0.012
-"""Share of the torque that the comparison itself errs by: measured on plants without any gap (docs/diagnosis.md)."""
+"""Share of the torque's standard deviation that the comparison itself errs by: measured on plants without any gap."""
+WEIGHT_FLOOR = 0.007
+"""The same of the torque's mean, which a weight holds up."""
 TIMING = 0.1
 """Share of a sample period within which position and torque of a sample are not known to be of the same instant."""
 
@@ -52,7 +54,8 @@ def noise_of(axis: str, runs: Sequence[Run]) -> Noise:
         f"resolution: {np.sqrt(resolution):.3g}; {TIMING:g} of a sample between position and torque: {np.sqrt(of_time):.3g}"
     )
     compared = np.concatenate([run.axes[axis].torque[run.axes[axis].used] for run in runs])
-    error = MODEL_FLOOR * float(np.sqrt(np.mean(compared**2))) if compared.size else 0.0
+    error = float(np.hypot(MODEL_FLOOR * np.std(compared), WEIGHT_FLOOR * np.mean(compared))) if compared.size else 0.0
+    told += f"; own errors, {MODEL_FLOOR:.1%} of the torque's deviation and {WEIGHT_FLOOR:.1%} of its mean: {error:.3g}"
     return Noise(rms, told, float(np.hypot(rms, error)))
 
 

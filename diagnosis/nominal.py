@@ -60,8 +60,10 @@ class Nominal:
 
 def nominal_parameters(comparison: Comparison) -> Sequence[Nominal]:
     """Friction and inertia of every axis, and every moving body."""
-    of_axes = _of_axes(comparison)
-    return [*of_axes, *_of_bodies(comparison, of_axes), *_of_timing(comparison)]
+    if not comparison.nominals:
+        of_axes = _of_axes(comparison)
+        comparison.nominals.extend([*of_axes, *_of_bodies(comparison, of_axes), *_of_timing(comparison)])
+    return list(comparison.nominals)
 
 
 def like(nominals: Sequence[Nominal], comparison: Comparison) -> list[Nominal]:

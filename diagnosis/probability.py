@@ -11,7 +11,7 @@ import numpy as np
 from diagnosis.comparison import Array
 from diagnosis.hypotheses import State
 from diagnosis.result import NONE, UNKNOWN
-from diagnosis.selection import Deviation, Selection, Step
+from diagnosis.selection import Deviation, Selection, Step, costliest
 
 TEMPERATURE = 4.0
 """Nats of evidence that count as one: residuals err in common, so that rows tell less than they seem to."""
@@ -61,7 +61,7 @@ def answers_of(step: Step, selection: Selection) -> list[Answer]:
     for number, (one, share) in enumerate(zip(step.answers, shares, strict=True)):
         part = float(share) * (1.0 - unknown)
         if one.effect == "nominal":
-            told.extend(_parameters(selection.deviations if not step.state.selected else (), part))
+            told.append(_parameters(step, selection, part))
         else:
             told.append(Answer(one.effect, one.axis, part, number))
     return merged(told)
@@ -107,16 +107,15 @@ def merged(told: Sequence[Answer]) -> list[Answer]:
     return sorted(found, key=lambda one: -one.probability)
 
 
-def _parameters(deviations: Sequence[Deviation], part: float) -> list[Answer]:
-    """The probability that parameters of the model are off, shared out by what each brings; `none` where none does."""
-    if not deviations:
-        return [Answer(NONE, None, part, None)]
-    weights = np.array([_bounded(one.evidence) for one in deviations])
-    shares = weights / weights.sum()
-    return [
-        Answer(one.effect, one.axis, part * float(share), None)
-        for one, share in zip(deviations, shares, strict=True)
-    ]
+def _parameters(step: Step, selection: Selection, part: float) -> Answer:
+    """That parameters of the model are off: the one that is named first, which costs most; `none` where none is."""
+    if step.chosen is None and step.state.selected == () and selection.deviations:
+        first = selection.deviations[0]
+        return Answer(first.effect, first.axis, part, None)
+    if step.chosen is None or not has_gap(step):
+        return Answer(NONE, None, part, None)
+    most = costliest(step.state)
+    return Answer(most.effect, most.axis, part, None)
 
 
 def _bounded(evidence: float) -> float:

@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 
 STARTS_REFINED = 2
 """Of one effect on one axis: the best of the coarse search."""
+PLACES = ("x", "y", "z", "rest")
+LEAST_PLACE = 0.02
+"""Of a place [m or rad], the least that matters: it may well be at 0."""
 EVALUATIONS = 25
 """Of a local search, Jacobians not counted: it begins near."""
 
@@ -109,6 +112,8 @@ def movable_fields(effect: Effect) -> list[Field]:
         value = float(getattr(effect, parameter.name))
         angle = parameter.name in ("phase", "angle")
         size = 1.0 if angle or value == 0.0 else abs(value)
+        if parameter.name in PLACES:
+            size = max(abs(value), LEAST_PLACE)
         low = parameter.low if not (angle and parameter.low == 0.0) else -np.inf
         found.append(Field(parameter.name, size, low, parameter.high))
     return found

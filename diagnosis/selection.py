@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.comparison import Comparison
-from diagnosis.hypotheses import PARAMETERS, Hypothesis, State, hypotheses, settled, state_with
+from diagnosis.hypotheses import PARAMETERS, Hypothesis, State, hypotheses, memory, settled, state_with
 from diagnosis.nominal import Nominal
 from diagnosis.regression import Regression
 from emulator.effects import Effect, PlacedEffect, library
@@ -36,6 +36,8 @@ MUCH = 0.12
 """Share of the squared residual that is much."""
 PARAMETER_EVIDENCE = 4.0
 """Nats that a nominal parameter must bring to be named."""
+HARDLY_KNOWN = 100.0
+"""Standard deviation of an effect's parameter that no data tell, in its own size."""
 ORDER = {"friction": 0, "rigid body": 1, "motor and drive": 2, "transmission": 3, "sensing and timing": 4}
 """In which torque and motion pass the effects: each is predicted on an axis that has those before it."""
 
@@ -255,12 +257,24 @@ def groups(nominals: Sequence[Nominal]) -> list[Group]:
     return [Group(effect, axis, tuple(numbers)) for (effect, axis), numbers in found.items()]
 
 
+def costliest(state: State) -> Group:
+    """The group whose deviations, where nothing but parameters may be off, cost most against the floor."""
+    fitted = state.regression.fit()
+
+    def cost(group: Group) -> float:
+        total = 0.0
+        for axis, rows in state.regression.rows.items():
+            columns = [fitted.coefficients[k] * state.nominals[k].column.get(axis, np.zeros(rows)) for k in group.numbers]
+            total += _square(np.sum(columns, axis=0)) / state.noise[axis] ** 2
+        return total
+
+    return max(groups(state.nominals), key=cost)
+
+
 def forward(state: State) -> list[Group]:
     """Groups of nominal parameters that are off, the one that brings most at each step first."""
     regression, nominals = state.regression, state.nominals
-    as_one = {
-        axis: max(1.0, regression.scale[axis] ** 2 / max(_square(state.residual[axis]), 1e-300)) for axis in regression.axes
-    }
+    as_one = {axis: memory(state.comparison, axis, state.residual[axis]) for axis in regression.axes}
     waiting, taken = groups(nominals), list[Group]()
 
     def evidence(active: Sequence[Group]) -> float:
@@ -317,10 +331,13 @@ def _standard_deviations(regression: Regression) -> Array:
     return np.sqrt(np.maximum(np.diag(covariance(regression)), 0.0))
 
 
-def covariance(regression: Regression) -> Array:
-    """Of the coefficients: rows weighted by residual and memory, priors included."""
+def covariance(regression: Regression, without_prior_from: int | None = None) -> Array:
+    """Of the coefficients: rows weighted by residual and memory, priors included but for those from a number on."""
     size = len(regression.spreads)
-    gram = np.diag(1.0 / regression.spreads**2)
+    spreads = regression.spreads.copy()
+    if without_prior_from is not None:
+        spreads[without_prior_from:] = HARDLY_KNOWN
+    gram = np.diag(1.0 / spreads**2)
     for axis in regression.axes:
         weighted = regression.matrix[axis] / regression.scale[axis]
         gram = gram + weighted.T @ weighted

@@ -30,9 +30,10 @@ def intervals(final: State, tried_in: State, one: PlacedEffect, selected: bool) 
         try:
             state = state_with(tried_in.comparison, tried_in.nominals, effects, tried_in.noise)
         except UserError:
-            return {parameter.name: _estimate(one, parameter.name, 0.0) for parameter in type(one.effect).parameters}
+            names = [parameter.name for parameter in type(one.effect).parameters]
+            return {name: _estimate(one, name, abs(float(getattr(one.effect, name)))) for name in names}
     at = len(state.nominals)
-    spread = np.sqrt(np.maximum(np.diag(covariance(state.regression)), 0.0))
+    spread = np.sqrt(np.maximum(np.diag(covariance(state.regression, without_prior_from=at)), 0.0))
     for other in effects:
         if isinstance(other.effect, DriveEffect):
             continue

@@ -1,0 +1,144 @@
+"""What a drive's loops ask for, against a closed loop that the test itself runs; and what of it was not given."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import exp, inf, pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rig_bench import COULOMB, PERIOD, TURNING, VISCOUS, compared, recording, swing
+
+from diagnosis.comparison import Comparison
+from diagnosis.drive_law import asked_of
+from diagnosis.drive_search import DriveFound, drive_effects
+from diagnosis.result import Array
+from drivetwin.recording.recording import DriveLoops, Recording
+from emulator.effects.current_bandwidth import CurrentBandwidth
+from emulator.effects.torque_saturation import TorqueSaturation
+
+SECONDS = 12.0
+STEPS = 16
+"""Of the plant, a sample."""
+STEP = PERIOD / STEPS
+POSITION_GAIN, GAIN, INTEGRAL_TIME, LAG = 15.0, TURNING * 2.0 * pi * 8.0, 0.1, 0.0005
+DRIVE = DriveLoops(
+    position_gain=POSITION_GAIN,
+    velocity_gain=GAIN,
+    integral_time=INTEGRAL_TIME,
+    velocity_feedforward=1.0,
+    current_loop_time_constant=LAG,
+)
+
+
+@dataclass(frozen=True)
+class Moved:
+    """One axis moved by its loops, sampled: what they asked, what the motor gave [N·m], where it was and should have been."""
+
+    asked: Array
+    given: Array
+    position: Array
+    demand: Array
+
+
+def closed_loop(lag: float = LAG, limit: float = inf, servo: int = 1) -> Moved:
+    """Position P, velocity PI with feed-forward, a current loop of first order, an inertia with friction.
+
+    The servo runs every `servo` steps, its velocity is what the position has changed by since it last ran.
+    """
+    wanted = swing(2, SECONDS, 0.8, 14.0)
+    fine = np.arange(len(wanted.time) * STEPS) * STEP
+    demand, speed = np.interp(fine, wanted.time, wanted.position), np.interp(fine, wanted.time, wanted.velocity)
+    share = 1.0 - exp(-STEP / lag)
+    position = velocity = integral = torque = last = ask = 0.0
+    asked, given, positions = np.empty((3, len(fine)))
+    for k in range(len(fine)):
+        if k % servo == 0:
+            error = POSITION_GAIN * (demand[k] - position) + speed[k] - (position - last) / (servo * STEP)
+            ask, last = GAIN * error + integral, position
+            integral += GAIN / INTEGRAL_TIME * error * servo * STEP
+        torque += share * (ask - torque)
+        asked[k], given[k], positions[k] = ask, min(max(torque, -limit), limit), position
+        friction = COULOMB["turn"] * np.tanh(velocity / 0.002) + VISCOUS["turn"] * velocity
+        velocity += (given[k] - friction) / TURNING * STEP
+        position += velocity * STEP
+    return Moved(*(samples[::STEPS] for samples in (asked, given, positions, demand)))
+
+
+def recorded(moved: Moved, drive: DriveLoops = DRIVE) -> Recording:
+    """The column alone."""
+    plain = recording({"turn": moved.given}, {"turn": moved.position}, seed=1, noise=3.0)
+    plain.columns["turn"]["position_demand"] = moved.demand
+    axes = {"turn": plain.info.axes["turn"].model_copy(update={"drive": drive})}
+    return replace(plain, info=plain.info.model_copy(update={"axes": axes}))
+
+
+def comparison_of(folder: Path, moved: Moved, drive: DriveLoops = DRIVE) -> Comparison:
+    return compared(folder, recorded(moved, drive))
+
+
+def by_kind(found: list[DriveFound]) -> dict[str, DriveFound]:
+    return {one.effect.name: one for one in found}
+
+
+def test_what_is_asked_is_what_the_loop_asked(tmp_path: Path) -> None:
+    moved = closed_loop(servo=STEPS)
+    run = comparison_of(tmp_path, moved).runs[0]
+    told = asked_of(run, "turn")
+    assert told is not None
+    used = run.axes["turn"].used
+    assert np.std(run.smooth(told.fast - moved.asked)[used]) < 1e-3 * np.std(run.smooth(moved.asked)[used])
+
+
+def test_a_torque_limit_of_the_drive_is_part_of_what_it_asks(tmp_path: Path) -> None:
+    run = comparison_of(tmp_path, closed_loop(), DRIVE.model_copy(update={"torque_limit": 6.0})).runs[0]
+    told = asked_of(run, "turn")
+    assert told is not None
+    assert np.abs(told.fast).max() == 6.0
+
+
+def test_offsets_sent_are_part_of_what_is_asked(tmp_path: Path) -> None:
+    plain = recorded(closed_loop())
+    sent = np.sin(plain.time)
+    plain.columns["turn"]["torque_offset"] = sent
+    ahead = asked_of(compared(tmp_path, plain).runs[0], "turn")
+    del plain.columns["turn"]["torque_offset"]
+    without = asked_of(compared(tmp_path, plain).runs[0], "turn")
+    assert ahead is not None
+    assert without is not None
+    np.testing.assert_allclose(ahead.fast - without.fast, sent, atol=1e-9)
+
+
+def test_a_recording_that_tells_no_loops_is_not_asked(tmp_path: Path) -> None:
+    comparison = comparison_of(tmp_path, closed_loop(), DriveLoops(position_gain=15.0))
+    assert asked_of(comparison.runs[0], "turn") is None
+    assert drive_effects(comparison, "turn") == []
+
+
+@pytest.mark.parametrize("lag", [LAG, 1.0 / (2.0 * pi * 200.0)], ids=["as commissioned", "200 Hz"])
+def test_a_sound_drive_has_no_effect(lag: float, tmp_path: Path) -> None:
+    """What any effect takes away is below 0.5 % of the torque."""
+    moved = closed_loop(lag)
+    for one in drive_effects(comparison_of(tmp_path, moved), "turn"):
+        assert one.without - one.left < (0.005 * np.std(moved.given)) ** 2
+
+
+def test_a_saturated_motor_is_found_with_its_limit(tmp_path: Path) -> None:
+    found = by_kind(drive_effects(comparison_of(tmp_path, closed_loop(limit=15.0, servo=STEPS)), "turn"))
+    saturation = found["torque_saturation"]
+    assert isinstance(saturation.effect, TorqueSaturation)
+    assert saturation.effect.limit == pytest.approx(15.0, rel=0.02)
+    assert saturation.left < 0.01 * saturation.without
+    assert saturation.left < 0.01 * found["current_bandwidth"].left
+
+
+def test_a_slow_current_loop_is_found_with_its_bandwidth(tmp_path: Path) -> None:
+    """Its time constant to half a sample, within which the recording does not tell when the servo ran."""
+    lag = 1.0 / (2.0 * pi * 25.0)
+    found = by_kind(drive_effects(comparison_of(tmp_path, closed_loop(lag)), "turn"))
+    slow = found["current_bandwidth"]
+    assert isinstance(slow.effect, CurrentBandwidth)
+    assert 1.0 / (2.0 * pi * slow.effect.bandwidth) == pytest.approx(lag, abs=0.5 * PERIOD)
+    assert slow.left < 0.01 * slow.without
+    assert slow.left < 0.01 * found["torque_saturation"].left

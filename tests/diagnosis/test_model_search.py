@@ -1,0 +1,71 @@
+"""What a load or a shared inertia costs: the polynomial against the changed model itself, and against mechanics by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from rig_bench import ARM, GRAVITY, compared, strokes
+
+from diagnosis.comparison import Comparison
+from diagnosis.model_search import Polynomial, polynomial
+from diagnosis.result import Array
+from emulator.effects.coupling import Coupling
+from emulator.effects.payload import Payload
+
+RNG = np.random.default_rng(3)
+PAYLOADS = [Payload(RNG.uniform(0.1, 3.0), *RNG.uniform(-0.7, 0.7, 3)) for _ in range(4)]
+COUPLINGS = [Coupling(RNG.uniform(0.01, 2.0), RNG.uniform(-4.0, 4.0)) for _ in range(4)]
+
+
+@pytest.fixture(scope="module")
+def comparison(tmp_path_factory: pytest.TempPathFactory) -> Comparison:
+    return compared(tmp_path_factory.mktemp("rig"), strokes(1, 10.0))
+
+
+@pytest.fixture(scope="module")
+def acceleration(comparison: Comparison) -> dict[str, dict[str, Array]]:
+    """By axis on whose rows, then by axis that accelerates."""
+    turn = comparison.rigid_rows(lambda motion: np.repeat(motion.acceleration[:, :1], 2, axis=1))
+    lift = comparison.rigid_rows(lambda motion: np.repeat(motion.acceleration[:, 1:], 2, axis=1))
+    return {axis: {"turn": turn[axis], "lift": lift[axis]} for axis in ("turn", "lift")}
+
+
+def known(comparison: Comparison, axis: str, kind: type[Payload] | type[Coupling]) -> Polynomial:
+    found = polynomial(comparison, axis, kind)
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("payload", PAYLOADS)
+@pytest.mark.parametrize("axis", ["turn", "lift"])
+def test_the_polynomial_of_a_payload_is_what_the_loaded_model_says(comparison: Comparison, axis: str, payload: Payload) -> None:
+    told, expected = known(comparison, axis, Payload).column(payload), comparison.predicted_by_model(axis, payload)
+    assert set(told) == set(expected) == {"turn", "lift"}
+    for name, rows in expected.items():
+        np.testing.assert_allclose(told[name], rows, atol=1e-9 * (1.0 + np.abs(rows).max()))
+
+
+@pytest.mark.parametrize("coupling", COUPLINGS)
+def test_the_polynomial_of_a_coupling_is_what_the_coupled_model_says(comparison: Comparison, coupling: Coupling) -> None:
+    told, expected = known(comparison, "lift", Coupling).column(coupling), comparison.predicted_by_model("lift", coupling)
+    for name, rows in expected.items():
+        np.testing.assert_allclose(told[name], rows, atol=1e-9 * (1.0 + np.abs(rows).max()))
+
+
+def test_a_payload_on_the_carriage_costs_weight_and_inertia(
+    comparison: Comparison, acceleration: dict[str, dict[str, Array]]
+) -> None:
+    told = known(comparison, "lift", Payload).column(Payload(0.8, ARM, -0.4, 2.0))
+    np.testing.assert_allclose(told["lift"], 0.8 * (GRAVITY + acceleration["lift"]["lift"]), rtol=1e-9)
+    np.testing.assert_allclose(told["turn"], 0.8 * (ARM**2 + 0.16) * acceleration["turn"]["turn"], atol=1e-9)
+
+
+def test_a_coupling_costs_both_axes(comparison: Comparison, acceleration: dict[str, dict[str, Array]]) -> None:
+    told = known(comparison, "lift", Coupling).column(Coupling(0.5, -2.0))
+    shared = {axis: 0.5 * (both["lift"] - 2.0 * both["turn"]) for axis, both in acceleration.items()}
+    np.testing.assert_allclose(told["lift"], shared["lift"], atol=1e-9)
+    np.testing.assert_allclose(told["turn"], -2.0 * shared["turn"], atol=1e-9)
+
+
+def test_the_first_axis_of_a_chain_has_nothing_to_be_coupled_with(comparison: Comparison) -> None:
+    assert polynomial(comparison, "turn", Coupling) is None
