@@ -1,1 +1,1 @@
-"""Where the gap between a simulation and a machine's recordings lies, what causes it, how far it shrinks: not built yet."""
+"""Where the gap between a simulation and a machine's recordings lies, what causes it, how far it shrinks."""

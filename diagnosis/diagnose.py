@@ -11,6 +11,7 @@ import numpy as np
 from diagnosis.comparison import Comparison
 from diagnosis.distinguish import alike, tell_apart
 from diagnosis.gap_test import NAME, significance
+from diagnosis.hypotheses import State
 from diagnosis.inputs import without_position
 from diagnosis.measured import Run, prepare, thresholds
 from diagnosis.noise import Noise, noise_of
@@ -19,7 +20,7 @@ from diagnosis.patterns import patterns
 from diagnosis.prediction import Patch, gap_rms, predict
 from diagnosis.probability import Answer, answers_of, answers_of_deviation
 from diagnosis.result import NONE, UNKNOWN, AxisGap, Cause, Diagnosis, Estimate, Prediction, Shrink, Verdict
-from diagnosis.selection import Deviation, Off, Selection, Step, as_effects, in_order, placed, select_causes
+from diagnosis.selection import Deviation, Off, Selection, Step, as_effects, deviations, groups, in_order, placed, select_causes
 from diagnosis.settings import DiagnosisSettings
 from diagnosis.shrink import shrink
 from diagnosis.simulation import Simulation, simulation
@@ -206,7 +207,8 @@ class _Judge:
         return [*causes, *self._deviations(len({one.step for one in causes}))]
 
     def _final(self, effect: str, axis: str) -> PlacedEffect:
-        return next(one for one in self.patch.effects if (one.effect.name, one.axis) == (effect, axis))
+        """As it was settled beside the other effects, on the model's own parameters."""
+        return next(one for one in self.selection.effects if (one.effect.name, one.axis) == (effect, axis))
 
     def _step(self, number: int, step: Step, before: tuple[PlacedEffect, ...]) -> list[Cause]:
         return [self._cause(number, step, one, before) for one in _shown(answers_of(step, self.selection))]
@@ -215,7 +217,7 @@ class _Judge:
         if one.effect in (UNKNOWN, NONE) or one.axis is None:
             return Cause(number, one.effect, one.axis, one.probability, {}, None)
         if one.number is None:
-            return self._parameter(number, one, before)
+            return self._parameter(number, one, Patch(before), step.state)
         hypothesis = step.answers[one.number]
         assert hypothesis.found is not None
         chosen = hypothesis is step.chosen and self.patch != Patch()
@@ -239,17 +241,19 @@ class _Judge:
         later = self._predicted(Patch(in_order([*before, tried])))
         return shrink(earlier, later, tried.axis, self.noise[tried.axis].floor, self.settings.seed)
 
-    def _parameter(self, number: int, one: Answer, before: tuple[PlacedEffect, ...]) -> Cause:
-        own = [each for each in self.selection.deviations if (each.effect, each.axis) == (one.effect, one.axis)]
+    def _parameter(self, number: int, one: Answer, before: Patch, state: State) -> Cause:
+        """A parameter of the model as a cause; one that was not found off, with what a fit of the step's state gives."""
+        assert one.axis is not None
+        same = [each for each in self.selection.deviations if (each.effect, each.axis) == (one.effect, one.axis)]
+        named = [each for each in groups(state.nominals) if (each.effect, each.axis) == (one.effect, one.axis)]
+        own = same or deviations(state, named)
         parameters = {}
         for off in (member for each in own for member in each.members):
             value, name, unit = _told(off, self.comparison)
             half = TWO_SIDED_90 * off.deviation
             parameters[name] = Estimate(value, unit, (value - half, value + half))
-        patch = patch_of_deviations(self.comparison, own)
-        later = self._predicted(Patch(in_order([*before, *patch.effects]), patch.heavier))
-        assert one.axis is not None
-        closed = shrink(self._predicted(Patch(before)), later, one.axis, self.noise[one.axis].floor, self.settings.seed)
+        later = self._predicted(together(before, patch_of_deviations(self.comparison, own)))
+        closed = shrink(self._predicted(before), later, one.axis, self.noise[one.axis].floor, self.settings.seed)
         others = self._also_payload(one.axis, own)
         told = tell_apart(one.effect, others)
         return Cause(number, one.effect, one.axis, one.probability, parameters, closed, others, told)
@@ -265,6 +269,7 @@ class _Judge:
     def _deviations(self, steps: int) -> list[Cause]:
         """A step for each parameter of the model that was found off, but for the one that the first step named."""
         causes: list[Cause] = []
+        before = Patch(self.selection.effects)
         left = list(self.selection.deviations)
         named = self.selection.steps[0].chosen is None
         number = steps if named else steps + 1
@@ -272,16 +277,17 @@ class _Judge:
             answers = answers_of_deviation(left)
             top = answers[0]
             if not (named and number == steps):
-                causes.extend(self._of_model(number, one) for one in _shown(answers))
-            fewer = [each for each in left if (each.effect, each.axis) != (top.effect, top.axis)]
-            left = fewer if len(fewer) < len(left) else []
+                causes.extend(self._of_model(number, one, before) for one in _shown(answers))
+            gone = [each for each in left if (each.effect, each.axis) == (top.effect, top.axis)]
+            before = together(before, patch_of_deviations(self.comparison, gone))
+            left = [each for each in left if each not in gone] if gone else []
             number += 1
         return causes
 
-    def _of_model(self, number: int, one: Answer) -> Cause:
+    def _of_model(self, number: int, one: Answer, before: Patch) -> Cause:
         if one.axis is None:
             return Cause(number, NONE, None, one.probability, {}, None)
-        return self._parameter(number, one, ())
+        return self._parameter(number, one, before, self.selection.final)
 
     def _model_xml(self) -> str:
         spec = self.twin.spec()
@@ -314,6 +320,11 @@ def patch_of(comparison: Comparison, selection: Selection) -> Patch:
         for one in selection.effects
     ]
     return Patch(in_order([*corrections.effects, *effects]), corrections.heavier)
+
+
+def together(one: Patch, other: Patch) -> Patch:
+    """Both."""
+    return Patch(in_order([*one.effects, *other.effects]), {**(one.heavier or {}), **(other.heavier or {})})
 
 
 def patch_of_deviations(comparison: Comparison, found: Sequence[Deviation]) -> Patch:

@@ -15,8 +15,8 @@ NOISE_KNOWN_TO = 0.1
 """Relative error of a noise level that is told from a spectrum or a few repetitions; the test allows for it."""
 SMALLEST_SHARE_OF_TORQUE = 0.002
 """Of the torque's rms: a gap below is no machine's but arithmetic's, a filter's or a rounding's."""
-BANDWIDTH = 0.95
-"""Noise bandwidth of the zero-phase filter, in cut-offs: integral of its squared gain, a 4th-order Butterworth run twice."""
+BANDWIDTH = 1.0
+"""Statistical bandwidth of the zero-phase filter in cut-offs, (int S)² / int S²: two passes of a 4th-order Butterworth."""
 
 
 def significance(predictions: Sequence[Prediction], axis: str, noise_rms: float, cutoff_hz: float) -> float:

@@ -24,11 +24,6 @@ logger = logging.getLogger(__name__)
 LOWEST_CUTOFF = 1.0
 """Below it [Hz] the filter takes the motion away."""
 
-NEED_POSITION = frozenset(
-    {"encoder_eccentricity", "gravity", "position_friction", "spring", "torque_ripple", "transmission_error"}
-)
-"""Effects that are a function of the absolute position: no candidates where the position was integrated from velocity."""
-
 _ONE_DEGREE = {int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)}
 
 

@@ -76,7 +76,7 @@ def refined(regression: Regression, found: Found, predict: Predict) -> Found:
 
 
 def moved(regression: Regression, effect: Effect, predict: Predict, held: frozenset[int]) -> Effect:
-    """The local search: Levenberg-Marquardt in a trust region within the parameters' bounds, all else projected out."""
+    """The local search: least squares in a trust region (Branch, Coleman, Li 1999) within bounds, all else projected out."""
     movable = movable_fields(effect)
     start = np.array([getattr(effect, field.name) / field.size for field in movable])
     low = np.array([field.low / field.size for field in movable])

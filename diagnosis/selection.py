@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from diagnosis.comparison import Comparison
 from diagnosis.hypotheses import PARAMETERS, Hypothesis, State, hypotheses, memory, settled, state_with
 from diagnosis.nominal import Nominal
-from diagnosis.regression import Regression
+from diagnosis.regression import Fitted, Regression
 from emulator.effects import Effect, PlacedEffect, library
 
 Array = NDArray[np.float64]
@@ -36,6 +36,8 @@ MUCH = 0.12
 """Share of the squared residual that is much."""
 PARAMETER_EVIDENCE = 4.0
 """Nats that a nominal parameter must bring to be named."""
+LEAST_FELT = 0.3
+"""Of the squared floor, that the torque of a parameter's deviation must be to be named."""
 HARDLY_KNOWN = 100.0
 """Standard deviation of an effect's parameter that no data tell, in its own size."""
 ORDER = {"friction": 0, "rigid body": 1, "motor and drive": 2, "transmission": 3, "sensing and timing": 4}
@@ -126,7 +128,7 @@ def reconsidered(
     steps: Sequence[Step],
     selected: tuple[PlacedEffect, ...],
 ) -> tuple[list[Step], tuple[PlacedEffect, ...]]:
-    """Each choice but the last again, beside those that came after it: a first choice may have stood in for two effects."""
+    """Each choice again, beside the others: a first choice may have stood in for two effects."""
     again = list(steps)
     made = [number for number, step in enumerate(steps) if step.chosen is not None]
     for number in made:
@@ -260,15 +262,16 @@ def groups(nominals: Sequence[Nominal]) -> list[Group]:
 def costliest(state: State) -> Group:
     """The group whose deviations, where nothing but parameters may be off, cost most against the floor."""
     fitted = state.regression.fit()
+    return max(groups(state.nominals), key=lambda group: cost(state, group, fitted))
 
-    def cost(group: Group) -> float:
-        total = 0.0
-        for axis, rows in state.regression.rows.items():
-            columns = [fitted.coefficients[k] * state.nominals[k].column.get(axis, np.zeros(rows)) for k in group.numbers]
-            total += _square(np.sum(columns, axis=0)) / state.noise[axis] ** 2
-        return total
 
-    return max(groups(state.nominals), key=cost)
+def cost(state: State, group: Group, fitted: Fitted) -> float:
+    """Mean square of the torque that a group's deviations are, in squares of the floor, over all axes."""
+    total = 0.0
+    for axis, rows in state.regression.rows.items():
+        columns = [fitted.coefficients[k] * state.nominals[k].column.get(axis, np.zeros(rows)) for k in group.numbers]
+        total += _square(np.sum(columns, axis=0)) / state.noise[axis] ** 2
+    return total
 
 
 def forward(state: State) -> list[Group]:
@@ -282,11 +285,16 @@ def forward(state: State) -> list[Group]:
         held = frozenset(n for n, one in enumerate(nominals) if n not in free and not one.timing)
         return regression.evidence(regression.fit(held=held), as_one)
 
+    def felt(group: Group) -> bool:
+        free = {number for each in (*taken, group) for number in each.numbers}
+        held = frozenset(n for n, one in enumerate(nominals) if n not in free and not one.timing)
+        return cost(state, group, regression.fit(held=held)) > LEAST_FELT
+
     known = evidence(taken)
     while waiting:
         gains = [(evidence([*taken, group]) - known, number) for number, group in enumerate(waiting)]
         gain, best = max(gains)
-        if gain < PARAMETER_EVIDENCE:
+        if gain < PARAMETER_EVIDENCE or not felt(waiting[best]):
             break
         known += gain
         taken.append(replace(waiting.pop(best), evidence=gain))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -142,8 +142,3 @@ def _driven(path: Path, model: mujoco.MjModel, axis: str, info: AxisInfo) -> Dri
     gear = info.gear_ratio or float(model.actuator(actuator).gear[0]) or 1.0
     home = float(model.qpos0[model.jnt_qposadr[joint]])
     return DrivenJoint(info.joint, actuator, abs(gear), rotor_inertia=0.0, holding_brake=0.0, position=home)
-
-
-def with_friction(axis: AxisDynamics, **changes: float) -> AxisDynamics:
-    """An axis with another friction law."""
-    return replace(axis, friction=replace(axis.friction, **changes))

@@ -167,6 +167,18 @@ def test_a_parameter_of_the_model_that_is_off_is_named_as_what_it_is(case: Case,
     assert cause.parameters[name].value == pytest.approx(true, rel=0.02)
 
 
+def test_a_sensor_without_noise_hides_nothing(tmp_path: Path) -> None:
+    """What is left is far below the comparison's own errors then."""
+
+    def record(seed: int, name: str) -> Recording:
+        return strokes(seed, SECONDS, {"turn": lambda at: 0.1 * TURNING * at.acceleration}, name, noise=0.5)
+
+    found = diagnosed(tmp_path, record)
+    cause = first(found)
+    assert (cause.effect, cause.axis, found.verdict) == ("inertia", "turn", Verdict.EXPLAINED)
+    assert cause.parameters["difference"].value == pytest.approx(0.1 * TURNING, rel=0.02)
+
+
 def test_a_model_four_per_cent_off_in_everything_is_given_no_effect(tmp_path: Path) -> None:
     def more(at: Swing) -> Array:
         friction = COULOMB["turn"] * np.sign(at.velocity) - VISCOUS["turn"] * at.velocity

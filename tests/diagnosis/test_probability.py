@@ -1,0 +1,117 @@
+"""One distribution a step: it adds up to 1, evidence is odds, and `unknown` takes what no effect explains."""
+
+from __future__ import annotations
+
+from math import exp
+
+import numpy as np
+import pytest
+from rig_bench import compared, strokes
+
+from diagnosis.comparison import Comparison
+from diagnosis.hypotheses import Hypothesis, State
+from diagnosis.probability import (
+    DOUBT,
+    TEMPERATURE,
+    UNKNOWN_FROM,
+    Answer,
+    answers_of,
+    answers_of_deviation,
+    merged,
+    step_left,
+    unknown_probability,
+    worst_axis,
+)
+from diagnosis.regression import Regression
+from diagnosis.selection import Deviation, Selection, Step
+
+NOISE = {"turn": 0.1, "lift": 0.5}
+
+
+@pytest.fixture(scope="module")
+def comparison(tmp_path_factory: pytest.TempPathFactory) -> Comparison:
+    return compared(tmp_path_factory.mktemp("rig"), strokes(1, 12.0))
+
+
+def state(comparison: Comparison, turn: float, lift: float) -> State:
+    """A state in which so many times the noise is left on the two axes, whatever time they are at, and nothing is free."""
+    levels = {"turn": turn * NOISE["turn"], "lift": lift * NOISE["lift"]}
+    target = {axis: np.full(len(comparison.target[axis]), level) for axis, level in levels.items()}
+    regression = Regression(comparison, [], [], target, dict.fromkeys(NOISE, 1.0), NOISE, {})
+    return State(comparison, [], (), comparison.simulation.dynamics(), regression, NOISE)
+
+
+def hypothesis(effect: str, axis: str | None, evidence: float, drive_gain: float = 0.0, drive_left: float = 1.0) -> Hypothesis:
+    return Hypothesis(effect, axis, None, {}, 0.0, 1, evidence, drive_gain, drive_left)
+
+
+ANSWERS = (hypothesis("stribeck", "turn", -100.0), hypothesis("presliding", "turn", -108.0), hypothesis("none", None, -130.0))
+
+
+def told(comparison: Comparison, left: float, answers: tuple[Hypothesis, ...] = ANSWERS) -> dict[tuple[str, str | None], float]:
+    """Probabilities of a last step before which the column had 10 times its noise, and after which `left` times are."""
+    step = Step(state(comparison, 10.0, 1.0), answers, None)
+    found = answers_of(step, Selection([step], (), (), state(comparison, left, 1.0)))
+    assert sum(one.probability for one in found) == pytest.approx(1.0)
+    assert [one.probability for one in found] == sorted((one.probability for one in found), reverse=True)
+    return {(one.effect, one.axis): one.probability for one in found}
+
+
+def test_evidence_is_odds_by_the_temperature_but_for_the_doubt(comparison: Comparison) -> None:
+    found = told(comparison, 1.0)
+    weights = np.array([1.0, exp(-8.0 / TEMPERATURE), exp(-30.0 / TEMPERATURE)])
+    shares = (1.0 - DOUBT) * weights / weights.sum() + DOUBT / 3.0
+    effects = [found["stribeck", "turn"], found["presliding", "turn"], found["none", None]]
+    np.testing.assert_allclose(effects, (1.0 - found["unknown", "turn"]) * shares)
+
+
+def test_unknown_is_told_from_the_share_that_is_left(comparison: Comparison) -> None:
+    """Of the square above the noise: (3² - 1) / (10² - 1) = 0.08, (5² - 1) / 99 = 0.24, (9² - 1) / 99 = 0.81."""
+    assert told(comparison, 3.0)["unknown", "turn"] == pytest.approx(unknown_probability(8.0 / 99.0))
+    assert told(comparison, 5.0)["unknown", "turn"] == pytest.approx(unknown_probability(24.0 / 99.0))
+    assert told(comparison, 9.0)["unknown", "turn"] > 0.99
+    assert told(comparison, 1.0)["unknown", "turn"] < 0.02
+
+
+def test_unknown_is_as_likely_as_not_at_its_limit_and_grows_with_what_is_left() -> None:
+    assert unknown_probability(UNKNOWN_FROM) == 0.5
+    shares = [unknown_probability(left) for left in np.linspace(0.0, 1.0, 11)]
+    assert shares == sorted(shares)
+    assert unknown_probability(1e9) == pytest.approx(1.0)
+
+
+def test_what_is_left_is_weighed_by_the_noise_of_each_axis(comparison: Comparison) -> None:
+    step = Step(state(comparison, 3.0, 5.0), ANSWERS, None)
+    assert step_left(step, state(comparison, 1.0, 3.0)) == pytest.approx(8.0 / (8.0 + 24.0))
+    assert step_left(step, state(comparison, 0.2, 0.3)) == 0.0
+
+
+def test_unknown_is_on_the_axis_where_most_is_left(comparison: Comparison) -> None:
+    assert worst_axis(state(comparison, 2.0, 3.0)) == "lift"
+    assert worst_axis(state(comparison, 3.0, 2.0)) == "turn"
+
+
+def test_nothing_is_unknown_where_there_is_no_gap(comparison: Comparison) -> None:
+    step = Step(state(comparison, 0.9, 0.9), ANSWERS, None)
+    found = answers_of(step, Selection([step], (), (), step.state))
+    assert next(one.probability for one in found if one.effect == "unknown") == 0.0
+
+
+def test_a_drive_is_unknown_by_what_its_own_law_leaves(comparison: Comparison) -> None:
+    """The plant's residual has nothing to do with it."""
+    drive = hypothesis("torque_saturation", "turn", -90.0, drive_gain=40.0, drive_left=0.5)
+    step = Step(state(comparison, 10.0, 1.0), (drive, *ANSWERS), drive)
+    found = answers_of(step, Selection([step], (), (), state(comparison, 1.0, 1.0)))
+    assert next(one.probability for one in found if one.effect == "unknown") == pytest.approx(unknown_probability(0.5))
+
+
+def test_the_same_answer_twice_is_one_answer() -> None:
+    found = merged([Answer("none", None, 0.1, None), Answer("delay", "turn", 0.3, 4), Answer("none", None, 0.4, 2)])
+    assert found == [Answer("none", None, pytest.approx(0.625), 2), Answer("delay", "turn", pytest.approx(0.375), 4)]
+
+
+def test_parameters_that_are_off_share_a_step_with_nothing_more() -> None:
+    one, other = Deviation("inertia", "turn", (), 20.0), Deviation("viscous", "lift", (), 6.0)
+    found = answers_of_deviation([other, one])
+    assert [each.effect for each in found] == ["inertia", "viscous", "none"]
+    assert sum(each.probability for each in found) == pytest.approx(1.0)
