@@ -12,6 +12,7 @@ import typer
 from typer.exceptions import Abort, TyperException
 
 from drivetwin.cli.blind import blind_command
+from drivetwin.cli.bus_load import bus_load_command
 from drivetwin.cli.diagnose import diagnose_command
 from drivetwin.cli.eds import eds_command
 from drivetwin.cli.emulate import emulate_command
@@ -36,6 +37,7 @@ app = typer.Typer(
 )
 
 app.command("blind")(blind_command)
+app.command("bus-load")(bus_load_command)
 app.command("diagnose", cls=ManyToValidate)(diagnose_command)
 app.command("eds")(eds_command)
 app.command("emulate")(emulate_command)
