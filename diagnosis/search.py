@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 STARTS_REFINED = 2
 """Of one effect on one axis: the best of the coarse search."""
+STEP = 1e-3
+"""Of a parameter's own size, for differences."""
 PLACES = ("x", "y", "z", "rest")
 LEAST_PLACE = 0.02
 """Of a place [m or rad], the least that matters: it may well be at 0."""
@@ -88,14 +90,24 @@ def moved(regression: Regression, effect: Effect, predict: Predict, held: frozen
         column = predict(at(effect, movable, values))
         return project({axis: regression.target[axis] - column[axis] for axis in axes})
 
+    def slopes(values: Array) -> Array:
+        """Central differences that stay in the bounds; a relative step would be none for a parameter at 0."""
+        columns = []
+        for k in range(len(values)):
+            step = np.zeros(len(values))
+            step[k] = STEP
+            up, down = np.minimum(values + step, high), np.maximum(values - step, low)
+            columns.append((left(up) - left(down)) / (up[k] - down[k]))
+        return np.column_stack(columns)
+
     start = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))
     try:
         solved = least_squares(
             left,
             start,
+            jac=slopes,
             bounds=(low, high),
             x_scale=1.0,
-            diff_step=np.full(len(start), 1e-3),
             max_nfev=EVALUATIONS,
             xtol=1e-4,
             ftol=1e-5,
@@ -132,7 +144,7 @@ def tangents(effect: Effect, predict: Predict) -> list[Column]:
     columns: list[Column] = []
     for k, field in enumerate(movable):
         step = np.zeros_like(base)
-        step[k] = 1e-3
+        step[k] = STEP
         up = base + step if (base + step)[k] * field.size <= field.high else base
         down = base - step if (base - step)[k] * field.size >= field.low else base
         above, below = predict(at(effect, movable, up)), predict(at(effect, movable, down))
