@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from diagnosis.measured import Run
 from drivetwin.motion.filtering import derivative
+from drivetwin.recording.recording import DriveLoops
 from emulator.compiled import compiled
 
 Array = NDArray[np.float64]
@@ -41,18 +42,17 @@ def asked_of(run: Run, axis: str) -> Asked | None:
     demand, position = columns["position_demand"], columns["position"]
     if not np.isfinite(demand).all():
         return None
-    filter_share = 1.0 - exp(-2.0 * pi * drive.velocity_filter_hz * run.period) if drive.velocity_filter_hz else 1.0
     fast = _cascade(
         demand,
         drive.velocity_feedforward * derivative(demand, run.period) + _or_zero(columns.get("velocity_offset"), len(demand)),
         _or_zero(columns.get("torque_offset"), len(demand)),
+        *_speed_as_seen(position, drive, run.period),
         position,
         np.array(
             [
                 drive.position_gain,
                 drive.velocity_gain,
                 0.0 if not drive.integral_time else 1.0 / drive.integral_time,
-                filter_share,
                 drive.torque_limit or np.inf,
                 run.period,
             ]
@@ -69,19 +69,32 @@ def lagged(torque: Array, time_constant: float, period: float) -> Array:
     return np.asarray(_lag(torque, 1.0 - exp(-period / time_constant)))
 
 
+def _speed_as_seen(position: Array, drive: DriveLoops, period: float) -> tuple[Array, float]:
+    """Speed (n,) before the drive's filter, and the share of a new value that the filter takes at the recording's period [s].
+
+    A servo at the recording's rate differentiates backwards. A faster one is late by half of its own period and by its
+    filter: a central difference is not late, and a lag of both together follows it.
+    """
+    servo = drive.servo_period or 0.0
+    lag = 1.0 / (2.0 * pi * drive.velocity_filter_hz) if drive.velocity_filter_hz else 0.0
+    if servo > 0.5 * period:
+        backwards = np.diff(position, prepend=position[0]) / period
+        return backwards, 1.0 - exp(-period / lag) if lag else 1.0
+    return derivative(position, period), period / (period + lag + 0.5 * servo)
+
+
 def _or_zero(samples: Array | None, count: int) -> Array:
     return np.nan_to_num(samples) if samples is not None else np.zeros(count)
 
 
 @compiled
-def _cascade(demand, speed, offset, position, loops, given):  # type: ignore[no-untyped-def]
-    position_gain, velocity_gain, rate, share, limit, period = loops
+def _cascade(demand, speed, offset, measured_speed, share, position, loops, given):  # type: ignore[no-untyped-def]
+    position_gain, velocity_gain, rate, limit, period = loops
     asked = np.empty(len(demand))
     velocity = 0.0
     integral = 0.0
     for k in range(len(demand)):
-        if k > 0:
-            velocity += share * ((position[k] - position[k - 1]) / period - velocity)
+        velocity += share * (measured_speed[k] - velocity)
         error = position_gain * (demand[k] - position[k]) + speed[k] - velocity
         if k == 0:
             integral = given[0] - velocity_gain * error - offset[0]

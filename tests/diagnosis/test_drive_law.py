@@ -28,8 +28,11 @@ DRIVE = DriveLoops(
     velocity_gain=GAIN,
     integral_time=INTEGRAL_TIME,
     velocity_feedforward=1.0,
+    servo_period=STEP,
     current_loop_time_constant=LAG,
 )
+SLOW = DRIVE.model_copy(update={"servo_period": PERIOD})
+"""A servo that runs once a sample."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,7 @@ def by_kind(found: list[DriveFound]) -> dict[str, DriveFound]:
 
 def test_what_is_asked_is_what_the_loop_asked(tmp_path: Path) -> None:
     moved = closed_loop(servo=STEPS)
-    run = comparison_of(tmp_path, moved).runs[0]
+    run = comparison_of(tmp_path, moved, SLOW).runs[0]
     told = asked_of(run, "turn")
     assert told is not None
     used = run.axes["turn"].used
@@ -124,8 +127,9 @@ def test_a_sound_drive_has_no_effect(lag: float, tmp_path: Path) -> None:
         assert one.without - one.left < (0.005 * np.std(moved.given)) ** 2
 
 
-def test_a_saturated_motor_is_found_with_its_limit(tmp_path: Path) -> None:
-    found = by_kind(drive_effects(comparison_of(tmp_path, closed_loop(limit=15.0, servo=STEPS)), "turn"))
+@pytest.mark.parametrize(("servo", "drive"), [(STEPS, SLOW), (1, DRIVE)], ids=["at each sample", "faster"])
+def test_a_saturated_motor_is_found_with_its_limit(servo: int, drive: DriveLoops, tmp_path: Path) -> None:
+    found = by_kind(drive_effects(comparison_of(tmp_path, closed_loop(limit=15.0, servo=servo), drive), "turn"))
     saturation = found["torque_saturation"]
     assert isinstance(saturation.effect, TorqueSaturation)
     assert saturation.effect.limit == pytest.approx(15.0, rel=0.02)
