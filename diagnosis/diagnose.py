@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -26,10 +27,13 @@ from diagnosis.shrink import shrink
 from diagnosis.simulation import Simulation, simulation
 from diagnosis.spread import TWO_SIDED_90, intervals
 from diagnosis.where import regimes
+from drivetwin.errors import UserError
 from drivetwin.motion.axis_motion import measured_position
 from drivetwin.recording.recording import Recording
 from emulator.effects import DriveEffect, PlacedEffect
 from emulator.effects.stribeck import Stribeck
+
+logger = logging.getLogger(__name__)
 
 SIGNIFICANT = 0.01
 SHOWN = 0.002
@@ -118,11 +122,12 @@ class _Judge:
         standstill: Mapping[str, float],
         held_back: bool,
     ) -> None:
-        self.twin, self.comparison, self.selection = twin, comparison, selection
+        self.twin, self.comparison = twin, comparison
+        self.selection = replace(selection, deviations=_bearable(comparison, selection))
         self.runs, self.checks, self.noise = runs, checks, noise
         self.settings, self.standstill, self.held_back = settings, standstill, held_back
         self.units = {axis: "N" if twin.slides(axis) else "N·m" for axis in twin.axes}
-        self.patch = patch_of(comparison, selection)
+        self.patch = patch_of(comparison, self.selection)
 
     def diagnosis(self) -> Diagnosis:
         predictions = self._predicted(self.patch)
@@ -235,10 +240,14 @@ class _Judge:
         )
 
     def _shrink(self, before: tuple[PlacedEffect, ...], tried: PlacedEffect) -> Shrink | None:
-        earlier = self._predicted(Patch(before))
-        if isinstance(tried.effect, DriveEffect):
-            earlier = [replace_after(each) for each in self._predicted(Patch((*before, tried)))]
-        later = self._predicted(Patch(in_order([*before, tried])))
+        with_it = Patch(in_order([*before, tried]))
+        try:
+            earlier = self._predicted(Patch(before))
+            if isinstance(tried.effect, DriveEffect):
+                earlier = [replace_after(each) for each in self._predicted(with_it)]
+            later = self._predicted(with_it)
+        except UserError:  # no mechanism together with what was selected before
+            return None
         return shrink(earlier, later, tried.axis, self.noise[tried.axis].floor, self.settings.seed)
 
     def _parameter(self, number: int, one: Answer, before: Patch, state: State) -> Cause:
@@ -252,11 +261,17 @@ class _Judge:
             value, name, unit = _told(off, self.comparison)
             half = TWO_SIDED_90 * off.deviation
             parameters[name] = Estimate(value, unit, (value - half, value + half))
-        later = self._predicted(together(before, patch_of_deviations(self.comparison, own)))
-        closed = shrink(self._predicted(before), later, one.axis, self.noise[one.axis].floor, self.settings.seed)
+        closed = self._closed(before, together(before, patch_of_deviations(self.comparison, own)), one.axis)
         others = self._also_payload(one.axis, own)
         told = tell_apart(one.effect, others)
         return Cause(number, one.effect, one.axis, one.probability, parameters, closed, others, told)
+
+    def _closed(self, before: Patch, later: Patch, axis: str) -> Shrink | None:
+        try:
+            first, last = self._predicted(before), self._predicted(later)
+        except UserError:  # friction lowered beside the effects could push
+            return None
+        return shrink(first, last, axis, self.noise[axis].floor, self.settings.seed)
 
     def _also_payload(self, axis: str, found: Sequence[Deviation]) -> tuple[str, ...]:
         """A body that is heavier than the model's carries something, as well as it is misjudged."""
@@ -320,6 +335,19 @@ def patch_of(comparison: Comparison, selection: Selection) -> Patch:
         for one in selection.effects
     ]
     return Patch(in_order([*corrections.effects, *effects]), corrections.heavier)
+
+
+def _bearable(comparison: Comparison, selection: Selection) -> list[Deviation]:
+    """Deviations that make a mechanism together with the effects: friction lowered beside them could push at some speed."""
+    kept: list[Deviation] = []
+    for one in selection.deviations:
+        try:
+            comparison.simulation.dynamics(in_order([*as_effects(comparison, [*kept, one]), *selection.effects]))
+        except UserError as error:
+            logger.warning("%s on %s is left as the model has it: %s", one.effect, one.axis, error)
+            continue
+        kept.append(one)
+    return kept
 
 
 def together(one: Patch, other: Patch) -> Patch:

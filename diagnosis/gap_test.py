@@ -11,7 +11,7 @@ from diagnosis.result import Prediction
 
 NAME = "one-sided chi-square test of the gap's mean square against the noise's"
 
-NOISE_KNOWN_TO = 0.1
+NOISE_KNOWN_TO = 0.25
 """Relative error of a noise level that is told from a spectrum or a few repetitions; the test allows for it."""
 SMALLEST_SHARE_OF_TORQUE = 0.002
 """Of the torque's rms: a gap below is no machine's but arithmetic's, a filter's or a rounding's."""
@@ -23,7 +23,7 @@ def significance(predictions: Sequence[Prediction], axis: str, noise_rms: float,
     """p-value of "the gap of this axis is no more than noise"; small means that there is a gap.
 
     Under that, the gap is normal noise of at most `noise_rms` [N·m or N] through the filter: its mean square over a time T has
-    2 B T degrees of freedom, B the filter's noise bandwidth (Rice 1944): chi-square, one-sided. The noise is taken 10 % larger
+    2 B T degrees of freedom, B the filter's noise bandwidth (Rice 1944): chi-square, one-sided. The noise is taken 25 % larger
     than told, for that is as well as it is known, and at least 0.2 % of the torque's rms. The gap's own unevenness is no doubt
     about it: a few large blocks among small ones are a gap.
 

@@ -307,9 +307,11 @@ def settled(state: State, selected: tuple[PlacedEffect, ...], rounds: int = 2) -
             try:
                 held = beside.regression.replaced_by(placed.effect.name, placed.axis)
                 effect = moved(beside.regression, placed.effect, predict, held)
+                changed = (*selected[:number], replace(placed, effect=effect), *selected[number + 1 :])
+                comparison.simulation.dynamics(changed)
             except UserError:
                 continue
-            selected = (*selected[:number], replace(placed, effect=effect), *selected[number + 1 :])
+            selected = changed
     return selected
 
 

@@ -22,7 +22,7 @@ class ViscousNonlinear(FrictionEffect):
     family: ClassVar[str] = "friction"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("quadratic", QUADRATIC),
-        Parameter("cubic", CUBIC),
+        Parameter("cubic", CUBIC, low=0.0),
     )
 
     quadratic: float
