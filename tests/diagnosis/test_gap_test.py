@@ -48,7 +48,7 @@ def test_a_short_spell_of_motion_shows_nothing() -> None:
 def test_recordings_count_together() -> None:
     rng = np.random.default_rng(4)
     time = time_of(20.0)
-    one = recording_of(time, {"rotate": axis_of(time, coloured_noise(rng, len(time), 0.06))})
-    two = recording_of(time, {"rotate": axis_of(time, coloured_noise(rng, len(time), 0.06))})
+    one = recording_of(time, {"rotate": axis_of(time, coloured_noise(rng, len(time), 0.065))})
+    two = recording_of(time, {"rotate": axis_of(time, coloured_noise(rng, len(time), 0.065))})
     both = significance([one, two], "rotate", 0.05, CUTOFF)
     assert both < min(significance([one], "rotate", 0.05, CUTOFF), significance([two], "rotate", 0.05, CUTOFF))

@@ -160,6 +160,18 @@ AXIS = AxisDynamics(gear_ratio=50.0, friction=FrictionLaw(coulomb=0.8, viscous=0
 
 SIGN, SPEED = np.sign(VELOCITY), np.abs(VELOCITY)
 
+NEEDED = 0.3 * ACCELERATION + 0.8 * SIGN + 0.3 * VELOCITY
+"""Torque of the axis as it is."""
+
+
+def loaded(coefficient: float) -> np.ndarray:  # type: ignore[type-arg]
+    """The torque that carries its own friction, T = needed + coefficient |T| sgn(v), by iteration."""
+    torque = NEEDED
+    for _ in range(60):
+        torque = NEEDED + coefficient * np.abs(torque) * SIGN
+    return torque
+
+
 PREDICTIONS = [
     ("coulomb", {"coulomb": 1.0}, 0.2 * SIGN),
     ("viscous", {"viscous": 0.5}, 0.2 * VELOCITY),
@@ -171,7 +183,7 @@ PREDICTIONS = [
         (1.3 - 0.8) * np.exp(-((SPEED / 0.05) ** 1.5)) * SIGN,
     ),
     ("viscous_nonlinear", {"quadratic": 0.2, "cubic": 0.05}, SIGN * (0.2 * SPEED**2 + 0.05 * SPEED**3)),
-    ("load_friction", {"coefficient": 0.1}, 0.1 * np.abs(TORQUE) * SIGN),
+    ("load_friction", {"coefficient": 0.1}, 0.1 * np.abs(loaded(0.1)) * SIGN),
     (
         "position_friction",
         {"amplitude": 0.4, "period": 0.25, "phase": 1.0},
@@ -185,7 +197,7 @@ PREDICTIONS = [
     ("inertia", {"difference": 0.2}, 0.2 * ACCELERATION),
     ("gravity", {"moment": 3.0, "angle": 0.2}, 3.0 * np.sin(POSITION - 0.2)),
     ("spring", {"stiffness": 5.0, "rest": 0.1}, 5.0 * (POSITION - 0.1)),
-    ("torque_constant", {"error": 0.1}, -0.1 / 1.1 * (0.3 * ACCELERATION + 0.8 * SIGN + 0.3 * VELOCITY)),
+    ("torque_constant", {"error": 0.1}, -0.1 / 1.1 * NEEDED),
     ("torque_offset", {"offset": 0.3}, np.full(6, -0.3)),
     ("torque_ripple", {"amplitude": 0.2, "order": 6.0, "phase": 0.5}, -0.2 * np.sin(6.0 * 50.0 * POSITION + 0.5)),
 ]
