@@ -99,7 +99,11 @@ class Comparison:
 
     def rows(self, axis: str, of_run: Callable[[Run, AxisRun], Array]) -> Array:
         """What `of_run` gives for every sample (n,) of each recording and the axis in it, on the rows of the axis (N,)."""
-        parts = [of_run(run, run.axes[axis])[picks] for run, picks in zip(self.runs, self._picks[axis], strict=True)]
+        return self.picked(axis, [of_run(run, run.axes[axis]) for run in self.runs])
+
+    def picked(self, axis: str, samples: Sequence[Array]) -> Array:
+        """Every sample (n,) of each recording, on the rows of the axis (N,)."""
+        parts = [values[picks] for values, picks in zip(samples, self._picks[axis], strict=True)]
         return np.asarray(np.concatenate(parts)[self._order[axis]])
 
     def rigid_rows(self, of_motion: Callable[[Kinematics], Array]) -> dict[str, Array]:

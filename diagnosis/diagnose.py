@@ -19,7 +19,7 @@ from diagnosis.noise import Noise, noise_of
 from diagnosis.nominal import nominal_parameters
 from diagnosis.patterns import patterns
 from diagnosis.prediction import Patch, gap_rms, predict
-from diagnosis.probability import Answer, answers_of, answers_of_deviation
+from diagnosis.probability import Answer, Unseen, answers_of, answers_of_deviation
 from diagnosis.result import NONE, UNKNOWN, AxisGap, Cause, Diagnosis, Estimate, Prediction, Shrink, Verdict
 from diagnosis.selection import Deviation, Off, Selection, Step, as_effects, deviations, groups, in_order, placed, select_causes
 from diagnosis.settings import DiagnosisSettings
@@ -74,7 +74,8 @@ def diagnose(
         comparison, nominal_parameters(comparison), {axis: one.floor for axis, one in noise.items()}, progress
     )
     progress("gap, shrink, intervals", 0.9)
-    return _Judge(twin, comparison, selection, runs, checks, noise, settings, standstill, held_back).diagnosis()
+    unseen = Comparison(twin, checks, without_position(held))
+    return _Judge(twin, comparison, unseen, selection, runs, checks, noise, settings, standstill, held_back).diagnosis()
 
 
 def _hold_back(recordings: Sequence[Recording]) -> tuple[list[Recording], list[Recording]]:
@@ -114,6 +115,7 @@ class _Judge:
         self,
         twin: Simulation,
         comparison: Comparison,
+        unseen: Comparison,
         selection: Selection,
         runs: Sequence[Run],
         checks: Sequence[Run],
@@ -128,12 +130,14 @@ class _Judge:
         self.settings, self.standstill, self.held_back = settings, standstill, held_back
         self.units = {axis: "N" if twin.slides(axis) else "N·m" for axis in twin.axes}
         self.patch = patch_of(comparison, self.selection)
+        floors = {axis: one.floor for axis, one in noise.items()}
+        self.unseen = Unseen(unseen, self._predicted(self.patch), floors)
 
     def diagnosis(self) -> Diagnosis:
-        predictions = self._predicted(self.patch)
+        predictions = self.unseen.predictions
         axes = {axis: self._axis(predictions, axis) for axis in self.twin.axes}
         gap = any(one.significant for one in axes.values())
-        unknown = gap and answers_of(self.selection.steps[0], self.selection)[0].effect == UNKNOWN
+        unknown = gap and answers_of(self.selection.steps[0], self.selection, self.unseen)[0].effect == UNKNOWN
         if (unknown or not gap) and self.patch != Patch():
             self.patch = Patch()
             predictions = self._predicted(self.patch)
@@ -216,7 +220,7 @@ class _Judge:
         return next(one for one in self.selection.effects if (one.effect.name, one.axis) == (effect, axis))
 
     def _step(self, number: int, step: Step, before: tuple[PlacedEffect, ...]) -> list[Cause]:
-        return [self._cause(number, step, one, before) for one in _shown(answers_of(step, self.selection))]
+        return [self._cause(number, step, one, before) for one in _shown(answers_of(step, self.selection, self.unseen))]
 
     def _cause(self, number: int, step: Step, one: Answer, before: tuple[PlacedEffect, ...]) -> Cause:
         if one.effect in (UNKNOWN, NONE) or one.axis is None:

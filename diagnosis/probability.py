@@ -8,21 +8,21 @@ from math import exp, log
 
 import numpy as np
 
-from diagnosis.comparison import Array
+from diagnosis.comparison import Array, Comparison
 from diagnosis.hypotheses import State
-from diagnosis.result import NONE, UNKNOWN
+from diagnosis.result import NONE, UNKNOWN, Prediction
 from diagnosis.selection import Deviation, Selection, Step, costliest
 
 TEMPERATURE = 4.0
 """Nats of evidence that count as one: residuals err in common, so that rows tell less than they seem to."""
 DOUBT = 0.01
 """Probability that is never given away: the plant is none of the hypotheses to the letter."""
-UNKNOWN_FROM = 0.22
-"""Share of the gap left after every effect, at which `unknown` is as likely as not."""
+UNKNOWN_FROM, UNKNOWN_WIDTH = 0.14, 0.025
+"""Share of the fitted gap left after every effect, at which `unknown` is as likely as not, and how sharply so."""
+UNSEEN_FROM, UNSEEN_WIDTH = 0.5, 0.05
+"""The same of motion that was not fitted: known causes leave more there, where other motion brings gaps of its own."""
 SAME_SPEED = 1.5
 """Factor within which speeds count as the same, where means over a speed are taken."""
-UNKNOWN_WIDTH = 0.05
-
 
 @dataclass(frozen=True)
 class Answer:
@@ -32,6 +32,25 @@ class Answer:
     axis: str | None
     probability: float
     number: int | None
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """Motion that was not fitted, and what is predicted of it with every cause added."""
+
+    comparison: Comparison
+    predictions: Sequence[Prediction]
+    noise: Mapping[str, float]
+
+    def left(self, axis: str) -> float:
+        """Share of the squared gap of an axis above the floor that no cause takes; 0 where it has no gap there."""
+        parts = [each.axes[axis] for each in self.predictions]
+        before = self._above(axis, [part.measured - part.before for part in parts])
+        after = self._above(axis, [part.measured - part.after for part in parts])
+        return after / before if before > 0.0 else 0.0
+
+    def _above(self, axis: str, gaps: Sequence[Array]) -> float:
+        return _above_floor(self.comparison, axis, self.comparison.picked(axis, gaps), self.noise[axis])
 
 
 def worst_axis(final: State) -> str:
@@ -46,14 +65,12 @@ def step_left(step: Step, final: State) -> float:
     Of a step in which an effect was chosen, the share of the gap as it was at first; of the last one, of what stood before it.
     """
     before = _excess(step.state, step.state.comparison.target if step.chosen is not None else step.state.regression.target)
-    after = _excess(final, final.residual)
-    whole = sum(before.values())
-    return sum(after.values()) / whole if whole > 0.0 else 0.0
+    return _share(before, _excess(final, final.residual))
 
 
-def answers_of(step: Step, selection: Selection) -> list[Answer]:
+def answers_of(step: Step, selection: Selection, unseen: Unseen) -> list[Answer]:
     """Probabilities of one step, largest first."""
-    unknown = unknown_of(step, selection)
+    unknown = unknown_of(step, selection, unseen)
     evidence = np.array([one.evidence for one in step.answers])
     weights = np.exp((evidence - evidence.max()) / TEMPERATURE)
     shares = (1.0 - DOUBT) * weights / weights.sum() + DOUBT / len(weights)
@@ -67,11 +84,20 @@ def answers_of(step: Step, selection: Selection) -> list[Answer]:
     return merged(told)
 
 
-def unknown_of(step: Step, selection: Selection) -> float:
-    """Probability of `unknown` in one step."""
+def unknown_of(step: Step, selection: Selection, unseen: Unseen) -> float:
+    """Probability of `unknown` in one step, by what is left of the motion that was fitted or of that which was not.
+
+    What is fitted closely and predicts nothing new is no cause: a foreign effect passes for a known one on the motion that
+    shaped it. Of unseen motion the axis of the step's effect counts; others may have causes of their own.
+    """
     if step.chosen is not None and step.chosen.drive_gain > 0.0:
         return unknown_probability(min(1.0, step.chosen.drive_left))
-    return unknown_probability(step_left(step, selection.final)) if has_gap(step) else 0.0
+    if not has_gap(step):
+        return 0.0
+    fitted = unknown_probability(step_left(step, selection.final))
+    if step.chosen is None or step.chosen.axis is None:
+        return fitted
+    return max(fitted, _logistic((unseen.left(step.chosen.axis) - UNSEEN_FROM) / UNSEEN_WIDTH))
 
 
 def answers_of_deviation(left: Sequence[Deviation]) -> list[Answer]:
@@ -88,8 +114,12 @@ def has_gap(step: Step) -> bool:
 
 
 def unknown_probability(left: float) -> float:
-    """That the gap is an effect outside the library, from the share that no effect of it explains."""
-    return 1.0 / (1.0 + exp(-max(-50.0, min(50.0, (left - UNKNOWN_FROM) / UNKNOWN_WIDTH))))
+    """That the gap is an effect outside the library, from the share of what was fitted that no effect of it explains."""
+    return _logistic((left - UNKNOWN_FROM) / UNKNOWN_WIDTH)
+
+
+def _logistic(value: float) -> float:
+    return 1.0 / (1.0 + exp(-max(-50.0, min(50.0, value))))
 
 
 def merged(told: Sequence[Answer]) -> list[Answer]:
@@ -124,24 +154,28 @@ def _bounded(evidence: float) -> float:
 
 def _excess(state: State, rows: Mapping[str, Array]) -> dict[str, float]:
     """Mean square of rows above the floor, in squares of the floor, by axis."""
-    found = {}
-    for axis, values in rows.items():
-        if not len(values):
-            found[axis] = 0.0
-            continue
-        told = values if axis not in state.comparison.relative else means_over_speed(state, axis, values)
-        square = float(np.average(told**2, weights=state.comparison.durations(axis)))
-        found[axis] = max(0.0, square / state.noise[axis] ** 2 - 1.0)
-    return found
+    return {axis: _above_floor(state.comparison, axis, values, state.noise[axis]) for axis, values in rows.items()}
 
 
-def means_over_speed(state: State, axis: str, rows: Array) -> Array:
+def _above_floor(comparison: Comparison, axis: str, rows: Array, floor: float) -> float:
+    if not len(rows):
+        return 0.0
+    told = rows if axis not in comparison.relative else means_over_speed(comparison, axis, rows)
+    square = float(np.average(told**2, weights=comparison.durations(axis)))
+    return max(0.0, square / floor**2 - 1.0)
+
+
+def _share(before: Mapping[str, float], after: Mapping[str, float]) -> float:
+    whole = sum(before.values())
+    return sum(after.values()) / whole if whole > 0.0 else 0.0
+
+
+def means_over_speed(comparison: Comparison, axis: str, rows: Array) -> Array:
     """Rows of an axis whose position is relative, as means over each recording's stretches of about one speed.
 
     What is a function of the position has no place on such an axis, and no effect may be named for it; it averages out here,
     and what depends on speed and direction stays.
     """
-    comparison = state.comparison
     velocities = comparison.in_time(axis, comparison.rows(axis, lambda _, own: own.motion.velocity))
     top = max(float(np.abs(velocity).max(initial=0.0)) for velocity in velocities)
     means = []

@@ -14,7 +14,9 @@ from diagnosis.probability import (
     DOUBT,
     TEMPERATURE,
     UNKNOWN_FROM,
+    UNSEEN_FROM,
     Answer,
+    Unseen,
     answers_of,
     answers_of_deviation,
     merged,
@@ -23,6 +25,7 @@ from diagnosis.probability import (
     worst_axis,
 )
 from diagnosis.regression import Regression
+from diagnosis.result import AxisPrediction, Prediction
 from diagnosis.selection import Deviation, Selection, Step
 
 NOISE = {"turn": 0.1, "lift": 0.5}
@@ -41,6 +44,18 @@ def state(comparison: Comparison, turn: float, lift: float) -> State:
     return State(comparison, [], (), comparison.simulation.dynamics(), regression, NOISE)
 
 
+def unseen(comparison: Comparison, before: float, after: float) -> Unseen:
+    """Motion that was not fitted, on whose column so many times the noise stands before and after; nothing on the lift."""
+    predictions = []
+    for run in comparison.runs:
+        none = np.zeros(len(run.recording.time))
+        first, last = none - before * NOISE["turn"], none - after * NOISE["turn"]
+        turn = AxisPrediction(first, last, none, none == 0.0, none, none, none)
+        lift = AxisPrediction(none, none, none, none == 0.0, none, none, none)
+        predictions.append(Prediction(run.recording.name, run.recording.time, {"turn": turn, "lift": lift}))
+    return Unseen(comparison, predictions, NOISE)
+
+
 def hypothesis(effect: str, axis: str | None, evidence: float, drive_gain: float = 0.0, drive_left: float = 1.0) -> Hypothesis:
     return Hypothesis(effect, axis, None, {}, 0.0, 1, evidence, drive_gain, drive_left)
 
@@ -51,7 +66,7 @@ ANSWERS = (hypothesis("stribeck", "turn", -100.0), hypothesis("presliding", "tur
 def told(comparison: Comparison, left: float, answers: tuple[Hypothesis, ...] = ANSWERS) -> dict[tuple[str, str | None], float]:
     """Probabilities of a last step before which the column had 10 times its noise, and after which `left` times are."""
     step = Step(state(comparison, 10.0, 1.0), answers, None)
-    found = answers_of(step, Selection([step], (), (), state(comparison, left, 1.0)))
+    found = answers_of(step, Selection([step], (), (), state(comparison, left, 1.0)), unseen(comparison, 10.0, 1.0))
     assert sum(one.probability for one in found) == pytest.approx(1.0)
     assert [one.probability for one in found] == sorted((one.probability for one in found), reverse=True)
     return {(one.effect, one.axis): one.probability for one in found}
@@ -66,9 +81,9 @@ def test_evidence_is_odds_by_the_temperature_but_for_the_doubt(comparison: Compa
 
 
 def test_unknown_is_told_from_the_share_that_is_left(comparison: Comparison) -> None:
-    """Of the square above the noise: (3² - 1) / (10² - 1) = 0.08, (5² - 1) / 99 = 0.24, (9² - 1) / 99 = 0.81."""
+    """Of the square above the noise: (3² - 1) / (10² - 1) = 0.08, (4² - 1) / 99 = 0.15, (9² - 1) / 99 = 0.81."""
     assert told(comparison, 3.0)["unknown", "turn"] == pytest.approx(unknown_probability(8.0 / 99.0))
-    assert told(comparison, 5.0)["unknown", "turn"] == pytest.approx(unknown_probability(24.0 / 99.0))
+    assert told(comparison, 4.0)["unknown", "turn"] == pytest.approx(unknown_probability(15.0 / 99.0))
     assert told(comparison, 9.0)["unknown", "turn"] > 0.99
     assert told(comparison, 1.0)["unknown", "turn"] < 0.02
 
@@ -91,9 +106,28 @@ def test_unknown_is_on_the_axis_where_most_is_left(comparison: Comparison) -> No
     assert worst_axis(state(comparison, 3.0, 2.0)) == "turn"
 
 
+def chosen(comparison: Comparison, on_unseen: Unseen) -> float:
+    """Probability of `unknown` where an effect explains all that was fitted."""
+    step = Step(state(comparison, 10.0, 1.0), ANSWERS, ANSWERS[0])
+    found = answers_of(step, Selection([step], (), (), state(comparison, 1.0, 1.0)), on_unseen)
+    return next(one.probability for one in found if one.effect == "unknown")
+
+
+def test_what_explains_only_the_motion_that_shaped_it_is_unknown(comparison: Comparison) -> None:
+    assert chosen(comparison, unseen(comparison, 10.0, 1.0)) < 0.02
+    assert chosen(comparison, unseen(comparison, 10.0, 9.0)) > 0.99
+    half = np.sqrt(1.0 + UNSEEN_FROM * 99.0)
+    assert chosen(comparison, unseen(comparison, 10.0, float(half))) == pytest.approx(0.5)
+
+
+def test_unseen_motion_without_a_gap_says_nothing(comparison: Comparison) -> None:
+    assert unseen(comparison, 0.9, 0.9).left("turn") == 0.0
+    assert chosen(comparison, unseen(comparison, 0.9, 3.0)) < 0.02
+
+
 def test_nothing_is_unknown_where_there_is_no_gap(comparison: Comparison) -> None:
     step = Step(state(comparison, 0.9, 0.9), ANSWERS, None)
-    found = answers_of(step, Selection([step], (), (), step.state))
+    found = answers_of(step, Selection([step], (), (), step.state), unseen(comparison, 0.9, 0.9))
     assert next(one.probability for one in found if one.effect == "unknown") == 0.0
 
 
@@ -101,7 +135,7 @@ def test_a_drive_is_unknown_by_what_its_own_law_leaves(comparison: Comparison) -
     """The plant's residual has nothing to do with it."""
     drive = hypothesis("torque_saturation", "turn", -90.0, drive_gain=40.0, drive_left=0.5)
     step = Step(state(comparison, 10.0, 1.0), (drive, *ANSWERS), drive)
-    found = answers_of(step, Selection([step], (), (), state(comparison, 1.0, 1.0)))
+    found = answers_of(step, Selection([step], (), (), state(comparison, 1.0, 1.0)), unseen(comparison, 10.0, 10.0))
     assert next(one.probability for one in found if one.effect == "unknown") == pytest.approx(unknown_probability(0.5))
 
 
