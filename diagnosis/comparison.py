@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from itertools import pairwise
+from functools import cached_property, partial
+from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.measured import AxisRun, Run
+from diagnosis.side_by_side import side_by_side
 from diagnosis.simulation import Kinematics, Simulation
 from emulator.dynamics import AxisDynamics
 from emulator.effects import AxisEffect, Effect, Start
@@ -128,15 +129,21 @@ class Comparison:
         if key not in self._starts:
             longest = max(self.runs, key=lambda run: len(run.recording.time))
             found = kind.starts(longest.axes[axis].motion, dynamics)
-            self._starts[key] = [
-                Tried(start, tuple(self.predicted(axis, member, dynamics) for member in start.members)) for start in found
-            ]
+            members = [member for start in found for member in start.members]
+            columns = iter(side_by_side(lambda member: self.predicted(axis, member, dynamics), members))
+            self._starts[key] = [Tried(start, tuple(islice(columns, len(start.members)))) for start in found]
         return self._starts[key]
 
     def predicted_by_model(self, axis: str, effect: Effect) -> dict[str, Array]:
         """Torque that an effect on the rigid bodies costs, on every axis."""
-        changed = self.rigid_rows(lambda kinematics: self.simulation.torques_with(axis, effect, kinematics))
-        return {name: rows - self._rigid[name] for name, rows in changed.items()}
+        return self._beyond_rigid(partial(self.simulation.torques_with, axis, effect))
+
+    def predicted_by_heavier(self, body: int) -> dict[str, Array]:
+        """Torque that twice the mass and inertia of one body, by its number, costs besides, on every axis."""
+        return self._beyond_rigid(partial(self.simulation.torques_with_heavier, body))
+
+    def _beyond_rigid(self, torques: Callable[[Kinematics], Array]) -> dict[str, Array]:
+        return {name: rows - self._rigid[name] for name, rows in self.rigid_rows(torques).items()}
 
     @cached_property
     def _rigid(self) -> dict[str, Array]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import irfft, next_fast_len, rfft
 
 from diagnosis.comparison import Column, Comparison
 from diagnosis.drive_search import drive_effects
@@ -16,6 +17,7 @@ from diagnosis.nominal import Nominal, like
 from diagnosis.regression import Fitted, Regression
 from diagnosis.result import NONE
 from diagnosis.search import Found, Predict, coarse, less, moved, refined, tangents
+from diagnosis.side_by_side import side_by_side
 from drivetwin.errors import UserError
 from emulator.dynamics import AxisDynamics
 from emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, PlacedEffect, library
@@ -111,11 +113,10 @@ def state_with(
         spreads.extend([0.5] * len(free))
     scale = {axis: max(_rms(rows), 1e-12) * np.sqrt(10.0) for axis, rows in target.items()}
     stands_for = {("delay", one.axis): frozenset({k}) for k, one in enumerate(nominals) if one.timing and one.axis}
-    for _ in range(2):
-        regression = Regression(comparison, columns, spreads, target, scale, noise, stands_for)
-        residual = regression.residual(regression.fit())
-        scale = scales(comparison, residual, noise)
     regression = Regression(comparison, columns, spreads, target, scale, noise, stands_for)
+    for _ in range(2):
+        residual = regression.residual(regression.fit())
+        regression = regression.rescaled(scales(comparison, residual, noise))
     return State(comparison, nominals, selected, dynamics, regression, noise)
 
 
@@ -158,8 +159,9 @@ def memory(comparison: Comparison, axis: str, residual: Array) -> float:
         energy = float(part @ part)
         if len(part) <= lags or energy <= 0.0:
             continue
-        spectrum = np.fft.rfft(part, 2 * len(part))
-        correlation = np.fft.irfft(spectrum * spectrum.conj())[1 : lags + 1] / energy
+        size = next_fast_len(len(part) + lags, real=True)
+        spectrum = rfft(part, size)
+        correlation = irfft(spectrum * spectrum.conj(), size)[1 : lags + 1] / energy
         ends = np.flatnonzero(correlation <= 0.0)
         positive = correlation[: ends[0]] if ends.size else correlation
         counted += energy * (1.0 + 2.0 * float(positive.sum()))
@@ -218,10 +220,11 @@ def _of_drives(state: State, reference: Fitted) -> list[Hypothesis]:
     """Effects of the drives: the plant is left as it is, what the drive's law does not tell shrinks."""
     chosen = {(placed.effect.name, placed.axis) for placed in state.selected}
     answers = []
-    for axis in state.comparison.simulation.axes:
-        if axis not in state.comparison.drives:
-            state.comparison.drives[axis] = drive_effects(state.comparison, axis)
-        for found in state.comparison.drives[axis]:
+    axes, known = state.comparison.simulation.axes, state.comparison.drives
+    if not known:
+        known.update(zip(axes, side_by_side(partial(drive_effects, state.comparison), axes), strict=True))
+    for axis in axes:
+        for found in known[axis]:
             if (found.effect.name, axis) in chosen:
                 continue
             floor = state.noise[axis] ** 2

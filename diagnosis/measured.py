@@ -93,23 +93,22 @@ def prepare(simulation: Simulation, recording: Recording, cutoff_hz: float, stan
     compared = _kinematics(simulation, recording, cutoff)
     rigid = _rigid(simulation, kinematics, max(1, int(1.0 / (RIGID_RATE * wide * period))))
     inertia = _inertia(simulation, kinematics, max(1, int(0.02 / period)))
-    dynamics = simulation.dynamics()
+    dynamics, narrow = simulation.dynamics(), _narrow(simulation, recording, cutoff)
     axes = {}
     for k, axis in enumerate(simulation.axes):
         motion = Motion(
-            position=kinematics.position[:, k],
-            velocity=kinematics.velocity[:, k],
-            acceleration=kinematics.acceleration[:, k],
+            position=kinematics.position[:, k].copy(),
+            velocity=kinematics.velocity[:, k].copy(),
+            acceleration=kinematics.acceleration[:, k].copy(),
             torque=recording.columns[axis]["torque"],
             time=recording.time,
-            rigid_torque=rigid[:, k],
-            inertia=inertia[:, k],
+            rigid_torque=rigid[:, k].copy(),
+            inertia=inertia[:, k].copy(),
             rotor_inertia=float(simulation.model.dof_armature[simulation.dof(axis)]),
         )
         base = zero_phase(rigid[:, k] + dynamics[axis].friction.resistance(motion), period, cutoff)
         torque = zero_phase(motion.torque, period, cutoff)
-        narrow = _narrow(simulation, recording, cutoff)[axis]
-        chosen = select(narrow, standstill[axis], 0.0)
+        chosen = select(narrow[axis], standstill[axis], 0.0)
         axes[axis] = AxisRun(axis, motion, torque, base, chosen.moving, chosen.fitted)
     stride = max(1, int(1.0 / (COMPARED_RATE * cutoff * period)))
     return Run(recording, period, cutoff, stride, compared, axes)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,7 +104,7 @@ def _of_bodies(comparison: Comparison, of_axes: Sequence[Nominal]) -> list[Nomin
     simulation = comparison.simulation
     found = []
     for body in simulation.moving_bodies():
-        column = comparison.rigid_rows(partial(simulation.torques_of_heavier, body))
+        column = comparison.predicted_by_heavier(body)
         if any(_apart(rows, axis, of_axes) for axis, rows in column.items()):
             found.append(Nominal(None, None, body, 1.0, SPREAD, column))
     return found

@@ -77,7 +77,8 @@ def cost(simulation: Simulation, run: Run, placed: PlacedEffect, dynamics: Mappi
 
 def _of_body(simulation: Simulation, run: Run, body: int) -> dict[str, Array]:
     stride = max(1, int(1.0 / (SMOOTH_RATE * run.cutoff_hz * run.period)))
-    torque = simulation.torques_of_heavier(body, run.kinematics.every(stride))
+    few = run.kinematics.every(stride)
+    torque = simulation.torques_with_heavier(body, few) - simulation.torques(few)
     return _by_axis(simulation, torque, len(run.recording.time), stride)
 
 

@@ -6,6 +6,7 @@ about its nominal value (ridge). Folds are contiguous blocks, so that neighbours
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -85,6 +86,12 @@ class Regression:
                 right[axis][:, count:] = self._folded(axis, extra, y[:, None])[:, :, 0]
         return self._solve(gram, right, square, more, held)
 
+    def rescaled(self, scale: Mapping[str, float]) -> Regression:
+        """The same rows and columns, weighted by other scales."""
+        changed = copy.copy(self)
+        changed.scale = dict(scale)
+        return changed
+
     def replaced_by(self, effect: str, axis: str) -> frozenset[int]:
         """Columns that are held at 0 beside an effect, by number."""
         return self.stands_for.get((effect, axis), frozenset())
@@ -120,15 +127,11 @@ class Regression:
         weight = {axis: 1.0 / self.scale[axis] ** 2 for axis in self.axes}
         whole = sum(weight[axis] * gram[axis].sum(axis=0) for axis in self.axes)
         goal = sum(weight[axis] * right[axis].sum(axis=0) for axis in self.axes)
+        parts = sum(weight[axis] * gram[axis] for axis in self.axes)
+        part_goals = sum(weight[axis] * right[axis] for axis in self.axes)
         coefficients = _solved(whole, goal, ridge)
-        held_out = dict.fromkeys(self.axes, 0.0)
-        for fold in range(FOLDS):
-            part = sum(weight[axis] * gram[axis][fold] for axis in self.axes)
-            part_goal = sum(weight[axis] * right[axis][fold] for axis in self.axes)
-            beta = _solved(whole - part, goal - part_goal, ridge)
-            for axis in self.axes:
-                error = square[axis][fold] - 2.0 * beta @ right[axis][fold] + beta @ gram[axis][fold] @ beta
-                held_out[axis] += float(max(error, 0.0))
+        beside = _solved(whole - parts, goal - part_goals, ridge)
+        held_out = {axis: _left(beside, gram[axis], right[axis], square[axis]) for axis in self.axes}
         coefficients[list(held)] = 0.0
         prior = 0.5 * float(np.sum((coefficients[: len(self.spreads)] / self.spreads) ** 2))
         return Fitted(coefficients, held_out, prior)
@@ -146,10 +149,21 @@ def _matrix(columns: Sequence[Column], axis: str, rows: int) -> Array:
     return np.column_stack([column.get(axis, np.zeros(rows)) for column in columns])
 
 
+def _left(coefficients: Array, gram: Array, right: Array, square: Array) -> float:
+    """Sum over folds of |y - X b|² from X'X (folds, p, p), X'y (folds, p), y'y (folds,) and each fold's b (folds, p)."""
+    folds = zip(coefficients, gram, right, square, strict=True)
+    return sum(max(float(y2 - 2.0 * b @ xy + b @ xx @ b), 0.0) for b, xx, xy, y2 in folds)
+
+
 def _solved(gram: Array, right: Array, ridge: Array) -> Array:
-    """Scaled, so that columns of different units weigh alike in the numerics; a column of zeros gets the coefficient 0."""
-    size = np.sqrt(np.diag(gram) + ridge)
+    """Solutions (..., p) of systems (..., p, p); scaled, so that columns of different units weigh alike in the numerics.
+
+    A column of zeros gets the coefficient 0.
+    """
+    count = len(ridge)
+    size = np.sqrt(np.diagonal(gram, axis1=-2, axis2=-1) + ridge)
     size[size == 0.0] = 1.0
-    scaled = gram / np.outer(size, size) + np.diag(ridge / size**2)
-    scaled[np.diag_indices_from(scaled)] += 1e-10
-    return np.asarray(np.linalg.solve(scaled, right / size) / size)
+    scaled = gram / (size[..., :, None] * size[..., None, :])
+    scaled[..., range(count), range(count)] += ridge / size**2
+    scaled[..., range(count), range(count)] += 1e-10
+    return np.asarray(np.linalg.solve(scaled, (right / size)[..., None])[..., 0] / size)

@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 
 from diagnosis.comparison import Column, Comparison
 from diagnosis.regression import Fitted, Regression
+from diagnosis.side_by_side import side_by_side
 from drivetwin.errors import UserError
 from emulator.dynamics import AxisDynamics
 from emulator.effects import AxisEffect, Effect
@@ -92,13 +93,11 @@ def moved(regression: Regression, effect: Effect, predict: Predict, held: frozen
 
     def slopes(values: Array) -> Array:
         """Central differences that stay in the bounds; a relative step would be none for a parameter at 0."""
-        columns = []
-        for k in range(len(values)):
-            step = np.zeros(len(values))
-            step[k] = STEP
-            up, down = np.minimum(values + step, high), np.maximum(values - step, low)
-            columns.append((left(up) - left(down)) / (up[k] - down[k]))
-        return np.column_stack(columns)
+        steps = STEP * np.eye(len(values))
+        ups, downs = np.minimum(values + steps, high), np.maximum(values - steps, low)
+        rows = side_by_side(left, [*ups, *downs])
+        above, below = rows[: len(values)], rows[len(values) :]
+        return np.column_stack([(a - b) / way for a, b, way in zip(above, below, np.diag(ups - downs), strict=True)])
 
     start = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))
     try:
@@ -139,17 +138,18 @@ def at(effect: Effect, movable: Sequence[Field], values: Array) -> Effect:
 
 def tangents(effect: Effect, predict: Predict) -> list[Column]:
     """d torque / d parameter in units of its size, by central differences that stay in the bounds."""
-    base = np.array([getattr(effect, field.name) / field.size for field in movable_fields(effect)])
     movable = movable_fields(effect)
-    columns: list[Column] = []
+    base = np.array([getattr(effect, field.name) / field.size for field in movable])
+    ups, downs = [], []
     for k, field in enumerate(movable):
         step = np.zeros_like(base)
         step[k] = STEP
-        up = base + step if (base + step)[k] * field.size <= field.high else base
-        down = base - step if (base - step)[k] * field.size >= field.low else base
-        above, below = predict(at(effect, movable, up)), predict(at(effect, movable, down))
-        columns.append({axis: (above[axis] - below[axis]) / (up - down)[k] for axis in above})
-    return columns
+        ups.append(base + step if (base + step)[k] * field.size <= field.high else base)
+        downs.append(base - step if (base - step)[k] * field.size >= field.low else base)
+    columns = side_by_side(lambda values: predict(at(effect, movable, values)), [*ups, *downs])
+    ways = np.diag(np.array(ups) - np.array(downs))
+    pairs = zip(columns[: len(base)], columns[len(base) :], ways, strict=True)
+    return [{axis: (above[axis] - below[axis]) / way for axis in above} for above, below, way in pairs]
 
 
 def less(target: Mapping[str, Array], column: Column) -> dict[str, Array]:

@@ -93,15 +93,15 @@ class Simulation:
         rigid = Model(spec.compile(), self.path)
         return rigid.torques(self.joints, kinematics.position, kinematics.velocity, kinematics.acceleration)
 
-    def torques_of_heavier(self, body: int, kinematics: Kinematics) -> Array:
-        """Torque (n, k) that twice the mass and inertia of one body, by its number, costs besides."""
+    def torques_with_heavier(self, body: int, kinematics: Kinematics) -> Array:
+        """The same of the model in which one body, by its number, has twice its mass and inertia."""
         heavier = copy.copy(self.model)
         heavier.body_mass[body] *= 2.0
         heavier.body_inertia[body] *= 2.0
         mujoco.mj_setConst(heavier, mujoco.MjData(heavier))
         rigid = Model(heavier, self.path)
         motion = (kinematics.position, kinematics.velocity, kinematics.acceleration)
-        return rigid.torques(self.joints, *motion) - self.torques(kinematics)
+        return rigid.torques(self.joints, *motion)
 
     def moving_bodies(self) -> list[int]:
         """Bodies with mass that a joint moves."""

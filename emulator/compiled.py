@@ -12,5 +12,8 @@ Result = TypeVar("Result")
 
 
 def compiled(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
-    """Compile `function` to machine code at its first call, with the floating-point rules of IEEE 754 kept."""
-    return cast(Callable[Parameters, Result], numba.njit(cache=True, fastmath=False)(function))
+    """Compile `function` to machine code at its first call, with the floating-point rules of IEEE 754 kept.
+
+    It runs without Python's lock: several threads at once, each on arrays of its own.
+    """
+    return cast(Callable[Parameters, Result], numba.njit(cache=True, fastmath=False, nogil=True)(function))

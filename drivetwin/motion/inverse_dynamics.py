@@ -113,12 +113,11 @@ class Model:
         for link in self._links(joints):
             self._follow(link, qpos, qvel, qacc, reduction)
         torque = np.empty((rows, mj.nv))
+        q, v, a, needed = data.qpos, data.qvel, data.qacc, data.qfrc_inverse
         for row in range(rows):
-            data.qpos[:] = qpos[row]
-            data.qvel[:] = qvel[row]
-            data.qacc[:] = qacc[row]
+            q[:], v[:], a[:] = qpos[row], qvel[row], qacc[row]
             mujoco.mj_inverse(mj, data)
-            torque[row] = data.qfrc_inverse
+            torque[row] = needed
         return np.asarray(np.einsum("nv,nvk->nk", torque, reduction), dtype=np.float64)
 
     def _follow(self, link: _Follower, qpos: Samples, qvel: Samples, qacc: Samples, reduction: Samples) -> None:

@@ -66,10 +66,9 @@ class FrictionLaw:
 
     def resistance(self, motion: Motion) -> NDArray[np.float64]:
         """Torque against the motion, (n,), in sliding; zero at rest, where stiction holds what it must; or that of bristles."""
-        sign, speed = np.sign(motion.velocity), np.abs(motion.velocity)
-        slope = self.viscous + sign * self.viscous_asymmetry + self.quadratic * speed + self.cubic * speed**2
-        beside = np.abs(sign) * self.coulomb_asymmetry + slope * motion.velocity
-        return np.asarray(self._held(motion) + self.warmth(motion) * beside)
+        torque = self._held(motion)
+        _beside(records([(self,)])[0], self.warmth(motion), motion.velocity, torque)
+        return torque
 
     def level(self, motion: Motion) -> NDArray[np.float64]:
         """What w level is on the way, (n,)."""
@@ -81,7 +80,9 @@ class FrictionLaw:
 
     def varying_level(self, motion: Motion) -> NDArray[np.float64]:
         """The part of level, (n,), that load and position make."""
-        level = self.load_coefficient * np.abs(motion.torque)
+        level = np.zeros_like(motion.velocity)
+        if self.load_coefficient != 0.0:
+            level = level + self.load_coefficient * np.abs(motion.torque)
         if self.position_amplitude != 0.0:
             wave = np.sin(2.0 * pi * motion.position / self.position_period + self.position_phase)
             level = level + self.position_amplitude * wave
@@ -170,6 +171,18 @@ def bristles_torque(law, anchors, level, q, v):  # type: ignore[no-untyped-def]
 
 
 @compiled
+def _beside(law, warmth, velocity, torque) -> None:  # type: ignore[no-untyped-def]
+    """Add to torque (n,) what a joint feels beside its level on a motion (n,)."""
+    offset, viscous, asymmetry = law.coulomb_asymmetry, law.viscous, law.viscous_asymmetry
+    quadratic, cubic = law.quadratic, law.cubic
+    for k in range(velocity.shape[0]):
+        v, speed = velocity[k], abs(velocity[k])
+        direction = 1.0 if v > 0.0 else -1.0 if v < 0.0 else 0.0
+        slope = viscous + direction * asymmetry + quadratic * speed + cubic * speed**2
+        torque[k] += warmth[k] * (abs(direction) * offset + slope * v)
+
+
+@compiled
 def _stroke(law, level, position, velocity, torque) -> None:  # type: ignore[no-untyped-def]
     """Torque (n,) of bristles, relaxed at first, on a motion (n,)."""
     anchors = np.full(BRISTLES, position[0])
@@ -190,6 +203,10 @@ class Friction:
     ) -> None:
         self._laws = records(list(zip(laws, places, strict=True)))
         self._arrays = (brakes, data.qvel, model.dof_frictionloss, data.qfrc_applied)
+
+    def set_level(self, axis: int, law: FrictionLaw) -> None:
+        """Let an axis have the coulomb friction and the stiction of another law from now on."""
+        _set_level(self._laws, axis, law)
 
     def act(self) -> None:
         """Set the friction of the coming step; it comes first, and what else acts adds to it."""
@@ -213,6 +230,16 @@ class VaryingFriction:
         self._state = (data.qpos, data.qvel, data.ctrl)
         self._written = (model.dof_frictionloss, data.qfrc_applied, model.dof_damping, model.dof_dampingpoly)
 
+    def set_level(self, axis: int, law: FrictionLaw) -> None:
+        """As that of Friction; nothing, where the axis's friction depends on the velocity alone."""
+        _set_level(self._laws, axis, law)
+
     def act(self) -> None:
         """Change the friction of the coming step by what it depends on."""
         _vary(self._laws, self._anchors, self._brakes, self._data.time, *self._state, *self._written)
+
+
+def _set_level(laws: NDArray[np.void], axis: int, law: FrictionLaw) -> None:
+    meant = laws["axis"] == axis
+    laws["coulomb"][meant] = law.coulomb
+    laws["static_torque"][meant] = law.static_torque

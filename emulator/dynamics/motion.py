@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,13 @@ class Motion:
     rigid_torque: NDArray[np.float64]
     inertia: NDArray[np.float64]
     rotor_inertia: float
+    _kept: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
+
+    def kept(self, key: Hashable, made: Callable[[Motion], NDArray[np.float64]]) -> NDArray[np.float64]:
+        """What is made of this motion for a key, made once: what every effect that is tried on an axis asks again."""
+        if key not in self._kept:
+            self._kept[key] = made(self)
+        return self._kept[key]
 
     @property
     def period(self) -> float:

@@ -32,6 +32,11 @@ def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     return np.asarray(motion.rotor_inertia * motion.acceleration + load)
 
 
+def needed_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+    """The same of the axis on which effects are tried, computed once a motion."""
+    return motion.kept(axis, lambda same: motor_torque(same, axis))
+
+
 def _weight(motion: Motion) -> NDArray[np.float64]:
     """What the rigid machine needs beside its inertia, (n,)."""
     return np.asarray(motion.rigid_torque - motion.inertia * motion.acceleration)

@@ -138,7 +138,14 @@ class UnevenTransmissions:
         self._rows = records(transmissions)
         self._read = (data.qpos, motor_angle)
         links = model.dof_M0[self._rows["dof"]] - self._rows["motor_inertia"]
+        self._model = model
+        self._links = links
         self._act = (links, data.qpos, data.qvel, data.ctrl, model.dof_armature, model.dof_M0, data.qfrc_applied)
+
+    def take_links(self) -> None:
+        """Take over what hangs on the joints: dof_M0 was computed anew, with the armatures as they are now."""
+        dofs = self._rows["dof"]
+        self._links[:] = self._model.dof_M0[dofs] - self._model.dof_armature[dofs]
 
     def read(self) -> None:
         """Take the error off the motor angles that a constant ratio gives."""

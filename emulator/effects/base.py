@@ -133,4 +133,4 @@ class FrictionEffect(StaticEffect):
         return replace(axis, friction=self.change(axis.friction))
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return self.change(axis.friction).resistance(motion) - axis.friction.resistance(motion)
+        return self.change(axis.friction).resistance(motion) - motion.kept(axis.friction, axis.friction.resistance)

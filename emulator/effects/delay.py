@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import motor_torque
+from emulator.dynamics.replay import needed_torque
 from emulator.effects.base import TIME, AxisEffect, Parameter, Start
 
 
@@ -29,7 +29,7 @@ class Delay(AxisEffect):
         return replace(axis, encoder=replace(axis.encoder, delay=self.delay))
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        torque = motor_torque(motion, axis)
+        torque = needed_torque(motion, axis)
         return np.asarray(np.interp(motion.time + self.delay, motion.time, torque) - torque)
 
     @classmethod

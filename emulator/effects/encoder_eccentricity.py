@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import motor_torque
+from emulator.dynamics.replay import motor_torque, needed_torque
 from emulator.effects.base import ANGLE, POSITION, AxisEffect, Parameter, Start
 from emulator.effects.waves import amplitude_and_phase
 
@@ -38,7 +38,7 @@ class EncoderEccentricity(AxisEffect):
         return replace(axis, encoder=replace(axis.encoder, eccentricity=self.amplitude, phase=self.phase))
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return motor_torque(self._truth(motion, axis.gear_ratio), axis) - motor_torque(motion, axis)
+        return motor_torque(self._truth(motion, axis.gear_ratio), axis) - needed_torque(motion, axis)
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

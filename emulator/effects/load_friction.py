@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.dynamics.replay import motor_torque
+from emulator.dynamics.replay import needed_torque
 from emulator.effects.base import NUMBER, FrictionEffect, Parameter, Start
 
 
@@ -36,7 +36,7 @@ class LoadFriction(FrictionEffect):
 
         The measured torque would explain itself, the better the larger the coefficient.
         """
-        needed = motor_torque(motion, axis)
+        needed = needed_torque(motion, axis)
         return np.asarray(needed / (1.0 - self.coefficient * np.sign(needed * motion.velocity)) - needed)
 
     @classmethod

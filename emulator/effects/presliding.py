@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import motor_torque
+from emulator.dynamics.replay import motor_torque, needed_torque
 from emulator.effects.base import DAMPING, STIFFNESS, AxisEffect, Parameter, Start
 from emulator.effects.waves import travel
 
@@ -39,7 +39,7 @@ class Presliding(AxisEffect):
         return self._on(axis)
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return motor_torque(motion, self._on(axis)) - motor_torque(motion, axis)
+        return motor_torque(motion, self._on(axis)) - needed_torque(motion, axis)
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:

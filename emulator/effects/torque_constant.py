@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import motor_torque
+from emulator.dynamics.replay import needed_torque
 from emulator.effects.base import NUMBER, AxisEffect, Parameter, Start, StaticEffect
 
 
@@ -32,7 +32,7 @@ class TorqueConstant(StaticEffect):
         return replace(axis, motor=replace(axis.motor, constant_error=self.error))
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return -self.error / (1.0 + self.error) * motor_torque(motion, axis)
+        return -self.error / (1.0 + self.error) * needed_torque(motion, axis)
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

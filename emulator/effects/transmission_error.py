@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import motor_torque
+from emulator.dynamics.replay import motor_torque, needed_torque
 from emulator.effects.base import ANGLE, NUMBER, POSITION, AxisEffect, Parameter, Start
 from emulator.effects.waves import amplitude_and_phase, orders, unexplained
 
@@ -45,7 +45,7 @@ class TransmissionError(AxisEffect):
         return self._on(axis)
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return motor_torque(motion, self._on(axis)) - motor_torque(motion, axis)
+        return motor_torque(motion, self._on(axis)) - needed_torque(motion, axis)
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:

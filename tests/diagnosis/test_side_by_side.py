@@ -1,0 +1,74 @@
+"""However many threads there are, answers come in the order of what was asked, and are the same."""
+
+from __future__ import annotations
+
+import threading
+
+import numba
+import numpy as np
+import pytest
+from rig_bench import compared, strokes
+
+from diagnosis.comparison import Comparison
+from diagnosis.result import Array
+from diagnosis.side_by_side import side_by_side
+from drivetwin.errors import UserError
+from emulator.effects.backlash import Backlash
+
+THREADS = [1, 3]
+
+
+def with_threads(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    """As a process that was started with NUMBA_NUM_THREADS=count."""
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", count)
+
+
+@pytest.mark.parametrize("count", THREADS)
+def test_answers_come_in_the_order_of_what_was_asked(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    with_threads(monkeypatch, count)
+    last_is_done = threading.Event()
+
+    def squared(number: int) -> int:
+        if number == 2:
+            last_is_done.set()
+        elif count > 1:
+            assert last_is_done.wait(10.0)  # so that the first of three ends last
+        return number**2
+
+    assert side_by_side(squared, range(3)) == [0, 1, 4]
+
+
+@pytest.mark.parametrize("count", THREADS)
+def test_the_first_failure_is_the_one_that_is_raised(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    with_threads(monkeypatch, count)
+
+    def refused(number: int) -> int:
+        if number > 1:
+            raise UserError(f"no {number}")
+        return number
+
+    with pytest.raises(UserError, match="no 2"):
+        side_by_side(refused, range(6))
+
+
+def test_one_thread_is_the_callers_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    with_threads(monkeypatch, 1)
+    assert set(side_by_side(lambda _: threading.get_ident(), range(4))) == {threading.get_ident()}
+
+
+def test_predictions_are_the_same_to_the_last_bit(
+    tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = []
+    for count in THREADS:
+        with_threads(monkeypatch, count)
+        comparison = compared(tmp_path_factory.mktemp("rig"), strokes(1, 20.0))
+        found.append(predicted(comparison))
+    assert len(found[0]) > 10
+    np.testing.assert_array_equal(found[0], found[1])
+
+
+def predicted(comparison: Comparison) -> list[Array]:
+    """What every start of a search for backlash costs."""
+    dynamics = comparison.simulation.dynamics()["turn"]
+    return [column for tried in comparison.starts("turn", Backlash, dynamics) for column in tried.columns]
