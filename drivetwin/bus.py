@@ -1,4 +1,4 @@
-"""Bus names: a SocketCAN interface, `inproc`, or ws://127.0.0.1:PORT; each becomes a python-can bus."""
+"""Bus names: a SocketCAN interface, `inproc`, ws://127.0.0.1:PORT, or unix:PATH; each becomes a python-can bus."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from can_remote.server import ClientRequestHandler, RemoteServerError, RemoteSer
 from can_remote.websocket import WebSocket, WebsocketClosed, get_accept_key
 
 from drivetwin.errors import UserError
+from drivetwin.unix_bus import PREFIX, UnixBus, UnixHost, socket_path
 
 SOCKETCAN = re.compile(r"(v?can|vxcan|slcan)\d+")
 COPPER = re.compile(r"(can|slcan)\d+")
@@ -133,6 +134,11 @@ def open_bus(name: str) -> can.BusABC:
             return WebsocketBus(f"ws://{address.host}:{address.port}")
         except (OSError, can.CanError, HTTPException, AssertionError, WebsocketClosed) as error:
             raise UserError(f"no bus at {name} ({error}); start one with: drivetwin emulate --bus {name}") from None
+    if name.startswith(PREFIX):
+        try:
+            return UnixBus(socket_path(name))
+        except OSError as error:
+            raise UserError(f"no bus at {name} ({error.strerror}); start one with: drivetwin emulate --bus {name}") from None
     if SOCKETCAN.fullmatch(name):
         return _socketcan(name)
     raise _unknown(name)
@@ -150,16 +156,30 @@ class HostedBus:
 def host_bus(name: str) -> HostedBus:
     """Open the emulator's end of a bus; for ws:// start the server, on loopback only. Port 0 takes a free one.
 
+    For unix: make the socket, which is removed when the bus closes.
+
     Raises UserError for a name that no other process can join, an address that is not loopback, or a port in use.
     """
     if name.startswith("ws://"):
         return _host_remote(_loopback(name))
+    if name.startswith(PREFIX):
+        return _host_unix(name)
     if name == INPROC:
         raise UserError("inproc joins nobody outside this process; give --bus vcan0 or --bus ws://127.0.0.1:54701")
     if SOCKETCAN.fullmatch(name):
         bus = _socketcan(name)
         return HostedBus(bus, name, bus.shutdown)
     raise _unknown(name)
+
+
+def _host_unix(name: str) -> HostedBus:
+    try:
+        host = UnixHost(socket_path(name))
+    except OSError as error:
+        raise UserError(
+            f"cannot offer {name} ({error.strerror}); choose a path that does not exist yet, in a folder that you may write to"
+        ) from None
+    return HostedBus(host, name, host.shutdown)
 
 
 @dataclass(frozen=True)
@@ -272,4 +292,4 @@ def _socketcan(name: str) -> can.BusABC:
 
 
 def _unknown(name: str) -> UserError:
-    return UserError(f"unknown bus {name!r}; expected vcan0 or can0 (SocketCAN), inproc, or ws://127.0.0.1:PORT")
+    return UserError(f"unknown bus {name!r}; expected vcan0 or can0 (SocketCAN), unix:PATH, inproc, or ws://127.0.0.1:PORT")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from emulator.assembly import DrivenJoint, assemble, check_time_step, motor_joint
 from emulator.compiled import compiled
-from emulator.dynamics import AxisDynamics
+from emulator.dynamics import AxisDynamics, FrictionLaw
 from emulator.dynamics.encoder import Encoders
 from emulator.dynamics.friction import Friction, VaryingFriction
 from emulator.dynamics.load import Loads
@@ -19,6 +20,7 @@ from emulator.dynamics.place import Place
 from emulator.dynamics.records import acting
 from emulator.dynamics.transmission import ElasticTransmissions, UnevenTransmissions
 from emulator.effects import PlacedEffect
+from emulator.effects.model_tree import outermost
 
 
 @compiled
@@ -41,8 +43,12 @@ class Mechanism:
 
         Raises UserError for an effect on an axis that it has not, in a wrong unit, or that makes no mechanism.
         """
+        carriers = [outermost(spec, spec.joint(drive.joint).parent) for drive in drives.values()]
         self.dynamics = assemble(spec, drives, effects)
         self.model = spec.compile()
+        self._carriers = np.array([body.id for body in carriers])
+        self._masses = self.model.body_mass.copy()
+        self._loads = np.zeros(len(carriers))
         self.data = mujoco.MjData(self.model)
         places = [_place(self.model, number, drives[name], axis) for number, (name, axis) in enumerate(self.dynamics.items())]
         self._gear = np.array([place.gear for place in places])
@@ -62,6 +68,24 @@ class Mechanism:
     def joint_velocities(self) -> NDArray[np.float64]:
         """True joint velocities (n,) [rad/s or m/s]."""
         return np.asarray(self.data.qvel[self._dofs])
+
+    def set_friction(self, axis: int, law: FrictionLaw) -> None:
+        """Change the friction of an axis from the coming step on: level and stiction; viscous terms stay as they were built."""
+        name = list(self.dynamics)[axis]
+        self.dynamics[name] = replace(self.dynamics[name], friction=law)
+        for friction in self._frictions:
+            friction.set_level(axis, law)
+
+    def set_load(self, axis: int, mass: float) -> None:
+        """Let a point mass [kg] ride at the centre of mass of the outermost body that the axis moves; 0: none."""
+        self._loads[axis] = mass
+        body = self._carriers[axis]
+        self.model.body_mass[body] = self._masses[body] + self._loads[self._carriers == body].sum()
+        mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
+        for part in self._acting:
+            if isinstance(part, UnevenTransmissions):
+                part.take_links()
+        self.inertia = self._axis_inertia()
 
     def read(self) -> None:
         """What the encoders say now."""
@@ -103,9 +127,12 @@ class Mechanism:
         self._acting: list[Friction | VaryingFriction | Loads | Motors | ElasticTransmissions | UnevenTransmissions] = []
         if motors := acting([axis.motor for axis in axes], places):
             self._acting.append(Motors(motors, data))
-        self._acting.append(Friction([axis.friction for axis in axes], places, self.brakes, model, data))
+        self._frictions: list[Friction | VaryingFriction] = [
+            Friction([axis.friction for axis in axes], places, self.brakes, model, data)
+        ]
         if varying := acting([axis.friction for axis in axes], places):
-            self._acting.append(VaryingFriction(varying, self.brakes, model, data))
+            self._frictions.append(VaryingFriction(varying, self.brakes, model, data))
+        self._acting += self._frictions
         if loads := acting([axis.load for axis in axes], places):
             self._acting.append(Loads(loads, data))
         transmissions = acting([axis.transmission for axis in axes], places)

@@ -12,6 +12,7 @@ from emulator.assembly import DrivenJoint
 from emulator.drive.servo import SERVO_PERIOD, ServoBank, filter_share
 from emulator.dynamics import FrictionLaw
 from emulator.effects import PlacedEffect
+from emulator.incidents import Incidents
 from emulator.machine import Axis, Machine
 from emulator.mechanism import Mechanism
 
@@ -19,13 +20,15 @@ from emulator.mechanism import Mechanism
 class Plant:
     """The mechanism of one machine, stepped at the servo period.
 
-    Knows the truth. Drives see it through `motor_position` only; nothing here is reachable from the bus.
+    Knows the truth. Drives see it through `motor_position` only; nothing here is reachable from the bus. `incidents` are what
+    befalls it while it runs.
     """
 
     def __init__(self, machine: Machine, effects: tuple[PlacedEffect, ...]) -> None:
         spec = mujoco.MjSpec.from_file(str(machine.model_path))
         spec.option.timestep = SERVO_PERIOD
         self._mechanism = Mechanism(spec, {name: _drive(axis) for name, axis in machine.axes.items()}, effects)
+        self.incidents = Incidents(self._mechanism)
         self.model, self.data = self._mechanism.model, self._mechanism.data
         self.motor_position, self.motor_torque = self._mechanism.motor_position, self._mechanism.motor_torque
 
@@ -51,15 +54,19 @@ class Plant:
 
     def advance(self, servos: ServoBank) -> None:
         """Run `servos.periods` servo periods: encoder, loops, torque, friction, one step of the plant each."""
-        mechanism = self._mechanism
+        mechanism, incidents = self._mechanism, self.incidents
         mechanism.brakes[:] = servos.brakes
+        if incidents.rising:
+            incidents.raise_friction()
         for period in range(servos.periods):
             mechanism.read()
+            if incidents.misreadings and period == servos.periods - 1:
+                incidents.misread_now()
             servos.run(period, self.motor_position, self.motor_torque)
             mechanism.step()
 
     def truth(self) -> dict[str, dict[str, float]]:
-        """True parameters of each axis: inertia at qpos0 (motor included) and friction; joint side, SI.
+        """True parameters of each axis as they are now: inertia at qpos0 (motor included) and friction; joint side, SI.
 
         Told only by the emulator's owner, after a fit; never on the bus.
         """

@@ -8,9 +8,11 @@ from pathlib import Path
 import can
 
 from drive_profiles import DriveProfile
+from emulator.canopen.alarms import Alarms
 from emulator.canopen.parameter_store import ParameterStore
 from emulator.clock import DEFAULT_CYCLE, Clock
 from emulator.drive.drive import Drive
+from emulator.drive.hardware import Hardware
 from emulator.drive.servo import SERVO_PERIOD, Servo, ServoBank
 from emulator.effects import PlacedEffect
 from emulator.faults import FaultyWire
@@ -27,7 +29,8 @@ REQUEST_WAIT = 0.001
 class VirtualMachine:
     """Drives of one type on a machine's axes, joined to a bus by `receive` (frames in) and `transmit` (frames out).
 
-    `wires` are the drives' own, in the order of the axes: faults of the bus are injected there.
+    `wires` are the drives' own, in the order of the axes: faults of the bus are injected there. `alarms` ring at the end of the
+    first cycle by which their time has come. A drive that loses its power is another one in `drives` when it is back.
 
     Single-threaded: whoever owns the bus calls `receive` for each frame and `poll` when none comes.
     """
@@ -49,24 +52,16 @@ class VirtualMachine:
         """
         self.machine = machine
         self.plant = Plant(machine, effects) if plant is None else plant
+        self.alarms = Alarms()
+        self._profile = profile
+        self._store = store
         self._servos = ServoBank(len(machine.axes), seed)
         self._clock = clock
         self._transmit = transmit
         self._time = 0.0
         self._requests: list[Callable[[], None]] = []
         self.wires = [FaultyWire(self._send, self.now) for _ in machine.axes]
-        self.drives = [
-            Drive(
-                profile,
-                axis,
-                Servo(self._servos, index),
-                float(self.plant.motor_position[index]),
-                self.wires[index].transmit,
-                self.now,
-                ParameterStore(store / f"{name}.json") if store is not None else None,
-            )
-            for index, (name, axis) in enumerate(machine.axes.items())
-        ]
+        self.drives = [self._drive(number) for number in range(len(machine.axes))]
         self.plant.equip(self._servos)
         self._nodes = [(wire, drive.device) for wire, drive in zip(self.wires, self.drives, strict=True)]
         for wire, device in self._nodes:
@@ -76,6 +71,15 @@ class VirtualMachine:
         """Every drive boots and says so on the bus."""
         for drive in self.drives:
             drive.power_on()
+
+    def switch_off(self, axis: int) -> None:
+        """Take the power from the drive of an axis, by its number: no torque, brake engaged, nothing on the bus."""
+        self._exchange(axis, None)
+
+    def switch_on(self, axis: int, node_id: int | None = None) -> None:
+        """Give it back: the drive boots and knows only what it has stored. `node_id` is another than the machine's own."""
+        self._exchange(axis, node_id)
+        self.drives[axis].power_on()
 
     def now(self) -> float:
         """Simulated time [s]."""
@@ -120,6 +124,31 @@ class VirtualMachine:
         """Communication cycle [s]: 1006h of the first drive that has one, or 1 ms; in whole servo periods, 10 s at most."""
         return self._periods() * SERVO_PERIOD
 
+    def _drive(self, number: int, node_id: int | None = None, hardware: Hardware | None = None) -> Drive:
+        """The drive of an axis as it leaves the factory, with what it has stored, not yet switched on."""
+        name, axis = list(self.machine.axes.items())[number]
+        drive = Drive(
+            self._profile,
+            axis if node_id is None else axis.model_copy(update={"node_id": node_id}),
+            Servo(self._servos, number),
+            float(self.plant.motor_position[number]),
+            self.wires[number].transmit,
+            self.now,
+            ParameterStore(self._store / f"{name}.json") if self._store is not None else None,
+            hardware,
+        )
+        if node_id is not None and drive.device.lss is not None:
+            drive.device.lss.node_id = node_id
+        return drive
+
+    def _exchange(self, number: int, node_id: int | None) -> None:
+        self._servos.reset(number)
+        drive = self._drive(number, node_id, self.drives[number].hardware)
+        self.plant.equip(self._servos)
+        self.drives[number] = drive
+        self._nodes[number] = (self.wires[number], drive.device)
+        self.wires[number].join(drive.device)
+
     def _run_cycles_at_sync(self) -> None:
         for _ in range(self._clock.cycles_at_sync(self.cycle())):
             self._run_cycle()
@@ -139,6 +168,8 @@ class VirtualMachine:
             drive.after()
         for _, device in self._nodes:
             device.tick()
+        if self._time >= self.alarms.due:
+            self.alarms.tick(self._time)
 
     def _send(self, cob_id: int, data: bytes) -> None:
         self._transmit(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False, timestamp=self._time))

@@ -17,6 +17,7 @@ from drivetwin.cli.diagnose import diagnose_command
 from drivetwin.cli.eds import eds_command
 from drivetwin.cli.emulate import emulate_command
 from drivetwin.cli.excite import excite_command
+from drivetwin.cli.fault import PARAMETERS, fault_command
 from drivetwin.cli.fit import fit_command
 from drivetwin.cli.identify import identify_command
 from drivetwin.cli.import_ import import_command
@@ -42,6 +43,7 @@ app.command("diagnose", cls=ManyToValidate)(diagnose_command)
 app.command("eds")(eds_command)
 app.command("emulate")(emulate_command)
 app.command("excite")(excite_command)
+app.command("fault", context_settings=PARAMETERS)(fault_command)
 app.command("fit")(fit_command)
 app.command("identify")(identify_command)
 app.command("import")(import_command)
@@ -54,7 +56,10 @@ INTERRUPTED = 130
 
 
 def main() -> None:
-    """Run the command line; whatever a user can set right is one line on stderr and exit status 2, Ctrl-C is 130."""
+    """Run the command line; whatever a user can set right is one line on stderr and exit status 2, Ctrl-C is 130.
+
+    A command may exit with a status of its own, which says what it found.
+    """
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
     for library in ("can", "canopen"):
         logging.getLogger(library).setLevel(logging.CRITICAL)  # what they log is raised as well
@@ -74,6 +79,7 @@ def main() -> None:
         _end(f"{message}; see: drivetwin --help", UserError.exit_status)
     if status == INTERRUPTED:
         _end("interrupted", INTERRUPTED)
+    sys.exit(status)
 
 
 def _end(message: str, status: int) -> NoReturn:

@@ -11,6 +11,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from drivetwin.copper.bit_rate import read_bit_rate
 from drivetwin.copper.load import Load, Overruns, Window
 from drivetwin.copper.log import Log, read_log
 from drivetwin.copper.services import AT_LEISURE
@@ -18,9 +19,6 @@ from drivetwin.errors import UserError
 
 MOST_LOAD = 0.8
 """Share of the wire beyond which a bus counts as too full: the rest is for what nobody has planned."""
-
-BIT_RATES = range(10_000, 1_000_001)
-"""What CANopen runs at (CiA 301) [bit/s]."""
 
 console = Console(width=max(100, Console().width))
 
@@ -38,7 +36,7 @@ def bus_load_command(
 
     Example: drivetwin bus-load out/identify/bus.log --bit-rate 1M
     """
-    rate, length = _bit_rate(bit_rate), _seconds(window)
+    rate, length = read_bit_rate(bit_rate), _seconds(window)
     read = read_log(log, channel)
     load = _load(log, read)
     whole, worst, overruns = load.whole(), load.worst(length), load.overruns(rate)
@@ -47,15 +45,6 @@ def bus_load_command(
     console.print(_table(log, rate, whole, worst))
     for line in [*_notes(read, whole), *_without_waiting(rate, load, worst), _verdict(rate, worst, overruns)]:
         console.print(line, highlight=False, soft_wrap=True)
-
-
-def _bit_rate(text: str) -> int:
-    factors = {"": 1, "k": 1_000, "M": 1_000_000}
-    found = re.fullmatch(r"(\d+(?:\.\d+)?)([kM]?)", text)
-    rate = round(float(found[1]) * factors[found[2]]) if found else 0
-    if rate not in BIT_RATES:
-        raise UserError(f"--bit-rate {text} is no bit rate of a classic CAN bus; write 1M, 500k, 250k or 125k (10k to 1M)")
-    return rate
 
 
 def _seconds(text: str) -> float:

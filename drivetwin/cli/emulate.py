@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -13,9 +14,12 @@ import typer
 from drive_profiles import load_profile
 from drive_profiles.eds_profile import profile_from_eds
 from drive_profiles.snapshot import read_snapshot
-from drivetwin.bus import host_bus
+from drivetwin.bus import Peer, host_bus
+from drivetwin.copper.bit_rate import read_bit_rate
 from drivetwin.errors import UserError
 from emulator.clock import CLOCKS
+from emulator.control import serve_control
+from emulator.copper import COPPER, CopperBus
 from emulator.effects import read_effects
 from emulator.machine import load_machine
 from emulator.modbus import serve_modbus
@@ -49,6 +53,12 @@ def emulate_command(
     snapshot: Annotated[
         list[Path] | None, typer.Option(help="What `drivetwin snapshot` read of a drive; loaded into the node it names.")
     ] = None,
+    bit_rate: Annotated[
+        str | None, typer.Option(help="Make the bus copper of 1M, 500k, 250k or 125k: frames take time, queue, come late.")
+    ] = None,
+    control: Annotated[
+        Path | None, typer.Option(metavar="PATH", help="A Unix socket on which `drivetwin fault` makes things go wrong.")
+    ] = None,
 ) -> None:
     """Put a virtual machine's drives on a bus and let any master command them.
 
@@ -62,18 +72,24 @@ def emulate_command(
     chosen = load_machine(machine)
     effects = read_effects(truth_path(chosen, truth))
     drive_type = load_profile(profile) if eds is None else profile_from_eds(eds, load_profile(profile))
+    copper = None if bit_rate is None else read_bit_rate(bit_rate)
+
+    def connect(transmit: Callable[[can.Message], None]) -> VirtualMachine:
+        return VirtualMachine(chosen, drive_type, effects, CLOCKS[clock](), seed, transmit, store)
+
     hosted = host_bus(bus)
     try:
-        virtual = VirtualMachine(chosen, drive_type, effects, CLOCKS[clock](), seed, hosted.bus.send, store)
+        joined = connect(hosted.bus.send) if copper is None else COPPER[clock](copper, connect, hosted.bus.send)
+        virtual = joined.virtual if isinstance(joined, CopperBus) else joined
         for file in snapshot or ():
             load_snapshot(virtual.drives, read_snapshot(file), file)
         nodes = ", ".join(f"{axis.node_id} {name}" for name, axis in chosen.axes.items())
         ended = _end_on_signals()
-        with serve_modbus(virtual, modbus, modbus_serial) as ports:
-            where = ", ".join((hosted.name, *ports))
+        with serve_modbus(virtual, modbus, modbus_serial) as ports, serve_control(virtual, control) as doors:
+            where = ", ".join((hosted.name, *ports, *doors))
             print(f"{machine}: {profile} drives, nodes {nodes}, on {where}, clock {clock}. Ctrl-C ends.", flush=True)
-            virtual.power_on()
-            _serve(virtual, hosted.bus, ended)
+            joined.power_on()
+            _serve(joined, hosted.bus, ended)
     finally:
         hosted.close()
 
@@ -86,10 +102,10 @@ def _end_on_signals() -> threading.Event:
     return ended
 
 
-def _serve(virtual: VirtualMachine, bus: can.BusABC, ended: threading.Event) -> None:
+def _serve(joined: Peer, bus: can.BusABC, ended: threading.Event) -> None:
     while not ended.is_set():
-        pause = virtual.wait()
+        pause = joined.wait()
         message = bus.recv(POLL if pause is None else pause)
         if message is not None:
-            virtual.receive(message)
-        virtual.poll()
+            joined.receive(message)
+        joined.poll()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import insort
 from collections import deque
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import NamedTuple
 
 from drivetwin.copper.frame_bits import INTERMISSION, Frame, frame_bits
@@ -37,8 +39,9 @@ class _Waiting(NamedTuple):
 class Wire:
     """A wire of one bit rate, without errors.
 
-    Each node sends in the order in which it was handed its frames, as SocketCAN's queue does; between nodes the identifier
-    arbitrates, and what is on the wire is never interrupted (ISO 11898-1). Queues have no end: what does not fit is late.
+    Each node sends in the order of the times at which it was handed its frames, as SocketCAN's queue does; between nodes the
+    identifier arbitrates, and what is on the wire is never interrupted (ISO 11898-1). Queues have no end: what does not fit is
+    late.
     """
 
     def __init__(self, bit_rate: int) -> None:
@@ -49,41 +52,62 @@ class Wire:
         self._settled = 0
 
     def hand_in(self, sender: int, frame: Frame, at: float) -> None:
-        """A node wants to send from the time `at` [s] on.
+        """A node wants to send from the time `at` [s] on; of frames with equal times the one handed in first goes first.
 
-        Raises ValueError where `at` lies before the time up to which the wire was run, or before the node's last frame.
+        Raises ValueError where `at` lies before the time up to which the wire was run.
         """
-        queue = self._queues.setdefault(sender, deque())
         since = round(at * NANOSECONDS)
-        earliest = max(self._settled, queue[-1].since if queue else 0)
-        if since < earliest:
+        if since < self._settled:
             raise ValueError(
                 f"{frame.identifier:03X}h of node {sender} is handed in at {at:.9f} s, but the wire has come to "
-                f"{earliest / NANOSECONDS:.9f} s; hand frames in by their time"
+                f"{self.settled:.9f} s; hand frames in by their time"
             )
-        queue.append(_Waiting(frame, since))
+        insort(self._queues.setdefault(sender, deque()), _Waiting(frame, since), key=attrgetter("since"))
 
     def run(self, until: float) -> list[Transmission]:
         """The frames that start before `until` [s], in the order of the wire; `received` may be later.
 
         A frame that is handed in at `until` still takes part in the arbitration of that instant.
         """
-        self._settled = max(self._settled, round(until * NANOSECONDS))
         done = []
-        while self._waiting():
-            start = max(self._free, min(queue[0].since for queue in self._queues.values() if queue))
-            if start >= self._settled:
-                break
-            done.append(self._transmit(start))
+        while (sent := self.step(until)) is not None:
+            done.append(sent)
+        self._settled = max(self._settled, round(until * NANOSECONDS))
         return done
+
+    def step(self, until: float) -> Transmission | None:
+        """The next frame, if it starts before `until` [s]; who answers it hands in the answer before the next step."""
+        start = self._next_start()
+        if start is None or start > until * NANOSECONDS - 0.5:  # equal in whole nanoseconds is not before
+            return None
+        self._settled = start + 1
+        return self._transmit(start)
+
+    @property
+    def settled(self) -> float:
+        """The time up to which the wire was run [s]: no frame can be handed in before it."""
+        return self._settled / NANOSECONDS
+
+    @property
+    def free(self) -> float:
+        """When the last frame and its intermission are over [s]."""
+        return self._free / NANOSECONDS
+
+    @property
+    def next_start(self) -> float | None:
+        """When the next frame starts, if no other is handed in before [s]; None where nothing waits."""
+        start = self._next_start()
+        return None if start is None else start / NANOSECONDS
 
     @property
     def backlog(self) -> int:
         """Frames that wait."""
         return sum(len(queue) for queue in self._queues.values())
 
-    def _waiting(self) -> bool:
-        return any(self._queues.values())
+    def _next_start(self) -> int | None:
+        """[ns]."""
+        first = min((queue[0].since for queue in self._queues.values() if queue), default=None)
+        return None if first is None else max(self._free, first)
 
     def _transmit(self, start: int) -> Transmission:
         """Let the winner of the arbitration at `start` [ns] have the wire."""

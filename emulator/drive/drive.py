@@ -70,7 +70,9 @@ class Drive:
         transmit: Callable[[int, bytes], None],
         now: Callable[[], float],
         store: ParameterStore | None = None,
+        hardware: Hardware | None = None,
     ) -> None:
+        """`hardware` is what stands around it already, where it takes the place of another drive."""
         self.profile = profile
         self.dictionary = ObjectDictionary.from_profile(profile, axis.node_id)
         objects.commission(self.dictionary, profile, axis)
@@ -78,7 +80,7 @@ class Drive:
         self.device = Device(axis.node_id, self.dictionary, transmit, now, store)
         if profile.lss:
             self.device.add_lss()
-        self.hardware = Hardware.of(axis)
+        self.hardware = Hardware.of(axis) if hardware is None else hardware
         self._increments_per_radian = default_increments_per_radian(axis.encoder.increments_per_revolution)
         quantum = encoder_quantum(axis.encoder.increments_per_revolution)
         angle = floor(power_on_angle / quantum) * quantum

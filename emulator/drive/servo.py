@@ -219,16 +219,25 @@ class ServoBank:
     def __init__(self, axes: int, seed: int) -> None:
         self.periods = 8
         self.parameters = np.zeros(axes, dtype=PARAMETERS)
-        self.parameters["encoder_alive"] = 1.0
-        for unlimited in UNLIMITED:
-            self.parameters[unlimited] = np.inf
         self.state = np.zeros(axes, dtype=STATE)
         self.loops = np.zeros(axes, dtype=np.int64)
         self.brakes = np.ones(axes, dtype=np.bool_)
         self._make_room(self.periods)
+        for axis in range(axes):
+            self.reset(axis)
         self._random = np.random.default_rng(seed)
         self._noise = np.zeros((0, axes))
         self._next_noise = 0
+
+    def reset(self, axis: int) -> None:
+        """Forget everything of an axis, whose loops are off and whose brake is engaged, as without power."""
+        for values in (self.parameters, self.state, self.loops):
+            values[axis] = 0
+        self.demand[:, axis] = 0.0
+        self.parameters["encoder_alive"][axis] = 1.0
+        for unlimited in UNLIMITED:
+            self.parameters[unlimited][axis] = np.inf
+        self.brakes[axis] = True
 
     def start_cycle(self, periods: int) -> None:
         """Make the demand views `periods` long."""

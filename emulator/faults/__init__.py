@@ -1,6 +1,5 @@
-"""What goes wrong between a drive and its bus: bus off, error passive, lost frames; injected, not simulated."""
+"""What goes wrong with drives, bus and machine, on request: one fault a file, found by `emulator.faults.library`."""
 
-from emulator.faults.loss import EveryNth, Loss, WithProbability
 from emulator.faults.wire import FaultyWire
 
-__all__ = ["EveryNth", "FaultyWire", "Loss", "WithProbability"]
+__all__ = ["FaultyWire"]

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Iterable
+from functools import partial
 from math import inf
 
 from emulator.canopen.device import Device
-from emulator.faults.loss import Loss
+from emulator.faults.frames import Carry, Direction, Disturbance, Frame
 
 
 class FaultyWire:
     """A drive's wire. `transmit` gets what the drive sends; `receive` and `sync` give it what the bus brings.
 
     While nothing is wrong `receive` and `sync` are the device's own, so a sound wire costs nothing. Bus off, a change of the
-    bit rate and losses may be present together.
+    bit rate and disturbances may be present together.
     """
 
     def __init__(self, transmit: Callable[[int, bytes], None], now: Callable[[], float]) -> None:
@@ -22,15 +23,18 @@ class FaultyWire:
         self._device: Device | None = None
         self._is_off = False
         self._silent_until = -inf
-        self._sending: Loss | None = None
-        self._receiving: Loss | None = None
+        self._disturbances: dict[Direction, dict[Hashable, Disturbance]] = {direction: {} for direction in Direction}
         self._out = transmit
+        self._outward: Carry = self._put_on_bus
+        self._inward: Carry = self._hand_over
         self.receive: Callable[[int, bytes, bool], None] = _to_nobody
         self.sync: Callable[[int | None], None] = _to_nobody
 
     def join(self, device: Device) -> None:
-        """Connect the drive's device."""
+        """Connect the drive's device, whose CAN controller starts anew; disturbances stay, as they are the wire's."""
         self._device = device
+        self._is_off = False
+        self._silent_until = -inf
         if device.lss is not None:
             device.lss.on_bit_timing.append(self.silence)
         self._connect()
@@ -69,14 +73,18 @@ class FaultyWire:
         """The error counters went down again."""
         self.device.error_active()
 
-    def lose_sent(self, loss: Loss | None) -> None:
-        """Lose frames that the drive sends; None: none any more."""
-        self._sending = loss
+    def disturb(self, direction: Direction, cause: Hashable, disturbance: Disturbance) -> None:
+        """Let frames of one direction, SYNC among those received, meet a disturbance too, until its cause is mended.
+
+        Frames meet the disturbances in the order in which these came.
+        """
+        self._disturbances[direction][cause] = disturbance
         self._connect()
 
-    def lose_received(self, loss: Loss | None) -> None:
-        """Lose frames that the drive would receive, SYNC among them; None: none any more."""
-        self._receiving = loss
+    def mend(self, cause: Hashable) -> None:
+        """Take away what a cause brought; nothing, where it brought nothing."""
+        for disturbances in self._disturbances.values():
+            disturbances.pop(cause, None)
         self._connect()
 
     def silence(self, seconds: float) -> None:
@@ -89,8 +97,11 @@ class FaultyWire:
     def _connect(self) -> None:
         """Put what is wrong between the device and the bus, and nothing where nothing is wrong."""
         interrupted = self._is_interrupted()
-        self._out = self._send if interrupted or self._sending is not None else self._bus
-        if interrupted or self._receiving is not None:
+        sent, received = self._disturbances[Direction.SENT], self._disturbances[Direction.RECEIVED]
+        self._outward = _chain(sent.values(), self._put_on_bus)
+        self._inward = _chain(received.values(), self._hand_over)
+        self._out = self._send if interrupted or sent else self._bus
+        if interrupted or received:
             self.receive, self.sync = self._give, self._give_sync
         else:
             self.receive, self.sync = self.device.receive, self.device.sync
@@ -99,20 +110,36 @@ class FaultyWire:
         return self._is_off or self._now() < self._silent_until
 
     def _send(self, cob_id: int, data: bytes) -> None:
-        if self._is_interrupted() or (self._sending is not None and self._sending.loses()):
-            return
-        self._bus(cob_id, data)
+        self._outward(Frame(cob_id, data))
+
+    def _put_on_bus(self, frame: Frame) -> None:
+        if not self._is_interrupted():
+            self._bus(frame.cob_id, frame.data)
 
     def _give(self, cob_id: int, data: bytes, remote: bool) -> None:
-        if not self._is_lost():
-            self.device.receive(cob_id, data, remote)
+        if not self._is_interrupted():
+            self._inward(Frame(cob_id, data, remote))
 
     def _give_sync(self, counter: int | None) -> None:
-        if not self._is_lost():
-            self.device.sync(counter)
+        self._give(self.device.sync_cob_id, b"" if counter is None else bytes((counter,)), False)
 
-    def _is_lost(self) -> bool:
-        return self._is_interrupted() or (self._receiving is not None and self._receiving.loses())
+    def _hand_over(self, frame: Frame) -> None:
+        if frame.cob_id == self.device.sync_cob_id and not frame.remote:
+            self.device.sync(frame.data[0] if frame.data else None)
+        else:
+            self.device.receive(frame.cob_id, frame.data, frame.remote)
+
+
+def _chain(disturbances: Iterable[Disturbance], end: Carry) -> Carry:
+    """The way through disturbances, in their order, to its end."""
+    carry = end
+    for disturbance in reversed(list(disturbances)):
+        carry = partial(_meet, disturbance, carry)
+    return carry
+
+
+def _meet(disturbance: Disturbance, carry: Carry, frame: Frame) -> None:
+    disturbance.meet(frame, carry)
 
 
 def _to_nobody(*_frame: object) -> None:

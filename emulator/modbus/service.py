@@ -5,7 +5,7 @@ No sockets and no threads are here: a PDU goes in, a PDU comes out.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 from drive_profiles.modbus_map import load_modbus_map
 from emulator.drive.drive import Drive
@@ -38,8 +38,17 @@ class Unit:
 class ModbusService:
     """Answers requests to the drives of one machine. To be called by the thread that owns the machine."""
 
-    def __init__(self, drives: Iterable[Drive]) -> None:
-        self.units = tuple(Unit(drive) for drive in drives)
+    def __init__(self, drives: Sequence[Drive]) -> None:
+        self._drives = drives
+        self._units = [Unit(drive) for drive in drives]
+
+    @property
+    def units(self) -> Sequence[Unit]:
+        """The drives as they are there now: one that had a power cycle is another."""
+        for number, drive in enumerate(self._drives):
+            if self._units[number].dictionary is not drive.dictionary:
+                self._units[number] = Unit(drive)
+        return self._units
 
     def answer(self, unit_id: int, pdu: bytes) -> bytes:
         """The answer to a request over TCP: always one, if need be an exception response."""

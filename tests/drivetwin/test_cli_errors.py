@@ -98,6 +98,7 @@ HALF_IDENTIFIED = FRICTION | {"axes": {"slide": {"parameters": COULOMB}}}
         ("emulate --machine robot", "unknown machine 'robot'; known are arm, scara, stage"),
         ("emulate --profile acme", "unknown drive profile 'acme'"),
         ("emulate --clock lunar", "unknown clock 'lunar'; expected realtime or sync"),
+        ("emulate --bit-rate 5M", "--bit-rate 5M is no bit rate of a classic CAN bus; write 1M, 500k, 250k or 125k"),
         ("emulate --bus inproc", "inproc joins nobody outside this process; give --bus vcan0 or --bus ws://"),
         ("emulate --bus ws://0.0.0.0:5000", "is not loopback on this machine"),
         ("emulate --bus vcan77", "cannot open vcan77"),
@@ -249,7 +250,8 @@ def test_a_drive_that_faults_in_the_middle(refused: Refused, monkeypatch: pytest
 
 
 def test_a_drive_that_dies_in_the_middle(refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Lockstep, "answer_timeout", 0.05)
+    monkeypatch.setattr(Lockstep, "first_answer", 0.05)
+    monkeypatch.setattr(Lockstep, "further_answer", 0.05)
 
     def die(machine: VirtualMachine) -> None:
         machine.wires[2].bus_off()

@@ -53,6 +53,31 @@ def test_a_node_sends_in_the_order_in_which_it_was_handed_its_frames() -> None:
     assert order(wire.run(until=1.0)) == [0x181, 0x201, 0x202, 0x080]
 
 
+def test_a_node_may_plan_a_frame_and_send_another_before_it() -> None:
+    wire = Wire(1_000_000)
+    wire.hand_in(1, STATUSWORD, 2e-3)
+    wire.hand_in(1, HEARTBEAT, 1e-3)
+    wire.hand_in(1, SYNC, 2e-3)
+    assert order(wire.run(until=1.0)) == [0x701, 0x181, 0x080]
+
+
+def test_a_frame_at_a_time_and_what_answers_it() -> None:
+    """The answer is handed in when the request is whole: 3 bits before the next arbitration, in which it takes part."""
+    wire = Wire(1_000_000)
+    wire.hand_in(0, STATUSWORD, 1e-3)
+    wire.hand_in(2, HEARTBEAT, 1e-3)
+    assert wire.next_start == 1e-3
+    assert wire.step(until=1e-3) is None
+    first = wire.step(until=2e-3)
+    assert first is not None
+    assert wire.next_start == wire.free == pytest.approx(1e-3 + 68e-6, abs=1e-12)
+    with pytest.raises(ValueError, match="the wire has come to"):
+        wire.hand_in(1, SYNC, first.start)
+    wire.hand_in(1, SYNC, first.received)
+    assert order([first, *wire.run(until=2e-3)]) == [0x181, 0x080, 0x701]
+    assert wire.next_start is None
+
+
 def test_a_data_frame_wins_against_a_remote_frame_of_its_identifier() -> None:
     wire = Wire(1_000_000)
     wire.hand_in(0, Frame(0x701, requested=1), 0.0)
@@ -72,12 +97,8 @@ def test_a_frame_handed_in_at_the_instant_of_an_arbitration_takes_part_in_it() -
 
 def test_what_is_handed_in_after_its_time_is_refused() -> None:
     wire = Wire(1_000_000)
-    wire.hand_in(0, SYNC, 2e-3)
-    with pytest.raises(ValueError, match=r"181h of node 0 .* 0\.001000000 s, but the wire has come to 0\.002000000 s"):
-        wire.hand_in(0, STATUSWORD, 1e-3)
-    wire.hand_in(1, STATUSWORD, 1e-3)
     wire.run(until=3e-3)
-    with pytest.raises(ValueError, match=r"080h of node 0"):
+    with pytest.raises(ValueError, match=r"080h of node 0 .* 0\.002900000 s, but the wire has come to 0\.003000000 s"):
         wire.hand_in(0, SYNC, 2.9e-3)
     assert wire.run(until=1e-3) == []
     with pytest.raises(ValueError, match=r"come to 0\.003000000 s"):

@@ -11,7 +11,7 @@ from emulator.canopen import SdoAbort
 from emulator.drive.servo import Loop
 from emulator.drive.state_machine import State
 from emulator.drive.stops import STANDSTILL
-from emulator.faults import EveryNth
+from emulator.faults.frames_lost import FramesLost
 
 SPEED, RAMP = 20.0, 400.0
 MASTER = 0x77
@@ -148,10 +148,10 @@ def test_the_drive_without_6007h_goes_on() -> None:
 
 def lose_syncs(bench: DriveBench, cycles: int) -> None:
     """SYNC moves the machine's time on, but does not reach the drive."""
-    wire = bench.virtual.wires[bench.index]
-    wire.lose_received(EveryNth(1))
+    silence = FramesLost(node=bench.configuration.node_id, direction="received")
+    silence.strike(bench.virtual)
     bench.sync(cycles)
-    wire.lose_received(None)
+    silence.end(bench.virtual)
 
 
 def test_can_timeout_of_a_servoone() -> None:

@@ -1,4 +1,4 @@
-"""Faults between a drive and its bus: bus off, error passive, lost frames, silence; on a whole virtual machine."""
+"""The wire between a drive and its bus: sound, bus off, error passive, lossy, silent; on a whole virtual machine."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from drive_profiles import load_profile
 from emulator.canopen import NmtState
 from emulator.clock import SyncClock
-from emulator.faults import EveryNth, WithProbability
+from emulator.faults.frames_lost import FramesLost
 from emulator.machine import load_machine
 from emulator.virtual_machine import VirtualMachine
 
@@ -66,6 +66,10 @@ def beating(period: int = 1) -> Bench:
 
 def test_a_sound_wire_is_the_device_itself() -> None:
     bench = Bench()
+    loss = FramesLost(bench.node, direction="received")
+    loss.strike(bench.machine)
+    assert bench.wire.receive != bench.wire.device.receive
+    loss.end(bench.machine)
     assert bench.wire.receive == bench.wire.device.receive
     assert bench.wire.sync == bench.wire.device.sync
 
@@ -110,9 +114,10 @@ def test_error_passive_is_told_and_frames_still_go() -> None:
 
 def test_every_nth_sent_frame_is_lost() -> None:
     bench = beating()
-    bench.wire.lose_sent(EveryNth(4))
+    loss = FramesLost(bench.node, every=4)
+    loss.strike(bench.machine)
     assert bench.beats(20) == [15, 20]
-    bench.wire.lose_sent(None)
+    loss.end(bench.machine)
     assert bench.beats(20) == [20, 20]
 
 
@@ -120,7 +125,7 @@ def test_sent_frames_are_lost_with_a_probability_and_a_seed_repeats_it() -> None
     kept = []
     for _ in range(2):
         bench = beating()
-        bench.wire.lose_sent(WithProbability(0.25, seed=3))
+        FramesLost(bench.node, probability=0.25, seed=3).strike(bench.machine)
         kept.append(bench.beats(400)[0])
     assert kept[0] == kept[1]
     assert 260 < kept[0] < 340  # 300 expected, standard deviation 8.7
@@ -128,7 +133,7 @@ def test_sent_frames_are_lost_with_a_probability_and_a_seed_repeats_it() -> None
 
 def test_received_frames_are_lost() -> None:
     bench = Bench()
-    bench.wire.lose_received(EveryNth(2))
+    FramesLost(bench.node, direction="received", every=2).strike(bench.machine)
     assert [bench.answers(bench.node) for _ in range(4)] == [True, False, True, False]
     assert bench.answers(bench.other)
 
@@ -142,7 +147,7 @@ def test_a_lost_sync_is_a_cycle_without_a_tpdo() -> None:
         od[0x1800, 1].write(od[0x1800, 1].number & ~(1 << 31))
     bench.send(0, bytes((1, 0)))
     bench.take()
-    bench.wire.lose_received(EveryNth(2))
+    FramesLost(bench.node, direction="received", every=2).strike(bench.machine)
     bench.sync(10)
     ids = [cob_id for cob_id, _ in bench.take()]
     assert [ids.count(0x180 + node) for node in (bench.node, bench.other)] == [5, 10]

@@ -1,4 +1,4 @@
-"""Which frames are lost."""
+"""Which of the frames that a fault may touch it does touch."""
 
 from __future__ import annotations
 
@@ -7,28 +7,28 @@ from random import Random
 from typing import Protocol
 
 
-class Loss(Protocol):
-    """A rule of losing frames, asked once a frame in their order."""
+class Choice(Protocol):
+    """A rule that is asked once a frame, in their order."""
 
-    def loses(self) -> bool:
-        """Whether the next frame is lost."""
+    def takes(self) -> bool:
+        """Whether the next frame is touched."""
 
 
 @dataclass
 class EveryNth:
-    """Lose the n-th frame, the 2 n-th and so on; n from 1, which loses all."""
+    """The n-th frame, the 2 n-th and so on; n from 1, which is all."""
 
     n: int
     _count: int = field(default=0, init=False)
 
-    def loses(self) -> bool:
+    def takes(self) -> bool:
         self._count = (self._count + 1) % self.n
         return self._count == 0
 
 
 @dataclass
 class WithProbability:
-    """Lose each frame with a probability, by a generator of its own: the same seed loses the same frames."""
+    """Each frame with a probability, by a generator of its own: the same seed takes the same frames."""
 
     probability: float
     seed: int = 0
@@ -37,5 +37,5 @@ class WithProbability:
     def __post_init__(self) -> None:
         self._random = Random(self.seed)
 
-    def loses(self) -> bool:
+    def takes(self) -> bool:
         return self._random.random() < self.probability

@@ -1,0 +1,101 @@
+"""`drivetwin fault`: something goes wrong now, on a running emulator."""
+
+from __future__ import annotations
+
+import json
+import socket
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drivetwin.errors import UserError
+from emulator.faults.base import Fault, LastingFault
+from emulator.faults.library import FAULTS, read_fault
+
+PATIENCE = 10.0
+"""How long to wait for the emulator's answer [s]."""
+
+LONGEST_ANSWER = 65536
+
+PARAMETERS = {"allow_extra_args": True, "ignore_unknown_options": True}
+"""Context settings of the command: what its own options do not take are parameters of the fault."""
+
+
+def fault_command(
+    context: typer.Context,
+    name: Annotated[str | None, typer.Argument(metavar="FAULT", help="Which; --list shows all.", show_default=False)] = None,
+    on: Annotated[Path | None, typer.Option(metavar="PATH", help="The --control of the running emulator.")] = None,
+    node: Annotated[str | None, typer.Option(help="Whose drive or axis: node-ID, name of the axis, or all.")] = None,
+    duration: Annotated[
+        str | None, typer.Option("--for", metavar="SECONDS", help="How long it lasts, in simulated time; else until --end.")
+    ] = None,
+    end: Annotated[bool, typer.Option("--end", help="End it, in place of striking it; told as it was struck.")] = False,
+    list_: Annotated[bool, typer.Option("--list", help="Show every fault with its parameters.")] = False,
+) -> None:
+    """Let something go wrong on a running emulator. Options beyond these are the fault's parameters: --code 0x2310.
+
+    Example: drivetwin fault sto --node 2 --for 0.5 --on out/control
+
+    The emulator has been started with --control out/control. docs/faults.md says what each fault does on bus and machine.
+    """
+    if list_:
+        print("\n\n".join(_described(kind) for kind in FAULTS.values()))
+        return
+    if name is None or on is None:
+        raise UserError("say which fault, and on which emulator: drivetwin fault sto --node 2 --on PATH; or --list")
+    if end and duration is not None:
+        raise UserError("--for is how long a fault lasts that is struck; leave it out with --end")
+    told: dict[str, object] = {"fault": name, "node": node, **_parameters(context.args)}
+    read_fault(told)
+    answer = _ask(on, {"end": told} if end else {"strike": told, "for": duration})
+    if "error" in answer:
+        raise UserError(str(answer["error"]))
+    print(f"{answer['fault']} {'ended' if end else 'struck'} at {answer['time']:.6f} s")
+
+
+def _parameters(words: list[str]) -> dict[str, object]:
+    """Of `--name value` and `--name=value`."""
+    told: dict[str, object] = {}
+    rest = iter(words)
+    for word in rest:
+        option, equals, value = word.partition("=")
+        given = value if equals else next(rest, None)
+        if not option.startswith("--") or given is None:
+            raise UserError(f"{word!r} is no parameter with a value; write for example --code 0x2310")
+        told[option.removeprefix("--").replace("-", "_")] = given
+    return told
+
+
+def _ask(path: Path, request: dict[str, object]) -> dict[str, object]:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
+        connection.settimeout(PATIENCE)
+        try:
+            connection.connect(str(path))
+            connection.sendall(json.dumps(request).encode() + b"\n")
+            with connection.makefile("rb") as lines:
+                line = lines.readline(LONGEST_ANSWER)
+        except OSError as error:
+            raise UserError(
+                f"no emulator answers at {path} ({error.strerror or error}); start one with: drivetwin emulate --control {path}"
+            ) from None
+    if not line:
+        raise UserError(f"the emulator at {path} has gone without an answer")
+    answer: dict[str, object] = json.loads(line)
+    return answer
+
+
+def _described(kind: type[Fault]) -> str:
+    """Name, what it is, and a line for each parameter."""
+    lasts = "until it is ended, or --for" if issubclass(kind, LastingFault) else "strikes once"
+    summary = " ".join((kind.__doc__ or "").split())
+    defaults = {field.name: field.default for field in fields(kind)}
+    lines = [f"{kind.name} ({lasts})", f"  {summary}"]
+    for parameter in kind.parameters:
+        default = defaults[parameter.name]
+        told = "" if default in (MISSING, None) else f" [{default}]"
+        needed = " (needed)" if default is MISSING else ""
+        option = parameter.name.replace("_", "-")
+        lines.append(f"  --{option}{told}{needed}: {parameter.meaning}; {parameter.expected}")
+    return "\n".join(lines)

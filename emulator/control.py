@@ -1,0 +1,188 @@
+"""Faults by hand: a Unix socket on which a running virtual machine is told what goes wrong, one JSON object a line.
+
+    {"strike": {"fault": "sto", "node": 2}, "for": 0.5}     `for` [s] may be left out: until it is ended
+    {"end": {"fault": "sto", "node": 2}}
+
+The answer is {"fault": NAME, "time": SIMULATED SECONDS}, or {"error": MESSAGE}.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import selectors
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from drivetwin.errors import UserError
+from emulator.canopen.alarms import Alarm
+from emulator.faults.base import Fault, LastingFault
+from emulator.faults.library import read_fault
+from emulator.faults.parameter import Number
+from emulator.virtual_machine import VirtualMachine
+
+DURATION = Number("for", "how long it lasts, in simulated time", "s", 0.0, 1e6)
+
+LONGEST_LINE = 4096
+OWNER_ONLY = 0o177
+"""Mask that leaves a socket to read and write for its owner alone."""
+
+
+class Control:
+    """Strikes and ends faults of one virtual machine as its lines say."""
+
+    def __init__(self, virtual: VirtualMachine) -> None:
+        self._virtual = virtual
+        self._endings: dict[Fault, Alarm] = {}
+
+    def answer(self, line: bytes) -> bytes:
+        """The answer to a line, a line too."""
+        try:
+            return _line({"fault": self._obey(_request(line)).name, "time": self._virtual.now()})
+        except UserError as error:
+            return _line({"error": str(error)})
+
+    def _obey(self, request: dict[str, Any]) -> Fault:
+        match request:
+            case {"strike": dict(told), **rest} if set(rest) <= {"for"}:
+                return self._strike(read_fault(told), rest.get("for"))
+            case {"end": dict(told), **rest} if not rest:
+                fault = read_fault(told)
+                fault.end(self._virtual)
+                return fault
+        raise UserError('expected {"strike": FAULT, "for": SECONDS} or {"end": FAULT}; FAULT: {"fault": "sto", "node": 2}')
+
+    def _strike(self, fault: Fault, told_duration: object) -> Fault:
+        duration = _duration(fault, told_duration)
+        fault.strike(self._virtual)
+        ending = self._endings.get(fault)
+        if ending is not None:
+            ending.stop()
+        if duration is not None:
+            ending = ending or self._virtual.alarms.add(lambda _now: fault.end(self._virtual))
+            ending.set(self._virtual.now() + duration)
+            self._endings[fault] = ending
+        return fault
+
+
+def _request(line: bytes) -> dict[str, Any]:
+    try:
+        request = json.loads(line)
+    except (ValueError, RecursionError):
+        raise UserError(f"not JSON: {line[:80]!r}") from None
+    return request if isinstance(request, dict) else {}
+
+
+def _duration(fault: Fault, told: object) -> float | None:
+    if told is None:
+        return None
+    if not isinstance(fault, LastingFault):
+        raise UserError(f"{fault.name} strikes once and has no end; leave out how long it lasts")
+    try:
+        return DURATION.read(told)
+    except ValueError:
+        raise UserError(f"for is {told!r}, expected {DURATION.expected}") from None
+
+
+def _line(answer: dict[str, object]) -> bytes:
+    return json.dumps(answer).encode() + b"\n"
+
+
+class ControlSocket:
+    """A Control on a Unix socket for its owner alone; `work` answers what has come, in the thread of the caller.
+
+    Raises UserError where there is something else at the path, or another emulator.
+    """
+
+    def __init__(self, path: Path, control: Control) -> None:
+        self._path = path
+        self._control = control
+        self._lines: dict[socket.socket, bytes] = {}
+        self._selector = selectors.DefaultSelector()
+        self._listener = _listen(path)
+        self._selector.register(self._listener, selectors.EVENT_READ, self._accept)
+
+    def work(self) -> None:
+        """Answer what has come; returns at once."""
+        for key, _ in self._selector.select(0):
+            key.data()
+
+    def close(self) -> None:
+        """End all conversations and remove the socket."""
+        for connection in list(self._lines):
+            self._leave(connection)
+        self._selector.close()
+        self._path.unlink(missing_ok=True)
+        self._listener.close()
+
+    def _accept(self) -> None:
+        connection, _ = self._listener.accept()
+        connection.setblocking(False)
+        self._lines[connection] = b""
+        self._selector.register(connection, selectors.EVENT_READ, partial(self._converse, connection))
+
+    def _converse(self, connection: socket.socket) -> None:
+        """A client that goes, or writes without end, is left."""
+        try:
+            came = connection.recv(LONGEST_LINE)
+            *lines, rest = (self._lines[connection] + came).split(b"\n")
+            for line in lines:
+                connection.sendall(self._control.answer(line))
+        except OSError:
+            came, rest = b"", b""
+        self._lines[connection] = rest
+        if not came or len(rest) > LONGEST_LINE:
+            self._leave(connection)
+
+    def _leave(self, connection: socket.socket) -> None:
+        del self._lines[connection]
+        self._selector.unregister(connection)
+        connection.close()
+
+
+def _listen(path: Path) -> socket.socket:
+    _remove_if_dead(path)
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    mask = os.umask(OWNER_ONLY)
+    try:
+        listener.bind(str(path))
+    except OSError as error:
+        listener.close()
+        raise UserError(f"--control {path}: {error.strerror or error}; give a path of at most 107 bytes that is free") from None
+    finally:
+        os.umask(mask)
+    listener.listen()
+    listener.setblocking(False)
+    return listener
+
+
+def _remove_if_dead(path: Path) -> None:
+    """Remove the socket that an emulator which was killed has left; what is anything else stays."""
+    if not path.is_socket():
+        return
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        try:
+            probe.connect(str(path))
+        except ConnectionRefusedError:
+            path.unlink()
+
+
+@contextmanager
+def serve_control(virtual: VirtualMachine, path: Path | None) -> Iterator[tuple[str, ...]]:
+    """Serve faults of a machine on a socket at `path`, if there is one; yields in words what is open.
+
+    While it is, the machine's own loop answers (`VirtualMachine.poll`). Raises UserError where the path is not to be had.
+    """
+    if path is None:
+        yield ()
+        return
+    door = ControlSocket(path, Control(virtual))
+    virtual.attach(door.work)
+    try:
+        yield (f"control on {path}",)
+    finally:
+        door.close()

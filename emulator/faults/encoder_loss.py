@@ -1,0 +1,24 @@
+"""An encoder that gives no signal: a broken cable."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from emulator.faults.base import LastingFault
+from emulator.faults.parameter import NODE, Parameter
+from emulator.virtual_machine import VirtualMachine
+
+
+@dataclass(frozen=True)
+class EncoderLoss(LastingFault):
+    """The count stands still; an enabled drive coasts in a fault with EMCY 7305h."""
+
+    name: ClassVar[str] = "encoder_loss"
+    parameters: ClassVar[tuple[Parameter, ...]] = (NODE,)
+
+    def befall(self, virtual: VirtualMachine, axis: int) -> None:
+        virtual.drives[axis].hardware.encoder_alive = False
+
+    def leave(self, virtual: VirtualMachine, axis: int) -> None:
+        virtual.drives[axis].hardware.encoder_alive = True

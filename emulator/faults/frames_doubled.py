@@ -1,0 +1,29 @@
+"""Frames that arrive twice: a gateway that repeats, a sender that takes a missed acknowledgement for a loss."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from emulator.faults.frame_fault import FrameFault
+from emulator.faults.frames import Carry, Disturbance, Frame
+from emulator.virtual_machine import VirtualMachine
+
+
+class Doubled:
+    """Goes on, and once more."""
+
+    def meet(self, frame: Frame, carry: Carry) -> None:
+        """Carry it on twice."""
+        carry(frame)
+        carry(frame)
+
+
+@dataclass(frozen=True)
+class FramesDoubled(FrameFault):
+    """Frames between a drive and the bus come twice, right after each other."""
+
+    name: ClassVar[str] = "frames_doubled"
+
+    def disturbance(self, virtual: VirtualMachine, axis: int) -> Disturbance:
+        return Doubled()

@@ -1,0 +1,27 @@
+"""Frames that never arrive: a loose connector, a full queue."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from emulator.faults.frame_fault import FrameFault
+from emulator.faults.frames import Carry, Disturbance, Frame
+from emulator.virtual_machine import VirtualMachine
+
+
+class Lost:
+    """Goes no further."""
+
+    def meet(self, frame: Frame, carry: Carry) -> None:
+        """Nothing: the frame is gone."""
+
+
+@dataclass(frozen=True)
+class FramesLost(FrameFault):
+    """Frames between a drive and the bus are lost, SYNC among those received."""
+
+    name: ClassVar[str] = "frames_lost"
+
+    def disturbance(self, virtual: VirtualMachine, axis: int) -> Disturbance:
+        return Lost()

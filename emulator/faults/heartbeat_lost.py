@@ -1,0 +1,29 @@
+"""A node that works but is no longer heard to live."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from emulator.canopen.heartbeat import BASE_COB_ID
+from emulator.faults.base import LastingFault
+from emulator.faults.choice import EveryNth
+from emulator.faults.frames import Direction, Selective
+from emulator.faults.frames_lost import Lost
+from emulator.faults.parameter import NODE, Parameter
+from emulator.virtual_machine import VirtualMachine
+
+
+@dataclass(frozen=True)
+class HeartbeatLost(LastingFault):
+    """Heartbeats of a drive stay away, and with them what has the same COB-ID: answers to node guarding, boot-up."""
+
+    name: ClassVar[str] = "heartbeat_lost"
+    parameters: ClassVar[tuple[Parameter, ...]] = (NODE,)
+
+    def befall(self, virtual: VirtualMachine, axis: int) -> None:
+        wire = virtual.wires[axis]
+        wire.disturb(Direction.SENT, self, Selective(BASE_COB_ID + wire.device.node_id, EveryNth(1), Lost()))
+
+    def leave(self, virtual: VirtualMachine, axis: int) -> None:
+        virtual.wires[axis].mend(self)

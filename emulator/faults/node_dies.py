@@ -1,0 +1,21 @@
+"""A drive that is gone for good: its control supply has failed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from emulator.faults.base import Fault
+from emulator.faults.parameter import NODE, Parameter
+from emulator.virtual_machine import VirtualMachine
+
+
+@dataclass(frozen=True)
+class NodeDies(Fault):
+    """A drive is dead: no torque, its brake engaged, nothing on the bus; only a power cycle brings it back."""
+
+    name: ClassVar[str] = "node_dies"
+    parameters: ClassVar[tuple[Parameter, ...]] = (NODE,)
+
+    def befall(self, virtual: VirtualMachine, axis: int) -> None:
+        virtual.switch_off(axis)

@@ -1,0 +1,29 @@
+"""A drive that streams but no longer takes requests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from emulator.canopen.sdo_server import REQUEST_COB_ID
+from emulator.faults.base import LastingFault
+from emulator.faults.choice import EveryNth
+from emulator.faults.frames import Direction, Selective
+from emulator.faults.frames_lost import Lost
+from emulator.faults.parameter import NODE, Parameter
+from emulator.virtual_machine import VirtualMachine
+
+
+@dataclass(frozen=True)
+class SdoSilent(LastingFault):
+    """A drive's SDO server neither acts nor answers; NMT, PDO and heartbeat go on."""
+
+    name: ClassVar[str] = "sdo_silent"
+    parameters: ClassVar[tuple[Parameter, ...]] = (NODE,)
+
+    def befall(self, virtual: VirtualMachine, axis: int) -> None:
+        wire = virtual.wires[axis]
+        wire.disturb(Direction.RECEIVED, self, Selective(REQUEST_COB_ID + wire.device.node_id, EveryNth(1), Lost()))
+
+    def leave(self, virtual: VirtualMachine, axis: int) -> None:
+        virtual.wires[axis].mend(self)

@@ -1,0 +1,120 @@
+"""`drivetwin fault` beside an emulator that is a process of its own, and a foreign master that sees what happens."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import canopen
+import pytest
+from processes import Ended, emulator
+
+from drivetwin.cli import main
+from emulator.faults.library import FAULTS
+
+INTERLOCK = 1 << 3
+LOOKS = 5000
+"""More looks at an object than any of the changes here takes; each is an SDO of its own."""
+
+
+Run = Callable[..., Ended]
+
+
+@pytest.fixture
+def drivetwin(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Run:
+    """Run a command line in this process."""
+
+    def command(*words: object) -> Ended:
+        monkeypatch.setattr(sys, "argv", ["drivetwin", *map(str, words)])
+        status = 0
+        try:
+            main()
+        except SystemExit as ended:
+            status = int(ended.code or 0)
+        return Ended(status, *capfd.readouterr())
+
+    return command
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "control"
+
+
+@pytest.fixture
+def node(path: Path) -> Iterator[canopen.RemoteNode]:
+    """Node 2 of a running emulator, by the foreign stack `canopen`."""
+    with emulator("--profile", "cia402-full", "--control", path) as bus:
+        network = canopen.Network()
+        network.connect(interface="remote", channel=bus)
+        try:
+            dictionary = canopen.ObjectDictionary()
+            yield network.add_node(2, dictionary)
+        finally:
+            network.disconnect()
+    assert not path.exists()
+
+
+def inputs(node: canopen.RemoteNode) -> int:
+    """60FDh."""
+    return int.from_bytes(node.sdo.upload(0x60FD, 0), "little")
+
+
+def comes(holds: Callable[[], bool]) -> bool:
+    return any(holds() for _ in range(LOOKS))
+
+
+def test_sto_for_a_time(drivetwin: Run, node: canopen.RemoteNode, path: Path) -> None:
+    assert not inputs(node) & INTERLOCK
+    struck = drivetwin("fault", "sto", "--node", "rotate", "--on", path)
+    assert (struck.status, struck.err) == (0, "")
+    assert struck.out.startswith("sto struck at ")
+    assert inputs(node) & INTERLOCK
+    ended = drivetwin("fault", "sto", "--node", "rotate", "--end", "--on", path)
+    assert (ended.status, ended.err) == (0, "")
+    assert ended.out.startswith("sto ended at ")
+    assert not inputs(node) & INTERLOCK
+    assert drivetwin("fault", "sto", "--node", 2, "--for", "0.2", "--on", path).status == 0
+    assert comes(lambda: not inputs(node) & INTERLOCK)
+
+
+def test_parameters_of_a_fault_are_options(drivetwin: Run, node: canopen.RemoteNode, path: Path) -> None:
+    struck = drivetwin("fault", "drive_fault", "--node=2", "--code", "0x4210", "--on", path)
+    assert (struck.status, struck.err) == (0, "")
+    assert node.sdo.upload(0x603F, 0) == b"\x10\x42"
+    assert drivetwin("fault", "encoder_glitch", "--node", 2, "--increments", "-5000", "--on", path).status == 0
+    refused = drivetwin("fault", "sto", "--node", 9, "--on", path)
+    assert (refused.status, refused.out) == (2, "")
+    assert refused.err == "drivetwin: sto: scara has no node 9; it has 1 (lift), 2 (rotate), 3 (stretch), or say all\n"
+
+
+def test_the_list_has_every_fault_and_parameter(drivetwin: Run) -> None:
+    listed = drivetwin("fault", "--list")
+    assert (listed.status, listed.err) == (0, "")
+    blocks = listed.out.strip().split("\n\n")
+    assert [block.split()[0] for block in blocks] == list(FAULTS)
+    for block, kind in zip(blocks, FAULTS.values(), strict=True):
+        told = [line.split()[0].rstrip(":") for line in block.splitlines()[2:]]
+        assert told == [f"--{parameter.name.replace('_', '-')}" for parameter in kind.parameters]
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("", "say which fault, and on which emulator: drivetwin fault sto --node 2 --on PATH; or --list"),
+        ("sto --node 2", "say which fault, and on which emulator"),
+        ("sto --node 2 --on nowhere", "no emulator answers at nowhere (No such file or directory); start one with"),
+        ("fire --on nowhere", "unknown fault 'fire'; there are bus_off"),
+        ("sto --node 2 --code 3 --on nowhere", "sto has no parameter 'code'; it has node"),
+        ("payload --node 2 --mass", "say which fault"),
+        ("payload --node 2 --on nowhere --mass", "'--mass' is no parameter with a value; write for example --code 0x2310"),
+        ("payload 5 --node 2 --on nowhere", "'5' is no parameter with a value"),
+        ("sto --node 2 --end --for 3 --on nowhere", "--for is how long a fault lasts that is struck; leave it out with --end"),
+    ],
+)
+def test_what_is_told_wrongly_is_one_line(drivetwin: Run, words: str, expected: str) -> None:
+    refused = drivetwin("fault", *words.split())
+    assert (refused.status, refused.out) == (2, "")
+    assert refused.err.count("\n") == 1
+    assert expected in refused.err
