@@ -7,7 +7,7 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 .DEFAULT_GOAL := run
 
-.PHONY: run test test-vcan seeds bench paper fuzz blind lock clean
+.PHONY: run test test-vcan seeds bench paper fuzz blind accept accept-repeats mutants lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -39,6 +39,14 @@ paper: .venv/.installed
 # 300 machines whose true effects are withheld, recorded over the bus and diagnosed: out/blind/score.html; resumes where it was.
 blind: .venv/.installed
 	$(BIN)/drivetwin blind --cases 300 --seed 0 --nominal both --out out/blind
+
+# The reference controller through the acceptance suite: out/accept/report.html and junit.xml.
+accept: .venv/.installed
+	$(BIN)/drivetwin accept --bench hil_tests/benches/scara.yaml --out out/accept
+
+# Twenty times in lockstep, bit for bit the same, and once in real time.
+accept-repeats: .venv/.installed
+	$(BIN)/python scripts/accept_repeats.py --out out/accept_repeats
 
 .venv/.installed: requirements.lock pyproject.toml
 	$(PYTHON) -m venv .venv

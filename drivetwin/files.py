@@ -84,6 +84,16 @@ def refuse_foreign(path: Path) -> None:
         raise UserError(f"{path} cannot be written: {existing} is no directory that may be written to; choose another --out")
 
 
+def own_directory(path: Path) -> None:
+    """Make `path` a directory that this product may write to again and again; what it holds stays.
+
+    Raises UserError as `refuse_foreign`.
+    """
+    refuse_foreign(path)
+    path.mkdir(parents=True, exist_ok=True)
+    (path / _MARK).touch()
+
+
 def write_json(path: Path, payload: dict[str, Any]) -> None:
     """Write `payload` as indented JSON, whole or not at all."""
     with new_file(path) as part:

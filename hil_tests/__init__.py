@@ -1,1 +1,1 @@
-"""The acceptance suite that a bench runs against a controller release: not built yet."""
+"""The acceptance suite: a controller, any program on a bus, against a virtual machine, requirement by requirement."""

@@ -11,6 +11,7 @@ import can
 import typer
 from typer.exceptions import Abort, TyperException
 
+from drivetwin.cli.accept import accept_command
 from drivetwin.cli.blind import blind_command
 from drivetwin.cli.bus_load import bus_load_command
 from drivetwin.cli.diagnose import diagnose_command
@@ -37,6 +38,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+app.command("accept")(accept_command)
 app.command("blind")(blind_command)
 app.command("bus-load")(bus_load_command)
 app.command("diagnose", cls=ManyToValidate)(diagnose_command)
@@ -79,7 +81,8 @@ def main() -> None:
         _end(f"{message}; see: drivetwin --help", UserError.exit_status)
     if status == INTERRUPTED:
         _end("interrupted", INTERRUPTED)
-    sys.exit(status)
+    if status:
+        sys.exit(status)
 
 
 def _end(message: str, status: int) -> NoReturn:

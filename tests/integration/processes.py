@@ -47,7 +47,7 @@ def emulator(*arguments: object, bus: str = "ws://127.0.0.1:0") -> Iterator[str]
     try:
         assert process.stdout is not None
         line = process.stdout.readline()
-        found = re.search(r"ws://127\.0\.0\.1:\d+|vcan\d+", line)
+        found = re.search(r"ws://127\.0\.0\.1:\d+|vcan\d+|unix:[^,\s]+", line)
         assert found is not None, line + (process.communicate(timeout=PATIENCE)[1] if not line else "")
         yield found.group()
     finally:

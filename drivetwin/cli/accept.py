@@ -1,0 +1,132 @@
+"""`drivetwin accept`: a controller release against the virtual machine, case by case; accepted or rejected, and why."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from drivetwin.errors import UserError
+from drivetwin.files import own_directory
+from hil_tests.bench import Bench, read_bench
+from hil_tests.folder import digest
+from hil_tests.results import Acceptance, Trend, check_baseline, compare, read_results, write_junit, write_report, write_results
+from hil_tests.results.wording import case_name, failure_words, verdict_sentence
+from hil_tests.run import run_all
+from hil_tests.scenario import Scenario
+from hil_tests.suite import CASES, find_cases
+from hil_tests.verdict import CaseResult, Outcome
+
+console = Console(width=max(112, Console().width))
+
+REJECTED = 1
+"""Exit status where the controller is rejected."""
+
+_STYLES = {Outcome.ACCEPTED: "green", Outcome.REJECTED: "red", Outcome.SKIPPED: "yellow"}
+
+
+def accept_command(
+    bench: Annotated[Path, typer.Option(metavar="FILE", help="The bench (bench/1): machine, bus, controller, limits.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where results and the cases' folders appear.")] = Path("out/accept"),
+    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="JUnit XML; default DIR/junit.xml.")] = None,
+    html: Annotated[Path | None, typer.Option(metavar="FILE", help="The report; default DIR/report.html.")] = None,
+    select: Annotated[
+        list[str] | None, typer.Option(help="Only these cases: a group's number, or a name with wildcards (04_moves.*).")
+    ] = None,
+    cases: Annotated[
+        list[Path] | None, typer.Option(metavar="DIR", help="Cases of your own (DIR/NN_group/name.yaml) beside the product's.")
+    ] = None,
+    baseline: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="results.json of an earlier release: what has become worse rejects.")
+    ] = None,
+    clock: Annotated[str | None, typer.Option(help="sync or realtime, in place of the bench's own.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of the sensors' noise, in place of the bench's own.")] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Cases at once; default: one a core.", show_default=False)] = None,
+) -> None:
+    """Run a controller through the acceptance suite.
+
+    Starts the controller once a case, as the bench file says, on virtual drives of the machine, and holds what it does against
+    the requirements. DIR gets report.html, junit.xml, results.json, and for each case the bus log, the truth and all that the
+    controller said.
+
+    Exit status: 0 accepted, 1 rejected, 2 a wrong bench or case.
+
+    Example: drivetwin accept --bench hil_tests/benches/scara.yaml --select 4 --out out/accept
+    """
+    chosen = _on_clock(read_bench(bench), clock, seed)
+    scenarios = find_cases(chosen, [CASES, *(cases or ())], select or ())
+    before = None if baseline is None else read_results(baseline)
+    if before is not None:
+        check_baseline(chosen, before)
+    own_directory(out)
+    results = _run(chosen, scenarios, out, jobs or os.cpu_count() or 1)
+    acceptance = Acceptance(chosen, tuple(results), digest([one.folder for one in results if one.folder is not None]))
+    trend = None if before is None else compare(acceptance, before)
+    write_results(acceptance, out / "results.json", [chosen.path, *(scenario.path for scenario in scenarios)])
+    write_junit(acceptance, junit or out / "junit.xml", Path.cwd(), trend)
+    write_report(acceptance, html or out / "report.html", trend)
+    _tell(acceptance, trend, html or out / "report.html")
+    if not acceptance.accepted or (trend is not None and trend.rejects):
+        raise typer.Exit(REJECTED)
+
+
+def _on_clock(bench: Bench, clock: str | None, seed: int | None) -> Bench:
+    if clock not in (None, "sync", "realtime"):
+        raise UserError(f"unknown clock {clock!r}; expected sync or realtime")
+    told = {key: value for key, value in (("clock", clock), ("seed", seed)) if value is not None}
+    return bench.model_copy(update=told)
+
+
+def _run(bench: Bench, scenarios: Sequence[Scenario], out: Path, jobs: int) -> list[CaseResult]:
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bars:
+        watch = _Watch(bars, bars.add_task(f"{bench.controller.name} on {bench.machine}", total=len(scenarios)))
+        return run_all(bench, scenarios, out.absolute() / "cases", jobs, watch.done)
+
+
+class _Watch:
+    """Counts cases on a progress bar, and tells at once which was rejected."""
+
+    def __init__(self, bars: Progress, task: TaskID) -> None:
+        self._bars, self._task = bars, task
+
+    def done(self, result: CaseResult) -> None:
+        self._bars.advance(self._task)
+        if result.outcome is Outcome.REJECTED:
+            self._bars.console.print(f"rejected: {case_name(result)}", style="red", highlight=False)
+
+
+def _tell(acceptance: Acceptance, trend: Trend | None, report: Path) -> None:
+    """The table of cases, what failed, and the verdict."""
+    console.print(_table(acceptance.cases))
+    for case in acceptance.of(Outcome.REJECTED):
+        for failure in case.failures:
+            console.print(f"{case_name(case)}: {failure_words(failure)}", style="red", highlight=False, soft_wrap=True)
+    worse = () if trend is None else tuple(change for change in trend.changes if change.kind == "regression")
+    for change in worse:
+        console.print(f"worse than the baseline: {change.words}", style="red", highlight=False, soft_wrap=True)
+    console.print(verdict_sentence(acceptance, len(worse)), highlight=False, soft_wrap=True)
+    if acceptance.bench.clock == "sync":
+        console.print(f"digest {acceptance.digest}", highlight=False, soft_wrap=True)
+    console.print(f"report: {report}", highlight=False, soft_wrap=True)
+
+
+def _table(cases: Sequence[CaseResult]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD)
+    for name in ("case", "requirement"):
+        table.add_column(name)
+    table.add_column("simulated", justify="right", no_wrap=True)
+    table.add_column("verdict", no_wrap=True)
+    for case in cases:
+        style = _STYLES[case.outcome]
+        simulated = f"{case.simulated:.1f} s" if case.folder is not None else ""
+        about = case.title if case.outcome is not Outcome.SKIPPED else f"{case.title}: {case.skipped_because}"
+        table.add_row(case_name(case), about, simulated, f"[{style}]{case.outcome}[/]")
+    return table

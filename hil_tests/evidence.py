@@ -1,0 +1,165 @@
+"""What a case leaves for its judges: the frames, the plant's truth, the drives' states, how the controller ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.drive.state_machine import State
+from hil_tests.bench import Bench
+from hil_tests.task import Task
+
+Samples = NDArray[np.float64]
+
+
+class Ending(StrEnum):
+    """How the controller ended: by its exit status the first three, else by what the stand saw of it."""
+
+    DONE = "done"
+    STOPPED = "stopped"
+    REFUSED = "refused"
+    CRASHED = "crashed"
+    KILLED = "killed"
+    NEVER_STARTED = "never started"
+    HANGS = "hangs"
+    FLOODS = "floods"
+    NEVER_ENDS = "never ends"
+
+
+class BusFrame(NamedTuple):
+    """A frame with its simulated time since power on [s], and who sent it."""
+
+    time: float
+    identifier: int
+    data: bytes
+    by_controller: bool
+    remote: bool
+    heard: float
+    """When the stand took it by the wall clock, since power on, or when it was whole on copper [s]; 0 where it has neither."""
+
+
+class StateChange(NamedTuple):
+    """A drive's change of state, at simulated time [s]; `axis` is its name."""
+
+    time: float
+    axis: str
+    before: State
+    after: State
+
+
+@dataclass(frozen=True)
+class Struck:
+    """A fault as it happened, at simulated time [s]; None: its condition never held."""
+
+    text: str
+    time: float | None
+
+
+@dataclass(frozen=True)
+class Run:
+    """One start of the controller: how it ended, from when to when [s, simulated], and its last words."""
+
+    ending: Ending
+    status: int | None
+    began: float
+    ended: float
+    last_words: str
+    folder: Path
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """How a node was configured when it became operational, at simulated time [s], as its own dictionary says.
+
+    `pdos` by name (`rpdo 1`): COB-ID as in the object, transmission type, mapping entries. Times in s, 0: off.
+    """
+
+    time: float
+    pdos: Mapping[str, tuple[int, int, tuple[int, ...]]]
+    heartbeat: float
+    supervises: tuple[str, ...]
+    """By what the drive notices that its master has gone."""
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The plant and the drives at the end of every cycle: `time` (n,) [s], all else (n, axes), joint side, SI.
+
+    `demand` is the drive's position demand, meaningful where `positioning`; `zero` is where the drive's zero position truly
+    lies; `offset` the torque offset (60B2h) in thousandths; `mode` is 6060h.
+    """
+
+    time: Samples
+    position: Samples
+    velocity: Samples
+    torque: Samples
+    demand: Samples
+    zero: Samples
+    offset: Samples
+    enabled: NDArray[np.bool_]
+    positioning: NDArray[np.bool_]
+    mode: NDArray[np.int64]
+
+    def between(self, start: float, end: float) -> slice:
+        """The samples of start < time <= end [s]."""
+        first, last = np.searchsorted(self.time, (start, end), side="right")
+        return slice(int(first), int(last))
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Everything that was seen of one case."""
+
+    bench: Bench
+    task: Task
+    axes: tuple[str, ...]
+    nodes: tuple[int, ...]
+    units: tuple[str, ...]
+    """`m` or `rad` of each axis."""
+    gears: tuple[float, ...]
+    frames: tuple[BusFrame, ...]
+    truth: Truth
+    states: tuple[StateChange, ...]
+    struck: tuple[Struck, ...]
+    runs: tuple[Run, ...]
+    configured: Mapping[str, Configuration]
+    operational: frozenset[str]
+    """Axes whose nodes were operational when the controller ended."""
+    friction: Mapping[str, Mapping[str, float]]
+    left_behind: tuple[str, ...]
+    timed: bool
+    """Whether frames have a time of their own, by wall clock or wire (`BusFrame.heard`)."""
+
+    @property
+    def fault_time(self) -> float | None:
+        """When the first fault struck [s]; None where none did."""
+        times = [struck.time for struck in self.struck if struck.time is not None]
+        return min(times) if times else None
+
+    @property
+    def last_fault_time(self) -> float | None:
+        """When the last fault struck [s]; None where none did."""
+        times = [struck.time for struck in self.struck if struck.time is not None]
+        return max(times) if times else None
+
+    @property
+    def end(self) -> float:
+        """Simulated time at which the controller ended last [s]."""
+        return self.runs[-1].ended if self.runs else 0.0
+
+    @property
+    def out(self) -> Path | None:
+        """What the controller wrote at its last start."""
+        return self.runs[-1].folder if self.runs else None
+
+    @cached_property
+    def syncs(self) -> Samples:
+        """Times of the controller's SYNCs (n,) [s]."""
+        return np.array([frame.time for frame in self.frames if frame.identifier == 0x80 and frame.by_controller])

@@ -1,0 +1,84 @@
+"""Every axis truly goes where the task says, in its order, and stands there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from drivetwin.errors import UserError
+from hil_tests.evidence import Evidence
+from hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
+from hil_tests.task import Task
+
+
+@dataclass(frozen=True)
+class FinalPosition(Expectation):
+    """For each target of a task `move` or `path`, after the one before it: the true position stands within `band` [m or rad] of
+    it for `dwell` [s]."""
+
+    name: ClassVar[str] = "final_position"
+
+    band: ByAxis = field(metadata=limit("settling_band"))
+    dwell: float = 0.05
+
+    def judge(self, evidence: Evidence) -> Finding:
+        truth, finding, reached = evidence.truth, MET, 0
+        for target in targets(evidence.task):
+            there = np.ones(len(truth.time), dtype=np.bool_)
+            there[:reached] = False
+            for axis, position in target.items():
+                number = evidence.axes.index(axis)
+                there &= np.abs(truth.position[:, number] - position) <= self.band[axis]
+            arrived = self._arrived(there, truth.time)
+            if arrived is None:
+                where = ", ".join(f"{axis} {position:g} {self._unit(evidence, axis)}" for axis, position in target.items())
+                axis, nearest = self._nearest(evidence, target, reached)
+                finding += self.fails(
+                    f"the machine never stood at {where}, as the task says, after what came before it",
+                    axis,
+                    evidence.end,
+                    nearest,
+                    self.band[axis],
+                    self._unit(evidence, axis),
+                )
+                continue
+            reached = arrived
+        return finding
+
+    def _arrived(self, there: np.ndarray[tuple[int, ...], np.dtype[np.bool_]], time: np.ndarray[Any, Any]) -> int | None:
+        """The sample at which it has stood for long enough."""
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(np.int8)))
+        for start, end in zip(edges[::2], edges[1::2] - 1, strict=True):
+            if time[end] - time[start] >= self.dwell:
+                return int(np.searchsorted(time, time[start] + self.dwell))
+        return None
+
+    def _nearest(self, evidence: Evidence, target: dict[str, float], reached: int) -> tuple[str, float]:
+        """The axis that was furthest off, at its nearest, and by how much."""
+        position = evidence.truth.position[reached:]
+        if not len(position):
+            return next(iter(target)), np.inf
+        off = {axis: float(np.abs(position[:, evidence.axes.index(axis)] - at).min()) for axis, at in target.items()}
+        axis = max(off, key=lambda name: off[name] / self.band[name])
+        return axis, off[axis]
+
+    @staticmethod
+    def _unit(evidence: Evidence, axis: str) -> str:
+        return evidence.units[evidence.axes.index(axis)]
+
+
+def targets(task: Task) -> Iterator[dict[str, float]]:
+    """Where a task `move` or `path` goes, one after the other: positions by axis [m or rad]."""
+    parameters = task.parameters
+    for _ in range(int(parameters.get("repeat", 1))):
+        if task.task == "path":
+            yield from parameters["poses"]
+        elif task.task == "move":
+            yield from ({move["axis"]: move["to"]} for move in parameters["moves"])
+        else:
+            raise UserError(f"final_position: a task {task.task!r} has no targets; it is for move and path")
+
+

@@ -1,0 +1,60 @@
+"""The friction that the controller identified is the plant's."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from hil_tests.evidence import Evidence
+from hil_tests.expectations.base import MET, Expectation, Finding, limit
+
+FILE = "identified.json"
+
+
+@dataclass(frozen=True)
+class Identification(Expectation):
+    """|identified - true| / |true| of each of `parameters` on each axis that has one, at most `within` (identified/1)."""
+
+    name: ClassVar[str] = "identification"
+
+    within: float = field(metadata=limit("identification_error"))
+    parameters: tuple[str, ...] = ("coulomb", "viscous")
+
+    def judge(self, evidence: Evidence) -> Finding:
+        said = None if evidence.out is None else read_json(evidence.out / FILE)
+        axes = said.get("axes") if isinstance(said, dict) else None
+        if not isinstance(axes, dict):
+            return self.fails(f"the controller wrote no {FILE} (identified/1)", None, evidence.end)
+        finding = MET
+        for axis in evidence.axes:
+            for name in self.parameters:
+                true = evidence.friction[axis].get(name, 0.0)
+                if true == 0.0:
+                    continue
+                error = abs(_value(axes, axis, name) - true) / abs(true)
+                if np.isnan(error):
+                    finding += self.fails(f"{FILE} says no {name}", axis, evidence.end)
+                    continue
+                message = f"the identified {name} is not the plant's"
+                finding += self.at_most(f"error of {name}", error, self.within, "1", message, axis, evidence.end)
+        return finding
+
+
+def read_json(path: Any) -> object:
+    """The content of a JSON file, None where there is none."""
+    try:
+        content: object = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return content
+
+
+def _value(axes: dict[str, Any], axis: str, name: str) -> float:
+    """What was identified; NaN where nothing was."""
+    try:
+        return float(axes[axis]["parameters"][name]["value"])
+    except (KeyError, TypeError, ValueError):
+        return float("nan")

@@ -1,0 +1,23 @@
+"""Every node is operational when the controller has done its task, and was never told to be anything less meanwhile."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from hil_tests.evidence import Evidence
+from hil_tests.expectations.base import MET, Expectation, Finding
+
+
+@dataclass(frozen=True)
+class Operational(Expectation):
+    """NMT state operational (CiA 301, 7.3.2.2) of each node when the controller ends."""
+
+    name: ClassVar[str] = "operational"
+
+    def judge(self, evidence: Evidence) -> Finding:
+        finding = MET
+        for axis, node in zip(evidence.axes, evidence.nodes, strict=True):
+            if axis not in evidence.operational:
+                finding += self.fails(f"node {node} is not operational when the controller ends", axis, evidence.end)
+        return finding

@@ -1,0 +1,51 @@
+"""Drives are enabled step by step, as CiA 402 has its states, and none was in a fault unless one was injected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from emulator.drive.state_machine import State
+from hil_tests.evidence import Evidence
+from hil_tests.expectations.base import MET, Expectation, Finding
+
+_STEPS = {
+    State.READY_TO_SWITCH_ON: (State.SWITCH_ON_DISABLED, State.SWITCHED_ON, State.OPERATION_ENABLED),
+    State.SWITCHED_ON: (State.READY_TO_SWITCH_ON, State.OPERATION_ENABLED),
+    State.OPERATION_ENABLED: (State.SWITCHED_ON, State.QUICK_STOP_ACTIVE),
+}
+"""States that lead to each by one transition (CiA 402-2, figure 'State machine'): 2, 6, 8; 3, 5; 4, 16."""
+
+
+@dataclass(frozen=True)
+class StateSequence(Expectation):
+    """Each drive reaches operation enabled by ready to switch on and switched on, each of them seen.
+
+    With `times` exactly that often.
+    """
+
+    name: ClassVar[str] = "state_sequence"
+
+    times: float | None = None
+
+    def judge(self, evidence: Evidence) -> Finding:
+        finding = MET
+        for axis in evidence.axes:
+            changes = [change for change in evidence.states if change.axis == axis]
+            for change in changes:
+                if change.before not in _STEPS.get(change.after, (change.before,)):
+                    went = f"{_words(change.before)} to {_words(change.after)}"
+                    finding += self.fails(f"the drive went from {went}: a step was left out", axis, change.time)
+                if change.after is State.FAULT and not any(struck.time is not None for struck in evidence.struck):
+                    finding += self.fails("the drive is in a fault, and none was injected", axis, change.time)
+            enabled = sum(change.after is State.OPERATION_ENABLED for change in changes)
+            if self.times is not None and enabled != self.times:
+                said = f"the drive was enabled {enabled} times, expected {self.times:g}"
+                finding += self.fails(said, axis, evidence.end, float(enabled), self.times)
+            elif not enabled:
+                finding += self.fails("the drive was never enabled", axis, evidence.end)
+        return finding
+
+
+def _words(state: State) -> str:
+    return state.name.lower().replace("_", " ")

@@ -1,0 +1,33 @@
+"""After a fault no drive is left enabled, and none is enabled again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from hil_tests.evidence import Evidence
+from hil_tests.expectations.base import MET, Expectation, Finding, limit
+
+
+@dataclass(frozen=True)
+class StaysDisabled(Expectation):
+    """No drive is in operation enabled from `within` [s] after the last fault on."""
+
+    name: ClassVar[str] = "stays_disabled"
+
+    within: float = field(metadata=limit("disable_time"))
+
+    def judge(self, evidence: Evidence) -> Finding:
+        struck, truth, finding = evidence.last_fault_time, evidence.truth, MET
+        if struck is None:
+            return MET  # that a fault never struck is told by itself
+        begin = struck + self.within
+        window = truth.between(begin, np.inf)
+        for number, axis in enumerate(evidence.axes):
+            enabled = np.flatnonzero(truth.enabled[window, number])
+            if len(enabled):
+                time = float(truth.time[window][enabled[0]])
+                finding += self.fails("the drive is enabled long after the fault", axis, time, time - struck, self.within, "s")
+        return finding

@@ -1,0 +1,83 @@
+"""From a case's evidence to its verdict: every expectation is asked, and what no scenario has to say is expected too."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from hil_tests.bench import Bench
+from hil_tests.evidence import Evidence
+from hil_tests.expectations.base import MET, Finding
+from hil_tests.scenario import Scenario
+from hil_tests.verdict import CaseResult, Failure, Measured, Outcome
+
+
+def judge(scenario: Scenario, evidence: Evidence, folder: Path, wall: float) -> CaseResult:
+    """The verdict; `folder` is the case's own, `wall` how long it took [s]."""
+    finding = sum((expectation.judge(evidence) for expectation in scenario.expectations), MET)
+    finding += Finding(tuple(_always(evidence)))
+    measured = tuple(_with_noise(one, evidence.bench) for one in finding.measured)
+    outcome = Outcome.REJECTED if finding.failures else Outcome.ACCEPTED
+    simulated = float(evidence.truth.time[-1]) if len(evidence.truth.time) else 0.0
+    return _result(scenario, outcome, finding.failures, measured, "", simulated, wall, folder)
+
+
+def skipped(scenario: Scenario, because: str) -> CaseResult:
+    """The verdict of a case that was not run."""
+    return _result(scenario, Outcome.SKIPPED, (), (), because, 0.0, 0.0, None)
+
+
+def _always(evidence: Evidence) -> list[Failure]:
+    """Every fault struck, and the controller left nothing behind."""
+    never = [
+        Failure("fault", f"{struck.text} never struck: what it waits for never came", time=evidence.end)
+        for struck in evidence.struck
+        if struck.time is None
+    ]
+    left = [Failure("leaves nothing", f"the controller left behind, at {what}") for what in evidence.left_behind]
+    return never + left
+
+
+def _with_noise(measured: Measured, bench: Bench) -> Measured:
+    """With the noise that the bench knows of this quantity."""
+    known = bench.noise.get(measured.name)
+    if isinstance(known, dict):
+        known = known.get(measured.axis or "")
+    return measured if known is None else replace(measured, noise=known)
+
+
+def _result(
+    scenario: Scenario,
+    outcome: Outcome,
+    failures: Sequence[Failure],
+    measured: Sequence[Measured],
+    because: str,
+    simulated: float,
+    wall: float,
+    folder: Path | None,
+) -> CaseResult:
+    return CaseResult(
+        number=scenario.number,
+        group=scenario.group,
+        name=scenario.name,
+        title=scenario.title,
+        requirement=" ".join(scenario.requirement.split()),
+        outcome=outcome,
+        failures=tuple(failures),
+        measured=tuple(_worst_of_each(measured)),
+        skipped_because=because,
+        simulated=simulated,
+        wall=wall,
+        folder=folder,
+    )
+
+
+def _worst_of_each(measured: Sequence[Measured]) -> list[Measured]:
+    """One entry a quantity and axis: where one was measured several times, the greatest."""
+    worst: dict[tuple[str, str | None], Measured] = {}
+    for one in measured:
+        known = worst.get((one.name, one.axis))
+        if known is None or one.value > known.value:
+            worst[one.name, one.axis] = one
+    return list(worst.values())

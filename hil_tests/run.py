@@ -1,0 +1,68 @@
+"""Runs the cases of a suite, several at a time, each in a process of its own, and judges them."""
+
+from __future__ import annotations
+
+import multiprocessing
+import shutil
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+from drivetwin.errors import UserError
+from hil_tests.bench import EMBEDDED, Bench
+from hil_tests.folder import write_case
+from hil_tests.judge import judge, skipped
+from hil_tests.scenario import Scenario
+from hil_tests.stand.stand import run_case
+from hil_tests.verdict import CaseResult
+
+
+def run_one(bench: Bench, scenario: Scenario, folder: Path) -> CaseResult:
+    """Run and judge one case; `folder` is made anew and gets all that the case leaves.
+
+    Raises UserError where the bus cannot be had or the controller's command not be started.
+    """
+    if scenario.skipped_because is not None:
+        return skipped(scenario, scenario.skipped_because)
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    began = time.monotonic()
+    evidence = run_case(bench, scenario, folder)
+    result = judge(scenario, evidence, folder, time.monotonic() - began)
+    write_case(result, evidence, folder)
+    return result
+
+
+def run_all(
+    bench: Bench, scenarios: Sequence[Scenario], cases: Path, jobs: int, done: Callable[[CaseResult], None]
+) -> list[CaseResult]:
+    """Run and judge every case in `cases`/NN_group.name; the verdicts in the order of the scenarios.
+
+    `done` hears of each as it comes. On a bus that all cases share, and on the wall clock, they run one by one.
+    """
+    alone = bench.bus != EMBEDDED or bench.clock == "realtime"
+    places = [cases / scenario.identity for scenario in scenarios]
+    results: dict[str, CaseResult] = {}
+    for result in _one_by_one(bench, scenarios, places) if alone or jobs == 1 else _at_once(bench, scenarios, places, jobs):
+        results[f"{result.number:02d}_{result.group}.{result.name}"] = result
+        done(result)
+    return [results[scenario.identity] for scenario in scenarios]
+
+
+def _one_by_one(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Path]) -> Iterator[CaseResult]:
+    for scenario, place in zip(scenarios, places, strict=True):
+        yield run_one(bench, scenario, place)
+
+
+def _at_once(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Path], jobs: int) -> Iterator[CaseResult]:
+    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"))
+    try:
+        runs = zip(scenarios, places, strict=True)
+        for task in as_completed([pool.submit(run_one, bench, scenario, place) for scenario, place in runs]):
+            yield task.result()
+    except BrokenProcessPool:
+        raise UserError("a process that ran a case was killed: is there enough memory? --jobs 1 needs the least") from None
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)

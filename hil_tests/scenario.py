@@ -1,0 +1,162 @@
+"""A scenario: a task, what goes wrong meanwhile, and what is expected of bus, plant and time (scenario/1)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field, PositiveFloat, PositiveInt
+
+from drivetwin.errors import UserError
+from emulator.faults.base import Fault
+from emulator.faults.library import read_fault
+from hil_tests.bench import Bench
+from hil_tests.conditions import Condition, read_condition
+from hil_tests.expectations.base import Expectation
+from hil_tests.expectations.reading import read_expectation
+from hil_tests.strict import Strict, read_yaml, typed
+from hil_tests.task import Task
+
+CONTROLLER_KILLED = "controller_killed"
+"""The fault of the one who is tested: its process is killed (SIGKILL)."""
+
+
+class _File(Strict):
+    format: Literal["scenario/1"]
+    title: str
+    requirement: str
+    task: Task
+    faults: list[dict[str, Any]] = Field(default_factory=list)
+    expect: list[Any] = Field(min_length=1)
+    aftermath: PositiveFloat = 0.5
+    starts: PositiveInt = 1
+    clock: Literal["sync", "realtime"] | None = None
+    machine: str | None = None
+    silence: PositiveFloat | None = None
+
+
+@dataclass(frozen=True)
+class PlannedFault:
+    """A fault: when it strikes, and how long it lasts [s], None: for good. `fault` is None for the death of the controller."""
+
+    text: str
+    fault: Fault | None
+    when: Condition
+    after: float
+    lasts: float | None
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A case before it is run.
+
+    `number`, `group` and `name` are those of its file NN_group/name.yaml. `aftermath` [s] is how long the machine is watched
+    once the controller has gone; `starts`, how often the controller is started, one after the other; `silence` is None where
+    the bench's own holds. Where a case cannot be run on the bench it has no faults and no expectations, and says why.
+    """
+
+    number: int
+    group: str
+    name: str
+    path: Path
+    title: str
+    requirement: str
+    task: Task
+    faults: tuple[PlannedFault, ...]
+    expectations: tuple[Expectation, ...]
+    aftermath: float
+    starts: int
+    silence: float | None
+    skipped_because: str | None
+
+    @property
+    def identity(self) -> str:
+        """04_moves.single"""
+        return f"{self.number:02d}_{self.group}.{self.name}"
+
+
+def read_scenario(path: Path, bench: Bench) -> Scenario:
+    """Read and check a scenario for a bench.
+
+    Raises UserError naming the file and the key for what is missing, unknown or wrong: a fault, a condition, an expectation,
+    a limit that the bench has not.
+    """
+    given = typed(_File, read_yaml(path), path)
+    number, group = _group(path)
+    because = _why_skipped(given, bench)
+    try:
+        return Scenario(
+            number=number,
+            group=group,
+            name=path.stem,
+            path=path,
+            title=given.title,
+            requirement=given.requirement,
+            task=given.task,
+            faults=tuple(_fault(fault, bench) for fault in given.faults) if because is None else (),
+            expectations=_expectations(given.expect, bench) if because is None else (),
+            aftermath=given.aftermath,
+            starts=given.starts,
+            silence=given.silence,
+            skipped_because=because,
+        )
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
+
+
+def _why_skipped(given: _File, bench: Bench) -> str | None:
+    """Why a case cannot be run on this bench; None: it can."""
+    if given.machine not in (None, bench.machine):
+        return f"the case is about machine {given.machine}, and this bench has {bench.machine}"
+    if given.clock not in (None, bench.clock):
+        return f"the case is about clock {given.clock}, and this bench has clock {bench.clock}"
+    if given.task.task not in bench.controller.tasks:
+        return f"the controller {bench.controller.name!r} does no task {given.task.task!r} (tasks in {bench.path.name})"
+    return None
+
+
+def _group(path: Path) -> tuple[int, str]:
+    number, _, group = path.parent.name.partition("_")
+    if not number.isdecimal() or not group:
+        raise UserError(f"{path}: a case stands in a folder NN_group, for example 04_moves/{path.name}")
+    return int(number), group
+
+
+def _fault(given: dict[str, Any], bench: Bench) -> PlannedFault:
+    nodes = {name: axis.node_id for name, axis in bench.virtual.axes.items()}
+    told = {key: value for key, value in given.items() if key not in ("when", "after", "for")}
+    name = told.get("fault")
+    if "when" not in given:
+        raise UserError(f"faults: {name}: says no `when`; write for example when: {{time: 1.0}}")
+    return PlannedFault(
+        text=" ".join(f"{value}" if key == "fault" else f"{key} {value}" for key, value in told.items()),
+        fault=None if name == CONTROLLER_KILLED else _known(told, nodes, bench),
+        when=read_condition(given["when"], nodes),
+        after=_seconds("after", given.get("after")) or 0.0,
+        lasts=_seconds("for", given.get("for")),
+    )
+
+
+def _known(told: dict[str, Any], nodes: dict[str, int], bench: Bench) -> Fault:
+    fault = read_fault(told)
+    if fault.node not in ("all", *nodes, *nodes.values()):
+        choice = ", ".join(f"{node} ({axis})" for axis, node in nodes.items())
+        raise UserError(f"faults: {fault.name}: {bench.machine} has no node {fault.node!r}; it has {choice}, or say all")
+    return fault
+
+
+def _seconds(key: str, value: object) -> float | None:
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or value < 0:
+        raise UserError(f"faults: {key}: expected seconds from 0 on, not {value!r}")
+    return float(value)
+
+
+def _expectations(given: Sequence[Any], bench: Bench) -> tuple[Expectation, ...]:
+    read = tuple(read_expectation(one, bench) for one in given)
+    if "outcome" not in [one.name for one in read]:
+        raise UserError("expect: says nothing of how the controller ends; add for example: - outcome: done")
+    return read

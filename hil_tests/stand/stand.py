@@ -1,0 +1,215 @@
+"""One case: a virtual machine is switched on, the controller started on its bus, and everything noted until after its end."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import can
+import mujoco
+
+from drivetwin.bus import HostedBus, host_bus
+from drivetwin.unix_bus import PREFIX
+from emulator.clock import Clock, RealtimeClock
+from emulator.copper import COPPER, CopperBus
+from emulator.virtual_machine import VirtualMachine
+from hil_tests.bench import EMBEDDED, Bench
+from hil_tests.evidence import Ending, Evidence, Run
+from hil_tests.scenario import Scenario
+from hil_tests.stand.clock import StandClock
+from hil_tests.stand.controller_process import ControllerProcess, command_line
+from hil_tests.stand.faults import Striker
+from hil_tests.stand.log import FrameLog
+from hil_tests.stand.observer import Observer
+from hil_tests.stand.watchdog import Watchdog
+from hil_tests.task import write_task
+
+LISTEN = 0.02
+"""How long the stand waits for a frame before it looks whether the controller still lives [s], where only SYNC moves time."""
+
+NMT_COB_ID = 0x000
+
+EXIT_STATUS = {0: Ending.DONE, 2: Ending.REFUSED, 3: Ending.STOPPED}
+"""What a controller's exit status says; any other is a crash."""
+
+
+class Stand:
+    """A virtual machine on a hosted bus, and the controller's starts on it."""
+
+    def __init__(self, bench: Bench, scenario: Scenario, folder: Path, hosted: HostedBus) -> None:
+        """`folder` gets controller.log and what the controller writes."""
+        self._bench, self._scenario, self._folder, self._hosted = bench, scenario, folder, hosted
+        self._realtime = bench.clock == "realtime"
+        self._clock: Clock = RealtimeClock() if self._realtime else StandClock()
+        self._switched_on = time.monotonic()
+        self._log = FrameLog(self._now, self._wall)
+        self._joined = self._copper() if bench.copper else self._machine(self._transmit)
+        self._virtual = self._joined.virtual if isinstance(self._joined, CopperBus) else self._joined
+        self._observer = Observer(self._virtual)
+        self._striker = Striker(scenario.faults, self._virtual, self._kill)
+        self._process: ControllerProcess | None = None
+        self._killed = False
+        self._left_behind: list[str] = []
+        self._operational: frozenset[str] = frozenset()
+
+    def run(self) -> Evidence:
+        """Everything from power on to the aftermath. Raises UserError where the controller's command cannot be started."""
+        self._joined.power_on()
+        self._striker.look(self._observer)
+        runs = []
+        for start in range(self._scenario.starts):
+            runs.append(self._run_controller(start))
+            self._operational = self._observer.operational()
+            self._let_time_pass(self._scenario.aftermath)
+        return self._evidence(tuple(runs))
+
+    # -- the controller -----------------------------------------------------------------------------------------------
+
+    def _run_controller(self, start: int) -> Run:
+        out = self._folder / ("controller" if start == 0 else f"controller_{start + 1}")
+        out.mkdir()
+        task_file = out / "task.json"
+        write_task(self._scenario.task, self._bench, task_file)
+        places = {"task_file": str(task_file), "bus": self._hosted.name, "clock": self._bench.clock, "out": str(out)}
+        began = self._virtual.now()
+        self._hold_time()
+        silence = self._scenario.silence or self._bench.timeouts.silence
+        watchdog = Watchdog(self._bench.timeouts, silence, self._bench.bit_rate, began)
+        self._killed = False
+        command = command_line(self._bench, places)
+        with ControllerProcess(command, self._bench.path.parent, self._folder / "controller.log") as process:
+            self._process = process
+            ending = self._serve(process, watchdog)
+            ended = self._virtual.now()
+            if process.end():
+                self._left_behind.append(f"start {start + 1}: processes of its own that still lived")
+            status = process.status()
+            words = process.last_words()
+        self._process = None
+        self._drop_what_is_left()
+        told = watchdog.told(ending)
+        return Run(ending, status, began, ended, "\n".join(filter(None, (told, words))), out)
+
+    def _serve(self, process: ControllerProcess, watchdog: Watchdog) -> Ending:
+        """Serve the bus until the controller has exited and all that it sent has been handled, or it was or has to be ended."""
+        while not self._killed:
+            pause = self._joined.wait()
+            message = self._hosted.bus.recv(LISTEN if pause is None else pause)
+            if message is None:
+                status = process.status()
+                if status is not None:
+                    return EXIT_STATUS.get(status, Ending.CRASHED)
+                concern = watchdog.silence(self._virtual.now())
+            else:
+                concern = watchdog.frame(self._virtual.now())
+                if not self._bench.copper:
+                    self._log.of_controller(message)
+                self._joined.receive(message)
+                if message.arbitration_id == NMT_COB_ID:
+                    self._observer.look_at_network()
+            self._joined.poll()
+            self._look()
+            if concern is not None:
+                return concern
+        return Ending.KILLED
+
+    def _drop_what_is_left(self) -> None:
+        """Frames of a controller that was ended while it sent: the next one finds a silent bus."""
+        while self._hosted.bus.recv(0.0) is not None:
+            pass
+
+    def _kill(self) -> None:
+        if self._process is not None:
+            self._killed = True
+            self._process.kill()
+
+    # -- time ---------------------------------------------------------------------------------------------------------
+
+    def _hold_time(self) -> None:
+        """In lockstep time belongs to the controller's SYNC."""
+        if isinstance(self._clock, StandClock):
+            self._clock.free = False
+
+    def _let_time_pass(self, seconds: float) -> None:
+        """The machine goes on without a controller."""
+        if isinstance(self._clock, StandClock):
+            self._clock.free = True
+        until = self._virtual.now() + seconds
+        while self._virtual.now() < until:
+            self._joined.poll()
+            self._look()
+            pause = self._joined.wait()
+            if pause is not None:
+                time.sleep(pause)
+        self._hosted.bus.recv(0.0)
+
+    def _look(self) -> None:
+        self._observer.look()
+        self._striker.look(self._observer)
+
+    def _now(self) -> float:
+        return self._virtual.now()
+
+    def _wall(self) -> float:
+        return time.monotonic() - self._switched_on if self._realtime else 0.0
+
+    def _machine(self, transmit: Callable[[can.Message], None]) -> VirtualMachine:
+        bench = self._bench
+        return VirtualMachine(bench.virtual, bench.drive_type, bench.effects, self._clock, bench.seed, transmit)
+
+    def _copper(self) -> CopperBus:
+        """The machine behind a wire, whose frames are noted when they are whole."""
+        wire = COPPER[self._bench.clock]
+        return wire(self._bench.bit_rate, self._machine, self._hosted.bus.send, self._log.of_wire)
+
+    def _transmit(self, message: can.Message) -> None:
+        self._log.of_drive(message)
+        self._hosted.bus.send(message)
+
+    # -- the end ------------------------------------------------------------------------------------------------------
+
+    def _evidence(self, runs: tuple[Run, ...]) -> Evidence:
+        axes = self._bench.virtual.axes
+        model = self._virtual.plant.model
+        slides = [model.joint(axis.joint).type[0] == mujoco.mjtJoint.mjJNT_SLIDE for axis in axes.values()]
+        return Evidence(
+            bench=self._bench,
+            task=self._scenario.task,
+            axes=tuple(axes),
+            nodes=tuple(axis.node_id for axis in axes.values()),
+            units=tuple("m" if slide else "rad" for slide in slides),
+            gears=tuple(axis.gear_ratio for axis in axes.values()),
+            frames=tuple(self._log.frames),
+            truth=self._observer.truth(),
+            states=tuple(self._observer.changes),
+            struck=self._striker.struck(),
+            runs=runs,
+            configured=self._observer.configured,
+            operational=self._operational,
+            friction=self._virtual.plant.truth(),
+            left_behind=tuple(self._left_behind),
+            timed=self._realtime or self._bench.copper,
+        )
+
+
+@contextmanager
+def bus_of(bench: Bench) -> Iterator[HostedBus]:
+    """The bus of a case, hosted here; an embedded one has a socket of its own, which is gone at the end."""
+    with tempfile.TemporaryDirectory(prefix="drivetwin-") as folder:
+        hosted = host_bus(f"{PREFIX}{folder}/bus" if bench.bus == EMBEDDED else bench.bus)
+        try:
+            yield hosted
+        finally:
+            hosted.close()
+
+
+def run_case(bench: Bench, scenario: Scenario, folder: Path) -> Evidence:
+    """Run one case; `folder`, which exists and is empty, gets controller.log and what the controller writes.
+
+    Raises UserError where bus or controller cannot be started.
+    """
+    with bus_of(bench) as hosted:
+        return Stand(bench, scenario, folder, hosted).run()

@@ -1,0 +1,58 @@
+"""YAML files that a person writes: read into typed values, and whatever is wrong is told by file and key."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from drivetwin.errors import UserError
+
+
+class Strict(BaseModel):
+    """A mapping whose keys are all known."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+Model = TypeVar("Model", bound=Strict)
+
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """The mapping of a YAML file. Raises UserError where it cannot be read, or is none."""
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise UserError(f"{path} does not exist") from None
+    except OSError as error:
+        raise UserError(f"cannot read {path}: {error.strerror}") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise UserError(f"{path} is not YAML: {error}") from None
+    if not isinstance(content, dict):
+        raise UserError(f"{path} is not a mapping of keys to values; expected a first line like 'format: ...'")
+    return content
+
+
+def typed(kind: type[Model], content: dict[str, Any], path: Path) -> Model:
+    """The content as a value. Raises UserError naming the first key that is missing, unknown or wrong."""
+    try:
+        return kind.model_validate(content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        message = first["msg"].removeprefix("Value error, ")
+        if first["type"] == "extra_forbidden":
+            message = f"is no key here; there are {', '.join(_keys_at(kind, first['loc'][:-1]))}"
+        raise UserError(f"{path}: {where}: {message}") from None
+
+
+def _keys_at(kind: type[BaseModel], way: tuple[int | str, ...]) -> list[str]:
+    """The keys that the model knows at the end of a way through its fields."""
+    for step in way:
+        field = kind.model_fields.get(str(step))
+        inner = field.annotation if field is not None else None
+        if isinstance(inner, type) and issubclass(inner, BaseModel):
+            kind = inner
+    return sorted(field.alias or name for name, field in kind.model_fields.items())

@@ -1,0 +1,126 @@
+"""A release against the one before: what is worse by more than noise rejects, and noise alone does not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf, nan
+from pathlib import Path
+
+import numpy as np
+import pytest
+from accept_bench import BENCH, BOOT, FAULT, MOVE, SOAK, acceptance_of, with_value
+
+from drivetwin.errors import UserError
+from hil_tests.bench import Bench
+from hil_tests.results.acceptance import Acceptance
+from hil_tests.results.results_file import Results, read_results, write_results
+from hil_tests.results.trend import CaseChange, Change, Kind, Trend, compare
+from hil_tests.verdict import CaseResult, Outcome
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path
+
+
+def stored(folder: Path, *cases: CaseResult) -> Results:
+    """The cases as an earlier release's file has them."""
+    write_results(acceptance_of(*cases), folder / "results.json")
+    return read_results(folder / "results.json")
+
+
+def trend(folder: Path, before: CaseResult, now: CaseResult) -> Trend:
+    return compare(acceptance_of(now), stored(folder, before))
+
+
+def kind(folder: Path, before: CaseResult, now: CaseResult) -> Kind:
+    return trend(folder, before, now).changes[0].kind
+
+
+def test_the_same_release_has_not_changed(folder: Path) -> None:
+    same = compare(acceptance_of(), stored(folder))
+    assert {change.kind for change in same.changes} == {Kind.WITHIN_NOISE}
+    assert len(same.changes) == 5
+    assert same.cases == ()
+    assert not same.rejects
+
+
+@pytest.mark.parametrize(
+    ("noise_before", "noise_now", "tolerance"), [(3e-6, 4e-6, 15e-6), (0.0, 5e-6, 15e-6), (None, 5e-6, 15e-6 * 2**0.5)]
+)
+def test_the_tolerance_is_three_deviations_of_the_difference(
+    folder: Path, noise_before: float | None, noise_now: float, tolerance: float
+) -> None:
+    before = with_value(MOVE, 3e-4, noise_before)
+    just_within, beyond = (with_value(MOVE, 3e-4 + share * tolerance, noise_now) for share in (0.99, 1.01))
+    assert kind(folder, before, just_within) is Kind.WITHIN_NOISE
+    worse = trend(folder, before, beyond)
+    assert worse.rejects
+    assert worse.changes[0].kind is Kind.REGRESSION
+    assert worse.changes[0].tolerance == pytest.approx(tolerance, rel=1e-6)
+    assert kind(folder, beyond, before) is Kind.IMPROVEMENT
+
+
+def test_noise_alone_hardly_ever_rejects(folder: Path) -> None:
+    generator = np.random.default_rng(0)
+    baseline = stored(folder, *(with_value(replace(MOVE, name=f"n{at}"), 1.0 + generator.normal(), 1.0) for at in range(4000)))
+    now = acceptance_of(*(with_value(replace(MOVE, name=f"n{at}"), 1.0 + generator.normal(), 1.0) for at in range(4000)))
+    # one-sided tail beyond 3 deviations: 0.135 % of 4000 is 5.4; 18 would be a chance of 1e-5
+    assert 0 < len(compare(now, baseline).of(Kind.REGRESSION)) < 18
+
+
+def test_a_quantity_without_noise_may_not_become_worse_at_all(folder: Path) -> None:
+    assert kind(folder, BOOT, with_value(BOOT, 0.43, 0.0)) is Kind.REGRESSION
+    assert kind(folder, BOOT, with_value(BOOT, 0.42 * (1 + 1e-12), 0.0)) is Kind.WITHIN_NOISE
+
+
+def test_a_change_whose_noise_nobody_knows_is_told_and_does_not_reject(folder: Path) -> None:
+    changed = trend(folder, with_value(BOOT, 0.42, None), with_value(BOOT, 0.6, None))
+    assert changed.changes[0].kind is Kind.NOISE_UNKNOWN
+    assert not changed.rejects
+
+
+@pytest.mark.parametrize("never", [inf, nan])
+@pytest.mark.parametrize("noise", [1e-3, None])
+def test_what_no_longer_comes_about_is_a_regression(folder: Path, never: float, noise: float | None) -> None:
+    sound, endless = with_value(FAULT, 0.1, noise), with_value(FAULT, never, noise)
+    assert kind(folder, sound, endless) is Kind.REGRESSION
+    assert kind(folder, endless, sound) is Kind.IMPROVEMENT
+    assert kind(folder, endless, endless) is Kind.WITHIN_NOISE
+
+
+def test_new_and_gone_quantities_and_changed_cases_are_told(folder: Path) -> None:
+    mended = replace(FAULT, outcome=Outcome.ACCEPTED, failures=(), measured=())
+    told = compare(acceptance_of(MOVE, mended), stored(folder, BOOT, MOVE, FAULT))
+    gone = [Change("08_faults.drive_faults", "time to rest", "rotate", "s", 0.3, None, None, Kind.GONE)]
+    assert [change for change in told.of(Kind.GONE) if change.name == "time to rest"] == gone
+    assert told.cases == (
+        CaseChange("08_faults.drive_faults", Outcome.REJECTED, Outcome.ACCEPTED),
+        CaseChange("01_boot.configuration", Outcome.ACCEPTED, None),
+    )
+    assert [change.name for change in compare(acceptance_of(BOOT, MOVE), stored(folder, MOVE)).of(Kind.NEW)] == ["bus load"]
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"machine": "stage"}, "machine scara, this bench has stage"),
+        ({"profile": "cia402-full"}, "profile servoone, this bench has cia402-full"),
+        ({"clock": "realtime"}, "clock sync, this bench has realtime"),
+        ({"truth": Path("worn.json")}, "truth none, this bench has worn.json"),
+        ({"limits": {**BENCH.limits, "stop_time": 0.5}}, "limit stop_time 0.2, this bench has 0.5"),
+        ({"limits": {**BENCH.limits, "jerk": 3.0}}, "limit jerk none, this bench has 3.0"),
+    ],
+)
+def test_a_baseline_of_another_bench_is_refused_in_one_line(folder: Path, changed: dict[str, object], said: str) -> None:
+    baseline = stored(folder, MOVE, SOAK)
+    other = Acceptance(Bench.model_validate({**BENCH.model_dump(), **changed}), (MOVE, SOAK), digest="")
+    with pytest.raises(UserError) as refused:
+        compare(other, baseline)
+    assert said in str(refused.value)
+
+
+def test_another_seed_bus_or_controller_is_compared(folder: Path) -> None:
+    command = BENCH.controller.model_copy(update={"name": "next"})
+    other = BENCH.model_copy(update={"seed": 7, "bus": "vcan0", "controller": command})
+    assert not compare(Acceptance(other, (MOVE,), digest=""), stored(folder, MOVE)).rejects

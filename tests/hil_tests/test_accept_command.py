@@ -1,0 +1,151 @@
+"""`drivetwin accept` and the pytest plugin as a CI runs them: exit status, files, the same bytes twice."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any
+
+import pytest
+from processes import PATIENCE, Ended, drivetwin
+from stage_bench import REFERENCE, bad, bench_file, scenario_file
+
+from drivetwin.cli.accept import accept_command
+from drivetwin.errors import UserError
+
+MOVES = {"task": "move", "parameters": {"dwell": 0.3, "moves": [{"axis": "slide", "to": 0.1}, {"axis": "slide", "to": -0.05}]}}
+SOUND = ["final_position", "homed", "tracking_error", "settling", "limits", "disabled_at_end", {"outcome": "done"}]
+
+
+def accept(bench: Path, out: Path, *arguments: object) -> Ended:
+    return drivetwin("accept", "--bench", bench, "--out", out, "--jobs", 1, *arguments)
+
+
+def test_a_sound_controller_is_accepted_with_the_same_bytes_twice(tmp_path: Path) -> None:
+    bench = bench_file(tmp_path, REFERENCE)
+    scenario_file(tmp_path / "own", "04_moves/to_and_fro", task=MOVES, expect=SOUND)
+    own = ("--cases", tmp_path / "own", "--select", "01_boot.configured", "--select", "04_moves.to_and_fro")
+    results = []
+    for number in (1, 2):
+        done = accept(bench, tmp_path / f"out{number}", *own)
+        assert (done.status, done.err) == (0, ""), done.out
+        assert "04_moves.to_and_fro" in done.out
+        results.append((tmp_path / f"out{number}" / "results.json").read_bytes())
+    assert results[0] == results[1]
+    read = json.loads(results[0])
+    assert [(case["group"], case["outcome"]) for case in read["cases"]] == [("boot", "accepted"), ("moves", "accepted")]
+    assert "report.html" in {path.name for path in (tmp_path / "out1").iterdir()}
+    suites = ET.parse(tmp_path / "out1" / "junit.xml").getroot()
+    assert (suites.get("tests"), suites.get("failures")) == ("2", "0")
+
+
+def test_a_controller_that_does_nothing_is_rejected_and_the_requirement_named(tmp_path: Path) -> None:
+    bench = bench_file(tmp_path, bad("does_nothing"))
+    scenario_file(tmp_path / "own", "04_moves/to_and_fro", task=MOVES, expect=SOUND)
+    done = accept(bench, tmp_path / "out", "--cases", tmp_path / "own", "--select", "04_moves.to_and_fro")
+    assert done.status == 1
+    assert "the machine never stood at slide 0.1 m" in done.out
+    assert (tmp_path / "out" / "cases" / "04_moves.to_and_fro" / "bus.log").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"bench": Path("nowhere.yaml")}, "nowhere.yaml does not exist"),
+        ({"clock": "sundial"}, "unknown clock 'sundial'; expected sync or realtime"),
+        ({"select": ["99"]}, "--select 99 names no case"),
+        ({"baseline": Path("nowhere.json")}, "no file nowhere.json"),
+        ({}, "holds files that drivetwin did not write"),
+    ],
+)
+def test_what_is_wrong_is_told_before_anything_runs(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "thesis.tex").write_text("mine")
+    with pytest.raises(UserError, match=said):
+        accept_command(**{"bench": bench_file(tmp_path, REFERENCE), "out": out, **changes})
+    assert [path.name for path in out.iterdir()] == ["thesis.tex"]
+
+
+OWN_TEST = """
+import can
+
+from emulator.drive.state_machine import State
+from hil_tests.verdict import Outcome
+
+
+def send(bus, cob_id, data):
+    bus.send(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False))
+
+
+def test_my_own_master(bench, bus, drives, plant_truth, bus_log):
+    assert bench.axes == ("slide",)
+    send(bus, 0x000, b"\\x01\\x00")
+    for word in (6, 7, 15):
+        send(bus, 0x201, word.to_bytes(2, "little"))
+        send(bus, 0x080, b"")
+    assert plant_truth.state("slide") is drives[0].machine.state is State.OPERATION_ENABLED
+    assert len(plant_truth.truth().time) == 3
+    assert [frame.identifier for frame in bus_log if frame.by_controller] == [0x000, *[0x201, 0x080] * 3]
+
+
+def test_my_own_case(run_scenario, pytestconfig):
+    result = run_scenario(pytestconfig.rootpath / "own" / "01_boot" / "mine.yaml")
+    assert result.outcome is Outcome.ACCEPTED
+"""
+
+
+def pytest_on(folder: Path, *arguments: object) -> Ended:
+    """pytest with the plugin, in a project of its own."""
+    installed = any(point.name == "drivetwin" for point in entry_points(group="pytest11"))
+    plugin = [] if installed else ["-p", "hil_tests.pytest_plugin"]
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *plugin, "-rs", "-v"]
+    done = subprocess.run(
+        [*command, *map(str, arguments)],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    return Ended(done.returncode, done.stdout, done.stderr)
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    (tmp_path / "pytest.ini").write_text("[pytest]\n")
+    (tmp_path / "test_own.py").write_text(OWN_TEST)
+    bench_file(tmp_path, bad("does_nothing"))
+    scenario_file(tmp_path / "own", "01_boot/mine", expect=[{"outcome": "done"}])
+    scenario_file(tmp_path / "own", "04_moves/needs_more", task=MOVES, expect=SOUND)
+    return tmp_path
+
+
+def test_the_plugin_runs_own_tests_and_own_cases(project: Path) -> None:
+    done = pytest_on(project, "--bench", "bench.yaml", "test_own.py", "own")
+    assert "3 passed" in done.out
+    assert "1 failed" in done.out
+    assert "04_moves.needs_more FAILED" in done.out
+    assert "the machine never stood at slide 0.1 m" in done.out
+    assert done.status == 1
+
+
+def test_the_plugin_brings_the_products_cases_where_no_files_are_named(project: Path) -> None:
+    done = pytest_on(project, "--bench", "bench.yaml", "--collect-only", "-q")
+    assert "05_paths.square" in done.out
+    assert "test_my_own_master" in done.out
+
+
+def test_the_plugin_tells_what_is_wrong_with_a_bench_or_a_case(project: Path) -> None:
+    assert "nowhere.yaml does not exist" in pytest_on(project, "--bench", "nowhere.yaml").err
+    scenario_file(project / "own", "04_moves/wrong", expect=["hartbeat"])
+    assert "'hartbeat' is no expectation" in pytest_on(project, "--bench", "bench.yaml", "own").out
+
+
+def test_without_a_bench_the_plugin_leaves_pytest_alone(project: Path) -> None:
+    done = pytest_on(project, "own")
+    assert "collected 0 items" in done.out

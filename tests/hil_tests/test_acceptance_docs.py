@@ -1,0 +1,150 @@
+"""docs/acceptance.md names every key, task, condition, expectation, limit and verdict that there is, and no other."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import get_args
+
+import pytest
+from pydantic import BaseModel
+
+from controller.tasks.library import task_class
+from drivetwin.errors import UserError
+from hil_tests import pytest_suite
+from hil_tests.bench import Bench, read_bench
+from hil_tests.conditions import read_condition
+from hil_tests.evidence import Ending
+from hil_tests.expectations.base import LIMIT
+from hil_tests.expectations.library import library
+from hil_tests.scenario import _File, read_scenario
+from hil_tests.suite import CASES
+from hil_tests.task import TaskName
+
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "docs/acceptance.md").read_text(encoding="utf-8")
+BENCH = ROOT / "hil_tests/benches/scara.yaml"
+
+
+def section(title: str) -> str:
+    """What stands below a heading, to the next one."""
+    (found,) = re.findall(rf"^##+ {re.escape(title)}\n(.*?)(?=^##|\Z)", TEXT, re.MULTILINE | re.DOTALL)
+    return str(found)
+
+
+def rows(title: str) -> dict[str, str]:
+    """Rows of the tables of a section by their first word in backquotes; several in the first column share the row."""
+    found = {}
+    for line in section(title).splitlines():
+        if line.startswith("| `"):
+            names, _, rest = line[2:].partition(" | ")
+            found |= dict.fromkeys(re.findall(r"`([^`]+)`", names), rest)
+    return found
+
+
+def keys(model: type[BaseModel], before: str = "") -> Iterator[str]:
+    """All keys of a file, those of an inner mapping as `outer.inner`."""
+    for name, field in model.model_fields.items():
+        inner = field.annotation
+        if isinstance(inner, type) and issubclass(inner, BaseModel) and name != "task":
+            yield from keys(inner, f"{name}.")
+        else:
+            yield before + name
+
+
+def test_the_groups_are_those_of_the_cases() -> None:
+    told = re.findall(r"^\| (\d+) \| `(\w+)` \|", section("The cases"), re.MULTILINE)
+    assert told == [(str(int(group[:2])), group[3:]) for group in sorted(path.name for path in CASES.iterdir())]
+
+
+def test_the_keys_of_a_bench_are_told() -> None:
+    told = [key for key in rows("bench.yaml (bench/1)") if key not in named_limits()]
+    assert sorted(told) == sorted(set(keys(Bench)) - {"path"})
+
+
+def named_limits() -> set[str]:
+    """Limits that an expectation takes of the bench."""
+    return {one.metadata[LIMIT] for kind in library().values() for one in fields(kind) if LIMIT in one.metadata}
+
+
+def test_the_limits_are_those_that_expectations_take() -> None:
+    table = section("bench.yaml (bench/1)").partition("| limit |")[2]
+    told = re.findall(r"\| `(\w+)` (?=\|)", table)
+    assert sorted(told) == sorted(named_limits())
+    assert named_limits() == set(read_bench(BENCH).limits)
+
+
+def test_the_tasks_and_their_parameters_are_told() -> None:
+    table = rows("What the controller is told (task/1)")
+    names = get_args(TaskName)
+    assert [name for name in table if name in names] == list(names)
+    for name in names:
+        for parameter in task_class(name).model_fields:
+            assert f"`{parameter}`" in table[name].split(" | ")[0], f"{name}: {parameter}"
+
+
+def test_the_keys_of_a_scenario_are_told() -> None:
+    assert sorted(rows("Scenarios (scenario/1)")) == sorted(set(keys(_File)) - {"format"})
+
+
+def test_the_conditions_are_told() -> None:
+    with pytest.raises(UserError) as refusal:
+        read_condition({"never": 1}, {"rotate": 2})
+    known = str(refusal.value).partition("there are ")[2].split(", ")
+    assert sorted(rows("Faults")) == sorted(known)
+
+
+def test_the_expectations_are_told_with_their_parameters_and_limits() -> None:
+    table = rows("Expectations")
+    assert sorted(table) == sorted(library())
+    for name, kind in library().items():
+        parameters = table[name].split(" | ")[0]
+        for one in fields(kind):
+            limit = one.metadata.get(LIMIT)
+            named = rf"`{one.name}`( s)? \(`{limit}`\)" if limit else f"`{one.name}`"
+            assert re.search(named, parameters), f"{name}: {one.name}"
+            if not limit and one.default not in (MISSING, None, ()):
+                assert re.search(rf"`{one.name}` \((?P<default>[^)]*)\)", parameters), f"{name}: default of {one.name}"
+        if kind.shorthand is not None:
+            assert f"`- {name}: " in parameters
+
+
+def test_the_ways_to_end_are_told() -> None:
+    assert sorted(rows("How a controller ends")) == sorted(ending.value for ending in Ending)
+
+
+def test_the_fixtures_are_told() -> None:
+    defined = {name for name, value in vars(pytest_suite).items() if type(value).__name__ == "FixtureFunctionDefinition"}
+    assert defined
+    assert set(rows("Your own cases in pytest")) == defined
+
+
+def test_the_scenario_and_the_tests_of_the_page_work(tmp_path: Path) -> None:
+    case = tmp_path / "02_enable" / "drive_fault.yaml"
+    case.parent.mkdir()
+    indented = re.search(r"^    format: scenario/1\n(?:    .*\n)+", TEXT, re.MULTILINE)
+    code = re.search(r"```python\n(.*?)```", TEXT, re.DOTALL)
+    assert indented is not None
+    assert code is not None
+    case.write_text(re.sub(r"^    ", "", indented.group(), flags=re.MULTILINE), encoding="utf-8")
+    own = tmp_path / "test_own.py"
+    own.write_text(code.group(1), encoding="utf-8")
+    assert read_scenario(case, read_bench(BENCH)).identity == "02_enable.drive_fault"
+    command = [sys.executable, "-m", "pytest", "-p", "hil_tests.pytest_plugin", "-p", "no:cacheprovider", "-c", os.devnull]
+    environment = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    ran = subprocess.run(
+        [*command, "--rootdir", str(tmp_path), "--bench", str(BENCH), str(own)],
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert "2 passed" in ran.stdout
