@@ -104,8 +104,9 @@ def answers_of_deviation(left: Sequence[Deviation]) -> list[Answer]:
     """A step after the effects: which parameter of the model is off, if any."""
     weights = {(one.effect, one.axis): _bounded(one.evidence) for one in left}
     whole = sum(weights.values()) + 1.0
-    told = [Answer(effect, axis, weight / whole, None) for (effect, axis), weight in weights.items()]
-    return merged([*told, Answer(NONE, None, 1.0 / whole, None)])
+    given = DOUBT / (len(weights) + 1)
+    told = [Answer(effect, axis, (1.0 - DOUBT) * weight / whole + given, None) for (effect, axis), weight in weights.items()]
+    return merged([*told, Answer(NONE, None, (1.0 - DOUBT) / whole + given, None)])
 
 
 def has_gap(step: Step) -> bool:

@@ -21,6 +21,7 @@ from diagnosis.wording import (
     name_of,
     number,
     of_torque,
+    others_words,
     percent,
     spells_words,
     time_words,
@@ -112,9 +113,10 @@ def _step(step: int, causes: Sequence[Cause]) -> str:
     more = ""
     if rest:
         total = sum(cause.probability for cause in rest)
-        answers = "One other answer" if len(rest) == 1 else f"{len(rest)} other answers together"
+        answers = others_words(len(rest)).capitalize()
         more = f'<p class="note">{answers}: {100.0 * total:.1f} %.</p>'
-    return f"<h3>Step {step}</h3>{table(head, [_cause(cause) for cause in named], numeric=())}{more}"
+    rows = table(head, [_cause(cause) for cause in named], numeric=())
+    return f"<h3>Step {step}</h3>{rows}{more}{_told_apart(causes[0])}"
 
 
 def _cause(cause: Cause) -> list[str]:
@@ -136,9 +138,14 @@ def _shrink(shrink: Shrink) -> str:
 
 
 def _alternatives(cause: Cause) -> str:
-    told = f"Told apart by {escape(cause.tell_apart_by)}." if cause.tell_apart_by else ""
-    others = ", ".join(name_of(effect) for effect in cause.indistinguishable_from)
-    return f"{escape(others)}{'. ' if others else ''}{told}"
+    return escape(", ".join(name_of(effect) for effect in cause.indistinguishable_from))
+
+
+def _told_apart(cause: Cause) -> str:
+    """What would tell the first answer of a step from those that it could also be."""
+    if not cause.tell_apart_by:
+        return ""
+    return f'<p class="note">{escape(cause_name(cause))} is told apart by {escape(cause.tell_apart_by)}.</p>'
 
 
 def _bar(share: float) -> str:

@@ -40,6 +40,11 @@ def name_of(effect: str) -> str:
     return {UNKNOWN: "a cause outside the library", NONE: "nothing (more)"}.get(effect, effect.replace("_", " "))
 
 
+def others_words(count: int) -> str:
+    """Answers that are told as a number."""
+    return "one other answer" if count == 1 else f"{count} other answers together"
+
+
 def cause_name(cause: Cause) -> str:
     """An effect and its axis."""
     return f"{name_of(cause.effect)} on {cause.axis}" if cause.axis else name_of(cause.effect)

@@ -68,3 +68,5 @@ class _Watch:
 
     def examined(self) -> None:
         self._bars.advance(self._task)
+        if not self._bars.console.is_terminal:
+            self._bars.console.print(f"{self._bars.tasks[self._task].completed:.0f} cases examined", highlight=False)

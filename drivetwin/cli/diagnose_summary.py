@@ -19,6 +19,7 @@ from diagnosis.wording import (
     name_of,
     number,
     of_torque,
+    others_words,
     percent,
     spells_words,
     time_words,
@@ -26,7 +27,9 @@ from diagnosis.wording import (
 )
 
 _SHOWN_FROM = 0.05
+"""Probability from which an answer beside the first has a line of its own."""
 _SHOWN_AT_MOST = 3
+"""Spells that are named."""
 
 
 def print_summary(console: Console, found: Diagnosis) -> None:
@@ -71,16 +74,20 @@ def _causes(found: Diagnosis) -> Table:
     table.add_column("probability", justify="right", no_wrap=True)
     table.add_column("parameters (90 % interval)")
     for step, causes in groupby(found.causes, key=lambda cause: cause.step):
-        for row, cause in enumerate(_likely(list(causes))):
+        told = list(causes)
+        likely = _likely(told)
+        for row, cause in enumerate(likely):
             parameters = "\n".join(estimate_words(name, estimate) for name, estimate in cause.parameters.items())
             table.add_row(str(step) if row == 0 else "", cause_name(cause), number(cause.probability), parameters)
+        if others := told[len(likely) :]:
+            table.add_row("", others_words(len(others)), number(sum(cause.probability for cause in others)), "")
         table.add_section()
     return table
 
 
 def _likely(causes: list[Cause]) -> list[Cause]:
     """The first, and whatever else is not far-fetched."""
-    return [cause for rank, cause in enumerate(causes[:_SHOWN_AT_MOST]) if rank == 0 or cause.probability >= _SHOWN_FROM]
+    return [cause for rank, cause in enumerate(causes) if rank == 0 or cause.probability >= _SHOWN_FROM]
 
 
 def _hints(found: Diagnosis) -> Iterator[str]:

@@ -149,3 +149,8 @@ def test_parameters_that_are_off_share_a_step_with_nothing_more() -> None:
     found = answers_of_deviation([other, one])
     assert [each.effect for each in found] == ["inertia", "viscous", "none"]
     assert sum(each.probability for each in found) == pytest.approx(1.0)
+
+
+def test_no_parameter_is_off_for_certain() -> None:
+    found = answers_of_deviation([Deviation("inertia", "turn", (), 1e6)])
+    assert found[0].probability == pytest.approx(1.0 - 0.5 * DOUBT, abs=1e-4)

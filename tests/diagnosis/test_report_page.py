@@ -52,7 +52,7 @@ def test_the_answer_is_on_the_page_with_its_figures_and_units(tmp_path: Path) ->
     assert sentence in page.text
     assert "static torque 1.3 (1.2 to 1.4) N·m" in page.text
     assert "97 % (96 % to 98 %)" in page.text
-    assert "presliding. Told apart by slow constant-velocity sweeps below 0.05 rad/s." in page.text
+    assert "is told apart by slow constant-velocity sweeps below 0.05 rad/s." in page.text
     assert "the friction of the model was 3 % low" in page.text
     assert "patched.xml with effects.json adds stribeck on rotate" in page.text
     assert "faster than rotate 0.002 rad/s, stretch 0.002 rad/s" in page.text
