@@ -73,7 +73,7 @@ def _bus(case: Case, machine: DrawnMachine, hidden: Path) -> InprocBus:
 def _let_err(session: Session, machine: DrawnMachine) -> None:
     """Whoever looks for a fault lets the axes do what it makes them do: up to the limit switches, and late by `LATE`."""
     for drive, axis in zip(session.drives, machine.axes.values(), strict=True):
-        drive.write_role("following_error_limit", drive.in_units(LATE * axis.max_speed))
+        drive.limit_following_error(LATE * axis.max_speed)
         drive.stay_within(*axis.limit_switches)
 
 

@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 import logging
-import time
-from collections import Counter
 from collections.abc import Sequence
 
 from controller.drive_node import DriveNode
-from controller.link import NMT_COB_ID, Link
+from controller.error_control import set_error_control
+from controller.link import Link
 from controller.machine import Machine
 from drive_profiles import DriveProfile
 from drivetwin.errors import UserError
 
 logger = logging.getLogger(__name__)
 
-START, RESET_COMMUNICATION = 0x01, 0x82
-
-BOOT_TIMEOUT = 2.0
+BOOT_TIMEOUT = 10.0
 """Longest wait for the boot-up messages after a reset of communication [s]."""
 
-HEARTBEAT = 0x700
-"""COB-ID of boot-up and heartbeat, less the node-ID."""
-
-HEARTBEAT_PERIOD = 5
-"""For the time of a check [ms]."""
+QUICK_BEAT = 5
+"""Heartbeat time for a check [ms]."""
 
 LISTEN = 0.2
 """How long a drive whose time moves may take to be heard [s]; a loaded host stalls a process for some 10 ms."""
@@ -62,22 +56,26 @@ def bring_up(link: Link, drives: Sequence[DriveNode], cycle_time: float) -> None
     silently changed value.
     """
     link.drain()  # a boot-up message from before the reset is no answer to it
-    boots = _watch_boots(link, drives)
     for drive in drives:  # each by itself: the bus may carry nodes that are none of ours
-        link.send(NMT_COB_ID, bytes((RESET_COMMUNICATION, drive.node_id)))
-    _await_boots(link, drives, boots)
+        drive.liveness.begin()
+        drive.liveness.expected = False
+        drive.reset_communication()
+    _await_boots(link, drives)
     for drive in drives:
         _check_one_answers(link, drive)
-    _check_each_booted_once(drives, boots)
+    _check_each_booted_once(drives)
     for drive in drives:
         _check_device(drive)
         _configure(drive, cycle_time)
-    _check_each_booted_once(drives, boots)
+    _check_each_booted_once(drives)
     for drive in drives:
-        link.send(NMT_COB_ID, bytes((START, drive.node_id)))
+        drive.start_operation()
     for drive in drives:
         drive.statusword = int(drive.read(0x6041))
     link.drain()
+    for drive in drives:
+        drive.liveness.begin()
+        drive.liveness.expected = True
 
 
 def check_time_stands_still(link: Link, drive: DriveNode) -> None:
@@ -86,51 +84,26 @@ def check_time_stands_still(link: Link, drive: DriveNode) -> None:
     The drive is asked for a heartbeat; one that comes although no SYNC was sent tells.
     """
     former = int(drive.read(0x1017))
-    beats: list[bytes] = []
-    boot = link.fast.pop(HEARTBEAT + drive.node_id, None)
-    link.fast[HEARTBEAT + drive.node_id] = beats.append
-    drive.write(HEARTBEAT_PERIOD, 0x1017)
-    deadline = time.monotonic() + LISTEN
-    while not beats and link.pump(deadline - time.monotonic()):
-        pass
+    heard = drive.liveness.beats
+    drive.write(QUICK_BEAT, 0x1017)
+    beating = link.wait_until(lambda: drive.liveness.beats > heard, LISTEN)
     drive.write(former, 0x1017)
-    link.fast.pop(HEARTBEAT + drive.node_id)
-    if boot is not None:
-        link.fast[HEARTBEAT + drive.node_id] = boot
-    if beats:
+    if beating:
         raise UserError(
             f"{drive.where()} keeps time by itself, and --clock sync sends as fast as it goes: give --clock realtime "
             "(or start the emulator with --clock sync)"
         )
 
 
-def _watch_boots(link: Link, drives: Sequence[DriveNode]) -> Counter[int]:
-    """Boot-up messages from now on, by node-ID."""
-    boots: Counter[int] = Counter()
-
-    def watch(node_id: int) -> None:
-        def boot(data: bytes) -> None:
-            if len(data) == 1 and data[0] == 0:
-                boots[node_id] += 1
-
-        link.fast[HEARTBEAT + node_id] = boot
-
-    for drive in drives:
-        watch(drive.node_id)
-    return boots
-
-
-def _await_boots(link: Link, drives: Sequence[DriveNode], boots: Counter[int]) -> None:
-    deadline = time.monotonic() + BOOT_TIMEOUT
-    while len(boots) < len(drives):
-        left = deadline - time.monotonic()
-        if not link.pump(min(left, 0.1)) and left <= 0.0:
-            missing = next(drive for drive in drives if drive.node_id not in boots)
-            present = ", ".join(str(node) for node in sorted(boots)) or "none"
-            raise UserError(
-                f"{missing.where()} sent no boot-up message on {link.wire.channel_info} within {BOOT_TIMEOUT:g} s "
-                f"(nodes that did: {present}): is the drive powered, and is {missing.node_id} its node-ID?"
-            )
+def _await_boots(link: Link, drives: Sequence[DriveNode]) -> None:
+    if link.wait_until(lambda: all(drive.liveness.boots for drive in drives), BOOT_TIMEOUT):
+        return
+    missing = next(drive for drive in drives if not drive.liveness.boots)
+    present = ", ".join(str(drive.node_id) for drive in drives if drive.liveness.boots) or "none"
+    raise UserError(
+        f"{missing.where()} sent no boot-up message on {link.wire.channel_info} within {BOOT_TIMEOUT:g} s "
+        f"(nodes that did: {present}): is the drive powered, and is {missing.node_id} its node-ID?"
+    )
 
 
 def _check_one_answers(link: Link, drive: DriveNode) -> None:
@@ -139,19 +112,17 @@ def _check_one_answers(link: Link, drive: DriveNode) -> None:
     cob_id = SDO_ANSWER + drive.node_id
     link.fast[cob_id] = answers.append
     link.send(SDO_REQUEST + drive.node_id, UPLOAD_OF_THE_SERIAL_NUMBER)
-    deadline = time.monotonic() + SECOND_ANSWER
-    while time.monotonic() < deadline and link.pump(deadline - time.monotonic()):
-        pass
+    link.wait_until(lambda: len(answers) > 1, SECOND_ANSWER)
     link.fast.pop(cob_id)
     if len(answers) > 1:
         raise _there_twice(drive, f"one SDO request had {len(answers)} answers")
 
 
-def _check_each_booted_once(drives: Sequence[DriveNode], boots: Counter[int]) -> None:
+def _check_each_booted_once(drives: Sequence[DriveNode]) -> None:
     """Raise UserError where one reset has brought two boot-up messages."""
     for drive in drives:
-        if boots[drive.node_id] > 1:
-            raise _there_twice(drive, f"one reset brought {boots[drive.node_id]} boot-up messages")
+        if drive.liveness.boots > 1:
+            raise _there_twice(drive, f"one reset brought {drive.liveness.boots} boot-up messages")
 
 
 def _there_twice(drive: DriveNode, what: str) -> UserError:
@@ -201,9 +172,10 @@ def _configure(drive: DriveNode, cycle_time: float) -> None:
     for index in (0x6083, 0x6084):
         drive.write(drive.in_units(drive.axis.max_acceleration), index)
     drive.write(drive.in_units(drive.axis.max_speed * 1.2), 0x607F)
-    drive.write_role("following_error_limit", drive.in_units(drive.axis.max_speed * FOLLOWING_ERROR_TIME))
+    drive.limit_following_error(drive.axis.max_speed * FOLLOWING_ERROR_TIME)
+    set_error_control(drive)
     drive.map_pdos()
 
 
 FOLLOWING_ERROR_TIME = 0.05
-"""Following error that a drive may have, as time at the axis's full speed [s]."""
+"""Following error that an axis may have, as time at its full speed [s]."""

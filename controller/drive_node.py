@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import logging
 import struct
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 
 import canopen
 import numpy as np
@@ -13,8 +17,10 @@ from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 from numpy.typing import NDArray
 
 from controller.dictionary import object_dictionary
-from controller.link import Link, PumpedNode
+from controller.link import NMT_COB_ID, Link, PumpedNode
+from controller.liveness import BASE_COB_ID, Liveness
 from controller.machine import POSITION_UNIT, Axis
+from controller.trouble import TroubleError
 from drive_profiles import DriveProfile, Role
 from drivetwin.errors import UserError
 
@@ -31,12 +37,21 @@ INPUT = struct.Struct("<if")
 
 SYNCHRONOUS, EVENT_DRIVEN = 1, 255
 
+START, ENTER_PRE_OPERATIONAL, RESET_COMMUNICATION = 0x01, 0x80, 0x82
+"""NMT command specifiers (CiA 301, 7.2.8.3.1.2)."""
+
+REFRESH = 10
+"""Cycles after which a drive that follows no set-points is told again what has not changed: a frame may have been lost."""
+
 GREATEST_I16 = 0x7FFF
 
 SAVE = int.from_bytes(b"save", "little")
 
 STORE_TIMEOUT = 10.0
 """Longest wait for the answer to 1010h, before which the drive writes its flash [s]."""
+
+COMMAND_TIMEOUT = 0.05
+"""Longest wait for the answer to a command by SDO [s]: other axes are to be stopped, too."""
 
 STATE_MASK = 0x6F
 SWITCH_ON_DISABLED, READY_TO_SWITCH_ON, SWITCHED_ON, OPERATION_ENABLED = 0x40, 0x21, 0x23, 0x27
@@ -75,6 +90,11 @@ class DriveNode:
         self.received = 0
         self.answers = True
         self.operating = False
+        self.streaming = False
+        self.homed = False
+        self.torque_limit = inf
+        self.following_error_limit: int | None = None
+        self.liveness = Liveness()
         self.allowed: tuple[int, int] | None = None
         self.emergencies: list[Emergency] = []
         self._link = link
@@ -82,6 +102,12 @@ class DriveNode:
         link.add_node(self._node)
         self._node.emcy.add_callback(self._take_emergency)
         self._rpdo_cob_id = 0x200 + axis.node_id
+        self.doubled = 0
+        self._input = b""
+        self._output = b""
+        self._repeated = 0
+        self._setpoints: deque[int] = deque([0], maxlen=self.setpoint_delay + 1)
+        link.fast[BASE_COB_ID + axis.node_id] = self.liveness.take
 
     # -- SDO ----------------------------------------------------------------------------------------------------------
 
@@ -116,18 +142,44 @@ class DriveNode:
 
         Raises UserError where it does not.
         """
-        sdo = self._node.sdo
-        usual, sdo.RESPONSE_TIMEOUT = sdo.RESPONSE_TIMEOUT, STORE_TIMEOUT
         try:
-            self._variable(0x1010, 3).raw = SAVE
+            with self._patience(STORE_TIMEOUT):
+                self._variable(0x1010, 3).raw = SAVE
         except (SdoAbortedError, SdoCommunicationError) as error:
             raise self._sdo_error("storing by", 0x1010, 3, error) from None
-        finally:
-            sdo.RESPONSE_TIMEOUT = usual
+
+    def reset_communication(self) -> None:
+        """NMT: begin anew with a boot-up message, not configured."""
+        self._link.send(NMT_COB_ID, bytes((RESET_COMMUNICATION, self.node_id)))
+
+    def start_operation(self) -> None:
+        """NMT: operational."""
+        self._link.send(NMT_COB_ID, bytes((START, self.node_id)))
+
+    def leave_operational(self) -> None:
+        """NMT: pre-operational, in which a drive hears SDO and acts on no PDO (CiA 301, 7.3.2.2.5)."""
+        self._link.send(NMT_COB_ID, bytes((ENTER_PRE_OPERATIONAL, self.node_id)))
+
+    def command(self, controlword: int) -> None:
+        """Write the controlword by SDO, for a drive that takes no PDOs, and read what its statusword says.
+
+        Raises UserError where it does not answer soon, or aborts.
+        """
+        self.controlword = controlword
+        try:
+            with self._patience(COMMAND_TIMEOUT):
+                self._variable(0x6040, 0).raw = controlword
+                self.statusword = int(self._variable(0x6041, 0).raw)
+        except (SdoAbortedError, SdoCommunicationError) as error:
+            raise self._sdo_error("commanding by", 0x6040, 0, error) from None
 
     def role(self, name: str) -> Role | None:
         """Where this drive type keeps a quantity, None where it does not."""
         return self.profile.roles.get(name)
+
+    def has(self, index: int, subindex: int = 0) -> bool:
+        """Whether the drive type has an object."""
+        return any((entry.index, entry.subindex) == (index, subindex) for entry in self.profile.objects)
 
     def read_role(self, name: str) -> float | None:
         """SI value on the motor side of a quantity, None where the drive type does not have it."""
@@ -139,6 +191,11 @@ class DriveNode:
         role = self.role(name)
         if role is not None:
             self.write(raw, role.index, role.subindex)
+
+    def limit_following_error(self, distance: float) -> None:
+        """The greatest following error [m or rad]: for this controller, and for the drive where its type has such a limit."""
+        self.following_error_limit = self.in_units(distance)
+        self.write_role("following_error_limit", self.following_error_limit)
 
     def where(self) -> str:
         """How errors name this drive."""
@@ -197,10 +254,30 @@ class DriveNode:
         self._link.fast[0x280 + self.node_id] = self._take_input
 
     def send_output(self) -> None:
-        """Send RPDO 1, and 2 where it is mapped; they take effect at the next SYNC."""
-        self._link.send(self._rpdo_cob_id, OUTPUT.pack(self.controlword, self.setpoint, self.torque_offset))
+        """Send RPDO 1, and 2 where it is mapped; they take effect at the next SYNC.
+
+        A drive that follows set-points gets one each cycle. One that stands or moves by itself is told what changes, and that
+        again every `REFRESH` cycles: that leaves the bus room for SDO.
+        """
+        self._setpoints.append(self.setpoint)
+        output = OUTPUT.pack(self.controlword, self.setpoint, self.torque_offset)
+        self._repeated += 1
+        if output == self._output and not self.streaming and self._repeated < REFRESH:
+            return
+        self._output, self._repeated = output, 0
+        self._link.send(self._rpdo_cob_id, output)
         if self.takes_velocity_offset:
             self._link.send(0x300 + self.node_id, VELOCITY_OFFSET.pack(self.velocity_offset))
+
+    def follow(self) -> None:
+        """From now on the axis follows its set-point, which is where it is held."""
+        self._setpoints.extend([self.setpoint] * (self.setpoint_delay + 1))
+        self.streaming = True
+
+    @property
+    def following_error(self) -> int:
+        """How far the axis is from the set-point that it was to reach by the last SYNC, in position units."""
+        return abs(self._setpoints[0] - self.position)
 
     def clear_offsets(self) -> None:
         """Nothing beside the set-point from the next cycle on."""
@@ -221,6 +298,13 @@ class DriveNode:
         self.statusword = data[0] | data[1] << 8
 
     def _take_input(self, data: bytes) -> None:
+        """A sample. The same once more is no second one: CAN itself doubles a frame whose last bit was disturbed for its sender
+        alone (ISO 11898-1, end of frame), and two samples of one SYNC differ by the noise of the torque at least.
+        """
+        if self.received and data == self._input:
+            self.doubled += 1
+            return
+        self._input = data
         self.position, self.torque = INPUT.unpack(data)
         self.received += 1
 
@@ -294,7 +378,21 @@ class DriveNode:
         """Joint torque or force of a motor torque [N·m]: times the gear ratio, no efficiency taken off."""
         return motor * self.axis.gear_ratio
 
+    def motor_torque(self, joint: float) -> float:
+        """Motor torque [N·m] of a joint torque or force, as `joint_torque`."""
+        return joint / self.axis.gear_ratio
+
     # -- inside -------------------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def _patience(self, seconds: float) -> Iterator[None]:
+        """Wait so long for an SDO answer meanwhile."""
+        sdo = self._node.sdo
+        usual, sdo.RESPONSE_TIMEOUT = sdo.RESPONSE_TIMEOUT, seconds
+        try:
+            yield
+        finally:
+            sdo.RESPONSE_TIMEOUT = usual
 
     def _variable(self, index: int, subindex: int) -> canopen.variable.Variable:
         entry = self._node.sdo[index]
@@ -302,9 +400,10 @@ class DriveNode:
 
     def _sdo_error(self, doing: str, index: int, subindex: int, error: Exception) -> UserError:
         if isinstance(error, SdoCommunicationError):
-            return UserError(
+            return TroubleError(
                 f"{self.where()} does not answer on {self._link.wire.channel_info} ({doing} {place(index, subindex)}): "
-                f"is the drive powered, and is {self.node_id} its node-ID?"
+                f"is the drive powered, and is {self.node_id} its node-ID?",
+                self.node_id,
             )
         return UserError(f"{self.where()}: {doing} {place(index, subindex)} was aborted by the drive: {error}")
 

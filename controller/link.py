@@ -18,12 +18,20 @@ from drivetwin.errors import UserError
 SYNC_COB_ID = 0x80
 NMT_COB_ID = 0x000
 
-SDO_TIMEOUT = 1.0
-"""Longest wait for an SDO answer [s]; a drive answers within milliseconds, a loaded host may not."""
+SDO_TIMEOUT, SDO_TIMEOUT_IN_CYCLES = 5.0, 1.0
+"""Longest wait for an SDO answer [s] of wall-clock, and of the plant's time where cycles run; a drive answers within
+milliseconds, a loaded host may not."""
+
+SLICE = 0.02
+"""Longest that a Ctrl-C waits for a frame [s]."""
 
 
 class PumpedSdoClient(SdoClient):
-    """canopen's SDO client without a receiving thread: waiting for an answer is pumping the bus."""
+    """canopen's SDO client without a receiving thread: waiting for an answer is pumping the bus, or running cycles.
+
+    While cycles run a request goes out behind the answers to a SYNC, and the next cycle runs before its own answer is asked
+    for: one exchange a cycle at most, and an answer that does not come is waited for in the plant's time.
+    """
 
     RESPONSE_TIMEOUT = SDO_TIMEOUT
     network: Link
@@ -40,11 +48,10 @@ class PumpedSdoClient(SdoClient):
         return response
 
     def _await_response(self) -> None:
-        deadline = time.monotonic() + self.RESPONSE_TIMEOUT
-        while self.responses.empty():
-            left = deadline - time.monotonic()
-            if not self.network.pump(left) and left <= 0.0:
-                raise SdoCommunicationError("No SDO response received")
+        runs = self.network.cycle is not None
+        patience = min(self.RESPONSE_TIMEOUT, SDO_TIMEOUT_IN_CYCLES) if runs else self.RESPONSE_TIMEOUT
+        if not self.network.wait_until(lambda: not self.responses.empty(), patience):
+            raise SdoCommunicationError("No SDO response received")
 
 
 class PumpedNode(canopen.RemoteNode):
@@ -71,6 +78,8 @@ class Link(canopen.Network):
         self.wire = bus
         self.log: Callable[[can.Message], None] | None = None
         self.fast: dict[int, Callable[[bytes], None]] = {}
+        self.cycle: Callable[[], float] | None = None
+        """Runs a cycle and returns its seconds, once cycles run: then whoever waits lets them go on."""
         self._interruption = Interruption()
 
     def __enter__(self) -> Link:
@@ -107,6 +116,28 @@ class Link(canopen.Network):
             handler(bytes(message.data))
         else:
             self.notify(message.arbitration_id, message.data, message.timestamp)
+        return True
+
+    def wait_until(self, done: Callable[[], bool], seconds: float) -> bool:
+        """Whether `done` within `seconds`: of cycles where they run, at least one of them, else of wall-clock."""
+        if self.cycle is not None:
+            waited = self.cycle()
+            while not done() and waited < seconds:
+                waited += self.cycle()
+            return done()
+        deadline = time.monotonic() + seconds
+        while not done():
+            left = deadline - time.monotonic()
+            if not self.pump(left) and left <= 0.0:
+                return False
+        return True
+
+    def await_frame(self, seconds: float) -> bool:
+        """Take one frame, waiting up to `seconds`, in slices that let a Ctrl-C through; whether one came."""
+        deadline = time.monotonic() + seconds
+        while not self.pump(min(seconds, SLICE)):
+            if time.monotonic() >= deadline:
+                return False
         return True
 
     def _put(self, message: can.Message) -> None:

@@ -32,13 +32,17 @@ class Homing(_Strict):
 
 
 class Axis(_Strict):
-    """One axis, joint side, SI: m, rad. `feed` is the joint's travel a turn of the gear's output, 2 pi on a revolute axis."""
+    """One axis, joint side, SI: m, rad. `feed` is the joint's travel a turn of the gear's output, 2 pi on a revolute axis.
+
+    `motor_inertia` is the rotor's [kg·m²], None where no data sheet tells it.
+    """
 
     node_id: int = Field(ge=1, le=127)
     joint: str
     actuator: str
     gear: tuple[PositiveInt, PositiveInt]
     feed: PositiveFloat | None = None
+    motor_inertia: PositiveFloat | None = None
     travel: tuple[float, float]
     rest: float
     max_speed: PositiveFloat

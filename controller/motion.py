@@ -48,6 +48,7 @@ def enable(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:
     A drive that is enabled changes its mode with voltage on: an axis under gravity must not sag in between.
     Raises UserError where a drive does not follow the state machine.
     """
+    hold(cycle, [drive for drive in drives if drive.streaming])
     cycle.run()
     _switch_mode(cycle, [drive for drive in drives if drive.operating], mode)
     _start_up(cycle, [drive for drive in drives if not drive.operating], mode)
@@ -60,6 +61,10 @@ def _switch_mode(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:
         drive.controlword = ENABLE_OPERATION
         drive.write(mode, 0x6060)
     cycle.run()
+    _check_modes(drives, mode)
+
+
+def _check_modes(drives: Sequence[DriveNode], mode: int) -> None:
     for drive in drives:
         shown = int(drive.read(0x6061))
         if shown != mode:
@@ -72,10 +77,11 @@ def _start_up(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:
     _await_state(cycle, drives, SWITCH_ON_DISABLED)
     for drive in drives:
         drive.write(mode, 0x6060)
-        drive.setpoint = drive.position
         drive.clear_offsets()
+    _check_modes(drives, mode)
     for word, state in ((SHUTDOWN, READY_TO_SWITCH_ON), (SWITCH_ON, SWITCHED_ON), (ENABLE_OPERATION, OPERATION_ENABLED)):
         for drive in drives:
+            drive.setpoint = drive.position  # an axis must not jump to a set-point of former times
             drive.controlword = word
         _await_state(cycle, drives, state)
     for drive in drives:
@@ -87,8 +93,24 @@ def enable_streaming(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
     enable(cycle, drives, drives[0].profile.streaming_mode)
     for drive in drives:
         drive.setpoint = drive.position
+    follow(cycle, drives)
+
+
+def follow(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
+    """From now on enabled drives in their streaming mode get a set-point each cycle, the first where they are held."""
+    for drive in drives:
         drive.controlword = ENABLE_OPERATION | MODE_BIT_4
+        drive.follow()
     cycle.run()
+
+
+def hold(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
+    """Drives that stand at their last set-point stay there, without a new one each cycle: that leaves the bus room for SDO."""
+    for drive in drives:
+        drive.streaming = False
+        drive.controlword = ENABLE_OPERATION
+    if drives:
+        cycle.run()
 
 
 def disable(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
@@ -97,7 +119,7 @@ def disable(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
     Raises UserError where a drive does not follow the state machine.
     """
     for drive in drives:
-        drive.operating = False
+        drive.operating = drive.streaming = False
         drive.clear_offsets()
         drive.controlword = QUICK_STOP
     _await_state(cycle, drives, SWITCH_ON_DISABLED)
@@ -118,6 +140,7 @@ def home(cycle: Cycle, drives: Sequence[DriveNode], timeout: float = 60.0) -> No
         drive.write(drive.in_units(homing.edge_speed), 0x6099, 2)
         drive.write(drive.in_units(homing.acceleration), 0x609A)
         drive.write(drive.in_units(-homing.switch_position), 0x607C)  # zero position = home position + home offset
+        drive.homed = False
     enable(cycle, drives, HOMING_MODE)
     for drive in drives:
         drive.controlword = ENABLE_OPERATION | MODE_BIT_4
@@ -131,6 +154,8 @@ def home(cycle: Cycle, drives: Sequence[DriveNode], timeout: float = 60.0) -> No
     else:
         waiting = [drive.where() for drive in drives if not drive.statusword & HOMING_ATTAINED]
         raise UserError(f"homing did not end within {timeout:g} s on {', '.join(waiting)}: does the limit switch work?")
+    for drive in drives:
+        drive.homed = True
 
 
 def stream(

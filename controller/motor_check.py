@@ -1,4 +1,4 @@
-"""Is this the machine? The motors that the drives were commissioned with, against those of the controller's own model."""
+"""Is this the machine? The motors that the drives were commissioned with, against those of the controller's own description."""
 
 from __future__ import annotations
 
@@ -7,27 +7,23 @@ from collections.abc import Sequence
 from controller.drive_node import DriveNode
 from controller.machine import Machine
 from drivetwin.errors import UserError
-from drivetwin.motion.inverse_dynamics import compiled
 
 TOLERANCE = 0.25
-"""Share by which a motor's inertia may differ from the model's: data sheets are that good, another motor is not."""
+"""Share by which a motor's inertia may differ from the data sheet's: data sheets are that good, another motor is not."""
 
 
 def check_motors(drives: Sequence[DriveNode], machine: Machine) -> None:
-    """Raise UserError where a drive's motor cannot be the one that the model has on its axis, before anything moves.
+    """Raise UserError where a drive's motor cannot be the one that is on its axis (axes.yaml), before anything moves.
 
-    A drive that knows its motor's inertia tells it; times the gear ratio squared it is the joint's `armature`. What neither the
-    drive nor the model tells is not checked.
+    What neither the drive nor the description tells is not checked.
     """
-    model = compiled(machine.model_path)
     for drive in drives:
         told = drive.read_role("motor_inertia")
-        expected = float(model.joint(drive.axis.joint).armature[0])
-        if not told or expected == 0.0:
+        expected = drive.axis.motor_inertia
+        if not told or expected is None:
             continue
-        found = told * drive.axis.gear_ratio**2
-        if abs(found / expected - 1.0) > TOLERANCE:
+        if abs(told / expected - 1.0) > TOLERANCE:
             raise UserError(
-                f"{drive.where()} tells a motor inertia of {told:.3g} kg·m², {found:.3g} at the joint, where machine "
-                f"{machine.machine} has {expected:.3g}: is --machine {machine.machine} what stands there? Nothing was moved"
+                f"{drive.where()} tells a motor inertia of {told:.3g} kg·m², and machine {machine.machine} has {expected:.3g}: "
+                f"is --machine {machine.machine} what stands there? Nothing was moved"
             )

@@ -16,8 +16,10 @@ class Pacing(ABC):
 
     late_cycles = 0
     worst_lateness = 0.0
-    answer_timeout = 2.0
-    """Longest wait for the drives' answers to a SYNC [s]; nothing moves meanwhile where SYNC drives the plant."""
+    first_answer = 10.0
+    """Longest wait for the first answer to a SYNC [s]; nothing moves meanwhile where SYNC drives the plant."""
+    further_answer = 0.5
+    """Longest wait for the next one [s]: they come together, and only a loaded host keeps them apart."""
 
     @abstractmethod
     def wait(self, cycle: float) -> None:
@@ -51,7 +53,8 @@ class Lockstep(Pacing):
 class Realtime(Pacing):
     """Cycles on the wall clock. A cycle that is late by more than half of one is counted, and the grid moves by it."""
 
-    answer_timeout = 0.25
+    first_answer = 0.1
+    further_answer = 0.02
     """Axes move on without set-points meanwhile: as short as a loaded host's stalls allow [s]."""
 
     def __init__(self, now: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep) -> None:

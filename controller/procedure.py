@@ -80,6 +80,7 @@ def _identify_group(session: Session, group: Sequence[str], seed: int, captured:
     captured.validation.append(session.capture(f"validation_{label}", paths))
     moving = [drive for drive in session.drives if drive.name in group]
     session.progress.phase(f"torque by SDO, {', '.join(group)}", 2.0)
-    captured.sdo_points += friction_by_sdo(session.cycle, moving)
-    enable_streaming(session.cycle, moving)
+    with session.holding():
+        captured.sdo_points += friction_by_sdo(session.cycle, moving)
+        enable_streaming(session.cycle, moving)
     session.go_to({name: axis.rest for name, axis in axes.items()})

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from controller.cycle import Cycle
 from controller.drive_node import DriveNode
 from controller.machine import Axis
-from controller.motion import ENABLE_OPERATION, PROFILE_VELOCITY_MODE
+from controller.motion import ENABLE_OPERATION, PROFILE_VELOCITY_MODE, hold
 from drivetwin.files import provenance
 
 LEVELS = (0.2, 0.5)
@@ -21,9 +21,6 @@ LEVELS = (0.2, 0.5)
 
 SETTLE, READ, STOP = 0.12, 0.2, 0.15
 """Seconds from the new target to the first reading, of reading, and for the ramp to rest."""
-
-POLL_EVERY = 5
-"""Cycles between two SDO reads."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +44,10 @@ class _Polled:
 def friction_by_sdo(cycle: Cycle, drives: Sequence[DriveNode]) -> list[FrictionPoint]:
     """Friction of the given axes at two speeds from 6077h and 606Ch, polled by SDO while the drives move by themselves.
 
-    Both directions are read over the same way, so gravity and offsets cancel in the half difference.
+    Both directions are read over the same way, so gravity and offsets cancel in the half difference. One object is
+    read a cycle, as always while cycles run; so that the bus has room for it, no drive may be streaming.
     """
+    hold(cycle, [drive for drive in drives if drive.streaming])
     for drive in drives:
         drive.write(0, 0x60FF)
         drive.write(PROFILE_VELOCITY_MODE, 0x6060)
@@ -88,8 +87,8 @@ def _cruise(cycle: Cycle, drives: Sequence[DriveNode], level: float) -> list[_Po
         drive.write(drive.in_units(speed(drive.axis, level)), 0x60FF)
     cycle.run_for(SETTLE)
     polled: list[list[tuple[float, float]]] = [[] for _ in drives]
-    for _ in range(round(READ / cycle.period / POLL_EVERY)):
-        cycle.run_for(POLL_EVERY * cycle.period)
+    end = cycle.count + round(READ / cycle.period)
+    while cycle.count < end:
         for drive, values in zip(drives, polled, strict=True):
             values.append((_velocity(drive), _torque(drive)))
     _stop_symmetrically(cycle, drives, abs(level))
@@ -116,8 +115,7 @@ def _velocity(drive: DriveNode) -> float:
 
 def _torque(drive: DriveNode) -> float:
     """Joint torque [N·m or N] from 6077h, in thousandths of the rated torque 6076h [mN·m]."""
-    rated = float(drive.read(0x6076)) * 1e-3
-    return drive.joint_torque(float(drive.read(0x6077)) * 1e-3 * rated)
+    return drive.joint_torque(float(drive.read(0x6077)) * 1e-3 * drive.rated_torque)
 
 
 def to_json(points: Sequence[FrictionPoint], seed: int, inputs: Sequence[Path]) -> dict[str, Any]:

@@ -25,7 +25,9 @@ def stopped_at_the_end(cycle: Cycle, drives: Sequence[DriveNode]) -> Iterator[No
     except KeyboardInterrupt:
         raise InterruptedByUserError(f"interrupted; {stop(cycle, drives)}") from None
     except UserError as error:
-        raise type(error)(f"{error}; {stop(cycle, drives)}") from None
+        stopped = type(error)(f"{error}; {stop(cycle, drives)}")
+        stopped.__dict__ |= error.__dict__  # which node it was
+        raise stopped from None
     except BaseException:
         stop(cycle, drives)
         raise
@@ -37,7 +39,7 @@ def stop(cycle: Cycle, drives: Sequence[DriveNode]) -> str:
     Returns what became of the axes, for the person at the bench.
     """
     for drive in drives:
-        drive.operating = False
+        drive.operating = drive.streaming = False
         drive.clear_offsets()
         drive.controlword = QUICK_STOP
     for _ in range(round(STATE_TIMEOUT / cycle.period)):
@@ -48,11 +50,30 @@ def stop(cycle: Cycle, drives: Sequence[DriveNode]) -> str:
         drive.controlword = DISABLE_VOLTAGE
     for _ in range(SYNCS_TO_TELL):
         _run(cycle)
-    doubtful = [drive.where() for drive in drives if not drive.answers or drive.state not in WITHOUT_VOLTAGE]
+    doubtful = [drive for drive in drives if not drive.answers or drive.state not in WITHOUT_VOLTAGE]
+    doubtful = [drive for drive in doubtful if not _stopped_by_sdo(cycle, drive)]
     if not doubtful:
         return "every axis was stopped and is without voltage"
-    return f"NOT KNOWN TO BE STOPPED: {', '.join(doubtful)}; every other axis was stopped and is without voltage"
+    names = ", ".join(drive.where() for drive in doubtful)
+    return f"NOT KNOWN TO BE STOPPED: {names}; every other axis was stopped and is without voltage"
 
+
+def _stopped_by_sdo(cycle: Cycle, drive: DriveNode) -> bool:
+    """Whether a drive that takes no PDOs any more, as one that is not operational, could be stopped by SDO."""
+    with suppress(UserError, KeyboardInterrupt):
+        drive.leave_operational()
+        for word in (QUICK_STOP, DISABLE_VOLTAGE):
+            for _ in range(TRIES):
+                drive.command(word)
+                if drive.state in WITHOUT_VOLTAGE:
+                    return True
+                for _ in range(round(STATE_TIMEOUT / TRIES / cycle.period)):
+                    _run(cycle)
+    return False
+
+
+TRIES = 10
+"""How often a drive's state is asked for within `STATE_TIMEOUT`."""
 
 SYNCS_TO_TELL = 2
 """One at which the controlword takes effect, and one more for the statusword to come back."""

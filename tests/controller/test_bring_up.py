@@ -12,6 +12,7 @@ from controller import link as link_module
 from controller.bring_up import bring_up
 from controller.drive_node import DriveNode
 from controller.machine import POSITION_UNIT
+from controller.motion import enable_streaming
 from drivetwin.errors import UserError
 from emulator.canopen import NmtState
 from emulator.canopen.abort_codes import AbortCode, SdoAbort
@@ -39,6 +40,7 @@ def test_every_drive_is_operational_and_mapped_as_three_axes_fit_a_millisecond(s
 
 def test_three_axes_take_less_than_a_millisecond_of_a_real_bus(scara: VirtualBench) -> None:
     """Bits on 1 Mbit/s with worst-case stuffing: 47 + 8 n, and a stuff bit per 4 after the first of 34 + 8 n bits."""
+    enable_streaming(scara.cycle, scara.drives)
     for _ in range(3):
         scara.cycle.run()
     received: list[int] = []

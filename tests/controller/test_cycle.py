@@ -6,26 +6,41 @@ import can
 import pytest
 from virtual_bench import VirtualBench
 
-from controller.cycle import DriveFaultError
 from controller.motion import disable, enable_streaming
 from controller.pacing import Lockstep
+from controller.supervision import MISSED
+from controller.trouble import DriveFaultError, TroubleError
 from drivetwin.errors import UserError
 from emulator.drive.state_machine import State
 
 
 @pytest.fixture
 def bench(monkeypatch: pytest.MonkeyPatch) -> VirtualBench:
-    monkeypatch.setattr(Lockstep, "answer_timeout", 0.02)
+    monkeypatch.setattr(Lockstep, "first_answer", 0.02)
+    monkeypatch.setattr(Lockstep, "further_answer", 0.02)
     return VirtualBench("scara").up()
 
 
 def test_a_cycle_is_outputs_then_sync_then_inputs(bench: VirtualBench) -> None:
+    enable_streaming(bench.cycle, bench.drives)
     bench.cycle.run_for(0.003)
+    before = bench.cycle.count
     bench.sent.clear()
     bench.cycle.run()
     assert [message.arbitration_id for message in bench.sent] == [0x201, 0x202, 0x203, 0x080, 0x281, 0x282, 0x283]
-    assert bench.cycle.count == 4
+    assert bench.cycle.count == before + 1
     assert [drive.received for drive in bench.drives] == [1, 1, 1]
+
+
+def test_a_drive_that_follows_nothing_is_told_changes_at_once_and_all_again_every_ten_cycles(bench: VirtualBench) -> None:
+    bench.cycle.run_for(0.03)
+    bench.sent.clear()
+    bench.cycle.run_for(0.05)
+    assert [message.arbitration_id for message in bench.sent].count(0x201) == 5
+    bench.drives[0].controlword = 0x06
+    bench.sent.clear()
+    bench.cycle.run()
+    assert [message.data[0] for message in bench.sent if message.arbitration_id == 0x201] == [0x06]
 
 
 def test_run_for_counts_cycles_not_seconds(bench: VirtualBench) -> None:
@@ -38,10 +53,26 @@ def test_run_for_counts_cycles_not_seconds(bench: VirtualBench) -> None:
 def test_silent_drives_are_named_once_and_not_waited_for_again(bench: VirtualBench) -> None:
     bench.cycle.run()
     bench.silent = {1, 3}
-    with pytest.raises(UserError, match=r"axis lift \(node 1\), axis stretch \(node 3\) sent no PDO"):
+    bench.cycle.run_for(0.002)
+    assert bench.cycle.missed == 4, "a PDO or two may be lost"
+    with pytest.raises(TroubleError, match=r"axis lift \(node 1\) sent no PDO for 3 SYNCs \(3 ms\)") as lift:
         bench.cycle.run()
+    with pytest.raises(TroubleError, match=r"axis stretch \(node 3\) sent no PDO for 3 SYNCs \(3 ms\)") as stretch:
+        bench.cycle.run()
+    assert (lift.value.node, stretch.value.node) == (1, 3)
+    missed = bench.cycle.missed
     bench.cycle.run()
     assert [drive.received for drive in bench.drives] == [0, 1, 0]
+    assert bench.cycle.missed == missed, "nobody waits for them any more"
+
+
+def test_a_pdo_that_is_lost_now_and_then_is_no_trouble(bench: VirtualBench) -> None:
+    for _ in range(5):
+        bench.silent = {2}
+        bench.cycle.run_for((MISSED - 1) * bench.cycle.period)
+        bench.silent = set()
+        bench.cycle.run()
+    assert bench.cycle.missed == 5 * (MISSED - 1)
 
 
 def test_an_emergency_is_told_once(bench: VirtualBench) -> None:

@@ -45,9 +45,9 @@ def test_a_cycle_that_60c2h_cannot_hold(period: float) -> None:
 
 
 def test_a_cycle_too_short_for_its_frames(tmp_path: Path) -> None:
-    """Three axes with a velocity offset: 55 + 3 (135 + 95 + 135) bits on 1 Mbit/s."""
+    """Three axes with a velocity offset: 55 + 3 (135 + 95 + 135) bits on 1 Mbit/s, and 50 heartbeats a second of 65 bits."""
     how = Streaming(period=0.001, velocity_offset=True)
-    assert how.bus_time(3) == pytest.approx(1.15e-3)
+    assert how.bus_time(3) == pytest.approx(1.15e-3 + 50 * 65e-6 * 0.001)
     with pytest.raises(UserError, match=r"3 axes take 1.15 ms of 1 Mbit/s and the cycle has 1 ms"), streaming(
         "scara", "servoone", (), tmp_path / "bus.log", how
     ):

@@ -1,0 +1,1 @@
+"""What the controller can be told to do, one task a file (task/1)."""

@@ -1,0 +1,18 @@
+"""enable: every axis enabled where it stands, held, disabled; not homed."""
+
+from __future__ import annotations
+
+from pydantic import PositiveFloat
+
+from controller.motion import enable_streaming
+from controller.tasks.base import Task, Work
+
+
+class Enable(Task):
+    """`hold`: for how long [s]."""
+
+    hold: PositiveFloat = 1.0
+
+    def run(self, work: Work) -> None:
+        enable_streaming(work.session.cycle, work.session.drives)
+        work.session.wait(self.hold)

@@ -1,0 +1,91 @@
+"""feed_forward: one motion without and with a torque offset, and how much closer the axes follow with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from controller.feedforward.alignment import loops_of
+from controller.feedforward.experiment import Bench
+from controller.feedforward.leg import with_rest
+from controller.feedforward.stage import Stage, feed_velocity
+from controller.feedforward.torque_model import ModelTorque, fitted
+from controller.joint_path import JointPath, joined, limits_of
+from controller.machine import Machine
+from controller.motion import positions_now
+from controller.session import Session
+from controller.synchronised import synchronised
+from controller.tasks.base import Task, Work
+from drivetwin.files import provenance, write_json
+from drivetwin.motion.inverse_dynamics import load_model
+from drivetwin.recording.recording import Recording
+
+FORMAT = "feed_forward/1"
+
+REACH = 0.25
+"""How far an axis goes to either side of the middle of its travel, as a share of the travel."""
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Tracking error of an axis, rms while the demand moves [m or rad]."""
+
+    without: float
+    with_it: float
+
+
+class FeedForward(Task):
+    """No parameters.
+
+    The torque is that of the nominal model for the planned motion, with the friction that the run without an offset showed.
+    """
+
+    def run(self, work: Work) -> None:
+        session = work.session
+        work.do(partial(session.travel, _pose(session.machine, -REACH)))
+        feed_velocity(session, True)
+        path = _to_and_fro(session)
+        plain = session.run("without feed-forward", path.position)
+        model = fitted(load_model(session.machine.model_path), session.drives, path, plain)
+        fed = self._fed(session, path, model)
+        gains = {name: Gain(_rms(plain, name), _rms(fed, name)) for name in session.axes}
+        write_json(work.out / "feed_forward.json", _payload(session.machine, work.seed, gains))
+
+    def _fed(self, session: Session, path: JointPath, model: ModelTorque) -> Recording:
+        bench = Bench(session, loops_of(session.drives, session.axes), model)
+        return bench.run("with feed-forward", path, Stage.TORQUE)
+
+
+def _to_and_fro(session: Session) -> JointPath:
+    """All axes together to the other side and back, from where they are."""
+    limits = [limits_of(axis) for axis in session.machine.axes.values()]
+    here = positions_now(session.drives)
+    there = list(_pose(session.machine, REACH).values())
+    period = session.cycle.period
+    away = with_rest(here, synchronised(here.tolist(), there, limits).sample(period))
+    back = with_rest(away.position[-1], synchronised(there, here.tolist(), limits).sample(period))
+    return joined([away, back])
+
+
+def _pose(machine: Machine, share: float) -> dict[str, float]:
+    """Every axis at a share of its travel beside the middle [m or rad]."""
+    return {name: sum(axis.travel) / 2.0 + share * (axis.travel[1] - axis.travel[0]) for name, axis in machine.axes.items()}
+
+
+def _rms(recording: Recording, axis: str) -> float:
+    columns = recording.columns[axis]
+    moving = np.gradient(columns["position_demand"]) != 0.0
+    error = columns["position_demand"] - columns["position"]
+    return float(np.sqrt(np.mean(error[moving] ** 2)))
+
+
+def _payload(machine: Machine, seed: int, gains: dict[str, Gain]) -> dict[str, Any]:
+    return {
+        "format": FORMAT,
+        **provenance(seed, [machine.model_path, machine.axes_path]),
+        "tracking_error_without": {axis: gain.without for axis, gain in gains.items()},
+        "tracking_error_with": {axis: gain.with_it for axis, gain in gains.items()},
+    }

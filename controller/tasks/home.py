@@ -1,0 +1,15 @@
+"""home: every axis finds its zero, and goes to the end of its travel beside it."""
+
+from __future__ import annotations
+
+from controller.tasks.base import Task, Work
+
+STAND = 0.1
+"""For how long the axes stand afterwards [s]."""
+
+
+class Home(Task):
+    """No parameters."""
+
+    def run(self, work: Work) -> None:
+        work.do(lambda: work.session.wait(STAND))

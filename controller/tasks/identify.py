@@ -1,0 +1,20 @@
+"""identify: friction and inertia of every axis, written as identified.json; the method is the one of `drivetwin identify`."""
+
+from __future__ import annotations
+
+from controller.identification import identify, load_model
+from controller.procedure import FIT, capture_friction
+from controller.tasks.base import Task, Work
+from drivetwin.files import write_json
+
+
+class Identify(Task):
+    """No parameters."""
+
+    def run(self, work: Work) -> None:
+        work.do(work.session.to_rest)
+        captured = capture_friction(work.session, work.seed)
+        machine = work.session.machine
+        found = identify(load_model(machine.model_path), captured.recordings, captured.validation, FIT)
+        inputs = [machine.model_path, machine.axes_path]
+        write_json(work.out / "identified.json", found.to_json(None, work.seed, inputs, work.out))

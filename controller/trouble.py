@@ -1,0 +1,18 @@
+"""What goes wrong on a machine or its bus while axes may move: every axis has to stop, and somebody asks whose it is."""
+
+from __future__ import annotations
+
+from drivetwin.errors import UserError
+
+
+class TroubleError(UserError):
+    """Trouble of the node `node` (None: of no single one), which told the error code `emcy` (None: it told none)."""
+
+    def __init__(self, message: str, node: int | None = None, emcy: int | None = None) -> None:
+        super().__init__(message)
+        self.node = node
+        self.emcy = emcy
+
+
+class DriveFaultError(TroubleError):
+    """A drive has left operation by itself, or told an emergency."""
