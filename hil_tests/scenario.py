@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import Field, PositiveFloat, PositiveInt
 
 from drivetwin.errors import UserError
-from emulator.faults.base import Fault
+from emulator.faults.base import Fault, LastingFault
 from emulator.faults.library import read_fault
 from hil_tests.bench import Bench
 from hil_tests.conditions import Condition, read_condition
@@ -130,12 +130,16 @@ def _fault(given: dict[str, Any], bench: Bench) -> PlannedFault:
     name = told.get("fault")
     if "when" not in given:
         raise UserError(f"faults: {name}: says no `when`; write for example when: {{time: 1.0}}")
+    lasts = _seconds("for", given.get("for"))
+    fault = None if name == CONTROLLER_KILLED else _known(told, nodes, bench)
+    if lasts is not None and not isinstance(fault, LastingFault):
+        raise UserError(f"faults: {name} strikes once and has no end; leave out how long it lasts (for)")
     return PlannedFault(
         text=" ".join(f"{value}" if key == "fault" else f"{key} {value}" for key, value in told.items()),
-        fault=None if name == CONTROLLER_KILLED else _known(told, nodes, bench),
+        fault=fault,
         when=read_condition(given["when"], nodes),
         after=_seconds("after", given.get("after")) or 0.0,
-        lasts=_seconds("for", given.get("for")),
+        lasts=lasts,
     )
 
 

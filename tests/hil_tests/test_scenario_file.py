@@ -60,6 +60,7 @@ def test_a_fault_says_when_and_for_how_long(tmp_path: Path, bench: Bench) -> Non
         ({"expect": [{"limits": {"travel": {"slide": 1}}}]}, r"expected \[lowest, highest\] for one of slide"),
         ({"faults": [{"fault": "gremlins", "when": {"time": 0}}]}, "unknown fault 'gremlins'"),
         ({"faults": [{"fault": "sto", "node": 1}]}, "sto: says no `when`; write for example when:"),
+        ({"faults": [{"fault": "node_resets", "node": 1, "when": {"time": 0}, "for": 1}]}, "node_resets strikes once"),
         ({"faults": [{"fault": "sto", "node": 7, "when": {"time": 0}}]}, r"stage has no node 7; it has 1 \(slide\)"),
         ({"faults": [{"fault": "sto", "node": 1, "when": {}}]}, "when: expected a mapping like"),
         ({"faults": [{"fault": "sto", "node": 1, "when": {"tame": 0}}]}, "'tame' is no condition; there are time, sync"),
