@@ -165,12 +165,11 @@ def _configure(drive: DriveNode, cycle_time: float) -> None:
     spline = drive.profile.interpolation_codes.get("cubic_spline")
     if spline is not None:
         drive.write_role("interpolation_type", spline)
-    deceleration = drive.in_units(2.0 * drive.axis.max_acceleration)
-    drive.write(deceleration, 0x6085)
+    drive.write(drive.ramp(2.0 * drive.axis.max_acceleration), 0x6085)
     for index in (0x605A, 0x605E):
         drive.write(SLOW_DOWN_ON_QUICK_STOP_RAMP, index)
     for index in (0x6083, 0x6084):
-        drive.write(drive.in_units(drive.axis.max_acceleration), index)
+        drive.write(drive.ramp(drive.axis.max_acceleration), index)
     drive.write(drive.in_units(drive.axis.max_speed * 1.2), 0x607F)
     drive.limit_following_error(drive.axis.max_speed * FOLLOWING_ERROR_TIME)
     set_error_control(drive)

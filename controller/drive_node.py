@@ -53,6 +53,8 @@ STORE_TIMEOUT = 10.0
 COMMAND_TIMEOUT = 0.05
 """Longest wait for the answer to a command by SDO [s]: other axes are to be stopped, too."""
 
+MOST_UNSIGNED32 = 0xFFFF_FFFF
+
 STATE_MASK = 0x6F
 SWITCH_ON_DISABLED, READY_TO_SWITCH_ON, SWITCHED_ON, OPERATION_ENABLED = 0x40, 0x21, 0x23, 0x27
 FAULT_MASK, FAULT = 0x4F, 0x08
@@ -355,6 +357,10 @@ class DriveNode:
     def in_units(self, value: float) -> int:
         """A position [m or rad], speed or acceleration in the drive's user units."""
         return round(value / self.unit)
+
+    def ramp(self, acceleration: float) -> int:
+        """An acceleration [m/s² or rad/s²] as an object holds it: UNSIGNED32, so a larger one is the largest."""
+        return min(self.in_units(acceleration), MOST_UNSIGNED32)
 
     def torque_offsets(self, joint: NDArray[np.float64]) -> list[int]:
         """60B2h for joint torques (n,) [N·m or N], one a cycle: per mille of the motor's rated torque (6076h).

@@ -138,7 +138,7 @@ def home(cycle: Cycle, drives: Sequence[DriveNode], timeout: float = 60.0) -> No
         drive.write(homing.method, 0x6098)
         drive.write(drive.in_units(homing.search_speed), 0x6099, 1)
         drive.write(drive.in_units(homing.edge_speed), 0x6099, 2)
-        drive.write(drive.in_units(homing.acceleration), 0x609A)
+        drive.write(drive.ramp(homing.acceleration), 0x609A)
         drive.write(drive.in_units(-homing.switch_position), 0x607C)  # zero position = home position + home offset
         drive.homed = False
     enable(cycle, drives, HOMING_MODE)

@@ -62,6 +62,17 @@ def test_positions_go_through_the_drives_scaling_and_come_back(scara: VirtualBen
             assert turned == pytest.approx(joint * known.axis.gear_ratio, abs=known.axis.gear_ratio * POSITION_UNIT)
 
 
+def test_an_acceleration_beyond_what_an_object_holds_is_the_largest_that_it_holds() -> None:
+    """In 10 nrad/s² an UNSIGNED32 ends at 42.9 rad/s²; twice 30 rad/s² is more."""
+    bench = VirtualBench("scara", "servoone")
+    for known in bench.drives:
+        known.axis = known.axis.model_copy(update={"max_acceleration": 30.0})
+    bench.up()
+    for drive in bench.virtual.drives:
+        assert drive.dictionary[0x6085].value == 0xFFFF_FFFF
+        assert drive.dictionary[0x6083].value == pytest.approx(3e9, abs=2)
+
+
 def test_gears_of_controller_and_machine_are_one(scara: VirtualBench) -> None:
     for known, axis in zip(scara.drives, scara.virtual.machine.axes.values(), strict=True):
         assert known.axis.gear_ratio == pytest.approx(axis.gear_ratio, rel=1e-9)
