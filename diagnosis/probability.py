@@ -60,10 +60,15 @@ def worst_axis(final: State) -> str:
 
 
 def step_left(step: Step, final: State) -> float:
-    """Share of the squared gap above the floor that no effect takes, axes weighed by their floors.
+    """Share of the squared gap above the floor that no effect takes.
 
-    Of a step in which an effect was chosen, the share of the gap as it was at first; of the last one, of what stood before it.
+    Of a step in which an effect was chosen, on its axis, and of the gap as it was at first: what it does to other axes is only
+    half modelled (docs/diagnosis.md). Of the last one, on all axes, weighed by their floors, and of what stood before it.
     """
+    if step.chosen is not None and step.chosen.axis is not None:
+        axis = step.chosen.axis
+        before, after = _excess(step.state, step.state.comparison.target), _excess(final, final.residual)
+        return _share({axis: before[axis]}, {axis: after[axis]})
     before = _excess(step.state, step.state.comparison.target if step.chosen is not None else step.state.regression.target)
     return _share(before, _excess(final, final.residual))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import exp
 
 import numpy as np
@@ -118,6 +119,15 @@ def test_what_explains_only_the_motion_that_shaped_it_is_unknown(comparison: Com
     assert chosen(comparison, unseen(comparison, 10.0, 9.0)) > 0.99
     half = np.sqrt(1.0 + UNSEEN_FROM * 99.0)
     assert chosen(comparison, unseen(comparison, 10.0, float(half))) == pytest.approx(0.5)
+
+
+def test_what_an_effect_does_to_other_axes_makes_it_no_stranger(comparison: Comparison) -> None:
+    """A spring in one joint shakes the others: nothing is left on its own axis, much on another."""
+    gap = replace(comparison)
+    gap.__dict__["target"] = {axis: np.full(len(rows), 10.0 * NOISE[axis]) for axis, rows in comparison.target.items()}
+    step = Step(state(gap, 10.0, 10.0), ANSWERS, ANSWERS[0])
+    assert step_left(step, state(gap, 1.0, 9.0)) == 0.0
+    assert step_left(step, state(gap, 9.0, 1.0)) == pytest.approx(80.0 / 99.0)
 
 
 def test_unseen_motion_without_a_gap_says_nothing(comparison: Comparison) -> None:
