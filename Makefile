@@ -48,6 +48,10 @@ accept: .venv/.installed
 accept-repeats: .venv/.installed
 	$(BIN)/python scripts/accept_repeats.py --out out/accept_repeats
 
+# Broken controllers through the same suite, and who catches them: out/mutants/table.md; resumes where it was.
+mutants: .venv/.installed
+	$(BIN)/python -m mutants.table --jobs 2 --out out/mutants
+
 .venv/.installed: requirements.lock pyproject.toml
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock

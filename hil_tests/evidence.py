@@ -86,6 +86,8 @@ class Configuration:
     heartbeat: float
     supervises: tuple[str, ...]
     """By what the drive notices that its master has gone."""
+    limits_following_error: bool | None = None
+    """Whether the drive faults by itself where the axis does not follow; None: its type has no such limit."""
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from emulator.drive.state_machine import State
-from hil_tests.evidence import Evidence
+from hil_tests.evidence import Evidence, Samples, Truth
 from hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
 from hil_tests.moves import commanded
 
@@ -42,7 +43,8 @@ class NoJump(Expectation):
         follows = commanded(truth, number)
         demand = truth.demand[:, number]
         began = np.where(follows[:-1], demand[:-1], truth.position[:-1, number])  # from where it was let go
-        speeds = np.where(follows[1:], np.abs(demand[1:] - began) / np.diff(truth.time), 0.0)
+        steps = np.where(follows[1:], np.abs(demand[1:] - began), 0.0)
+        speeds = np.maximum(steps, _into_a_fault(truth, number, follows)) / np.diff(truth.time)
         worst, most = int(np.argmax(speeds)), MARGIN * self.speed[axis]
         if speeds[worst] <= most:
             return MET
@@ -72,3 +74,13 @@ class NoJump(Expectation):
                     change.time,
                 )
         return finding
+
+
+def _into_a_fault(truth: Truth, axis: int, follows: NDArray[np.bool_]) -> Samples:
+    """Steps (n - 1,) of a demand to which the drive answered by a fault in the same cycle, 0 elsewhere [m or rad].
+
+    A drive that stops for another reason takes up its demand where the axis is: that is no step.
+    """
+    demand = truth.demand[:, axis]
+    step = np.minimum(np.abs(np.diff(demand)), np.abs(demand[1:] - truth.position[1:, axis]))
+    return np.where(follows[:-1] & ~follows[1:] & truth.positioning[1:, axis], step, 0.0)

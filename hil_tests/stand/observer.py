@@ -9,6 +9,7 @@ from emulator.drive.drive import Drive
 from emulator.drive.objects import number, optional
 from emulator.drive.servo import Loop
 from emulator.drive.state_machine import State, Statusword
+from emulator.drive.supervision import OFF
 from emulator.virtual_machine import VirtualMachine
 from hil_tests.evidence import Configuration, StateChange, Truth
 
@@ -150,7 +151,14 @@ def configuration(drive: Drive, time: float) -> Configuration:
         pdos=pdos,
         heartbeat=number(optional(dictionary, 0x1017), 0.0) * 1e-3,
         supervises=tuple(_supervision(drive)),
+        limits_following_error=_limits_following_error(drive),
     )
+
+
+def _limits_following_error(drive: Drive) -> bool | None:
+    """Whether the drive's own limit is set; None where its type has none."""
+    limit = drive.axis.role("following_error_limit")
+    return None if limit is None else 0 < limit.number < OFF
 
 
 def _pdo(drive: Drive, communication: int) -> tuple[int, int, tuple[int, ...]]:

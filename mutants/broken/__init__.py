@@ -1,0 +1,1 @@
+"""The reference controller with one thing broken, one mutant a file."""

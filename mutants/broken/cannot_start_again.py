@@ -1,0 +1,26 @@
+"""Leaves a lock behind where it was stopped, and refuses to start until somebody removes it."""
+
+from __future__ import annotations
+
+import controller.__main__ as program
+from controller.outcome import Ending, Outcome
+from controller.perform import Place, perform
+from controller.tasks.file import Order
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("10_recovery.power_cycle", "outcome")
+
+
+def break_controller() -> None:
+    def broken(order: Order, place: Place) -> Outcome:
+        lock = place.out.parent / "controller.lock"
+        if lock.exists():
+            return Outcome(Ending.REFUSED, f"{lock.name} is there: does another controller run?")
+        lock.touch()
+        outcome = perform(order, place)
+        if outcome.ending is Ending.DONE:
+            lock.unlink()
+        return outcome
+
+    replace(program, "perform", broken)

@@ -1,0 +1,16 @@
+"""Dies of a mistake of its own when it has brought up the drives."""
+
+from __future__ import annotations
+
+from controller import session
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("01_boot.configured", "outcome")
+
+
+def break_controller() -> None:
+    def broken(drives: list[object], machine: object) -> None:
+        raise IndexError(f"no drive {len(drives) + 1} on {machine}")
+
+    replace(session, "check_motors", broken)

@@ -1,0 +1,21 @@
+"""Moves by differences whose rounding adds up, a tenth of a milliradian a move."""
+
+from __future__ import annotations
+
+from itertools import count
+
+from controller.session import Session
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("11_soak.to_and_fro", "repeats")
+
+
+def break_controller() -> None:
+    travel, moves = Session.travel, count(1)
+
+    def broken(self: Session, targets: dict[str, float]) -> None:
+        drift = 1e-4 * next(moves)
+        travel(self, {name: at + drift if name == "rotate" else at for name, at in targets.items()})
+
+    replace(Session, "travel", broken)

@@ -1,0 +1,20 @@
+"""Resets every fault by itself and goes on, whether it was told to or not."""
+
+from __future__ import annotations
+
+from dataclasses import replace as changed
+from pathlib import Path
+
+import controller.__main__ as program
+from controller.tasks.file import Order, read_order
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("08_faults.drive_fault", "stays_disabled")
+
+
+def break_controller() -> None:
+    def broken(path: Path) -> Order:
+        return changed(read_order(path), resume=True)
+
+    replace(program, "read_order", broken)

@@ -1,0 +1,19 @@
+"""Works for two thirds of the time that it is told."""
+
+from __future__ import annotations
+
+from controller.tasks.base import Work
+from controller.tasks.soak import Soak
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("11_soak.to_and_fro", "keeps_moving")
+
+
+def break_controller() -> None:
+    run = Soak.run
+
+    def broken(self: Soak, work: Work) -> None:
+        run(self.model_copy(update={"seconds": self.seconds * 2.0 / 3.0}), work)
+
+    replace(Soak, "run", broken)

@@ -1,0 +1,19 @@
+"""Feeds the torque that the motion needs forward in the wrong direction."""
+
+from __future__ import annotations
+
+from controller.feedforward.torque_model import ModelTorque
+from controller.joint_path import JointPath, Rows
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("07_feed_forward.gain", "feed_forward")
+
+
+def break_controller() -> None:
+    torque = ModelTorque.__call__
+
+    def broken(self: ModelTorque, path: JointPath) -> Rows:
+        return -1.0 * torque(self, path)
+
+    replace(ModelTorque, "__call__", broken)

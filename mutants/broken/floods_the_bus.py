@@ -1,0 +1,20 @@
+"""Sends frames that nobody asked for, as fast as it can."""
+
+from __future__ import annotations
+
+from controller.cycle import Cycle
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("09_bus.load", "outcome")
+
+
+def break_controller() -> None:
+    run = Cycle.run
+
+    def broken(self: Cycle) -> None:
+        run(self)
+        for _ in range(200):
+            self._link.send(0x7F0, bytes(8))
+
+    replace(Cycle, "run", broken)

@@ -1,0 +1,16 @@
+"""Ends at once when something is wrong, and leaves the drives to themselves."""
+
+from __future__ import annotations
+
+from controller import stop
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("08_faults.safe_torque_off", "disabled_at_end")
+
+
+def break_controller() -> None:
+    def broken(*_arguments: object) -> str:
+        return "the drives are left as they are"
+
+    replace(stop, "stop", broken)

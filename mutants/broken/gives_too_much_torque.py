@@ -1,0 +1,25 @@
+"""Starts and ends every move at full speed, without a ramp."""
+
+from __future__ import annotations
+
+from math import ceil
+
+import numpy as np
+
+from controller.motion import positions_now, stream
+from controller.session import Session
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("04_moves.single", "limits")
+
+
+def break_controller() -> None:
+    def broken(self: Session, targets: dict[str, float]) -> None:
+        start = positions_now(self.drives)
+        end = np.array([targets.get(drive.name, at) for drive, at in zip(self.drives, start.tolist(), strict=True)])
+        fastest = np.array([drive.axis.max_speed for drive in self.drives])
+        rows = max(1, ceil(np.max(np.abs(end - start) / fastest) / self.cycle.period))
+        stream(self.cycle, self.drives, np.linspace(start, end, rows + 1)[1:])
+
+    replace(Session, "travel", broken)

@@ -1,0 +1,26 @@
+"""Enables drives again with the set-points that they had before the fault."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from controller import session
+from controller.cycle import Cycle
+from controller.drive_node import DriveNode
+from controller.motion import enable_streaming, follow
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("10_recovery.fault_reset", "no_jump")
+
+
+def break_controller() -> None:
+    def broken(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
+        former = [drive.setpoint for drive in drives]
+        enable_streaming(cycle, drives)
+        if all(drive.allowed is not None for drive in drives):  # they have streamed before
+            for drive, setpoint in zip(drives, former, strict=True):
+                drive.setpoint = setpoint
+            follow(cycle, drives)
+
+    replace(session, "enable_streaming", broken)

@@ -1,0 +1,20 @@
+"""Takes a node that has started anew to know its zero still."""
+
+from __future__ import annotations
+
+from controller.recovery import recover
+from controller.session import Session
+from controller.tasks import base
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("10_recovery.node_resets", "homed")
+
+
+def break_controller() -> None:
+    def broken(session: Session) -> None:
+        recover(session)
+        for drive in session.drives:
+            drive.homed = True
+
+    replace(base, "recover", broken)

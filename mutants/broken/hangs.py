@@ -1,0 +1,18 @@
+"""Waits for ever for something that does not come, when it has brought up the drives."""
+
+from __future__ import annotations
+
+from threading import Event
+
+from controller import session
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("01_boot.configured", "outcome")
+
+
+def break_controller() -> None:
+    def broken(*_arguments: object) -> None:
+        Event().wait()
+
+    replace(session, "check_motors", broken)

@@ -1,0 +1,16 @@
+"""Scales stretch by a gear of 51 : 1, and it has 50 : 1."""
+
+from __future__ import annotations
+
+from controller.machine import Axis
+from mutants.base import CaughtBy
+from mutants.surgery import misdescribe
+
+CAUGHT_BY = CaughtBy("04_moves.single", "final_position")
+
+
+def break_controller() -> None:
+    def wrong(axis: Axis) -> Axis:
+        return axis.model_copy(update={"gear": (51, 1)})
+
+    misdescribe("stretch", wrong)

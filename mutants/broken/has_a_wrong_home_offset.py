@@ -1,0 +1,16 @@
+"""Takes the lift's switch to stand half a millimetre higher than it does."""
+
+from __future__ import annotations
+
+from controller.machine import Axis
+from mutants.base import CaughtBy
+from mutants.surgery import misdescribe
+
+CAUGHT_BY = CaughtBy("03_homing.home", "homed")
+
+
+def break_controller() -> None:
+    def wrong(axis: Axis) -> Axis:
+        return axis.model_copy(update={"homing": axis.homing.model_copy(update={"switch_position": 0.0005})})
+
+    misdescribe("lift", wrong)

@@ -1,0 +1,18 @@
+"""Turns rotate the other way than it is told."""
+
+from __future__ import annotations
+
+from controller.session import Session
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("04_moves.single", "final_position")
+
+
+def break_controller() -> None:
+    travel = Session.travel
+
+    def broken(self: Session, targets: dict[str, float]) -> None:
+        travel(self, {name: -at if name == "rotate" else at for name, at in targets.items()})
+
+    replace(Session, "travel", broken)

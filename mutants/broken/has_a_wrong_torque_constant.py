@@ -1,0 +1,21 @@
+"""Takes the drives' torques for 5 % more than they are."""
+
+from __future__ import annotations
+
+from controller.drive_node import DriveNode
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("06_identification.friction", "identification")
+
+
+def break_controller() -> None:
+    take = DriveNode._take_input
+
+    def broken(self: DriveNode, data: bytes) -> None:
+        before = self.received
+        take(self, data)
+        if self.received > before:
+            self.torque *= 1.05
+
+    replace(DriveNode, "_take_input", broken)

@@ -1,0 +1,18 @@
+"""Counts its cycles as if they took twice as long."""
+
+from __future__ import annotations
+
+from controller.session import Session
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("02_enable.enable", "holds")
+
+
+def break_controller() -> None:
+    wait = Session.wait
+
+    def broken(self: Session, seconds: float) -> None:
+        wait(self, 0.5 * seconds)
+
+    replace(Session, "wait", broken)

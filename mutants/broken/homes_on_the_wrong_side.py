@@ -1,0 +1,19 @@
+"""Homes rotate at the switch of the positive end, and takes it for the negative one."""
+
+from __future__ import annotations
+
+from controller.machine import Axis
+from mutants.base import CaughtBy
+from mutants.surgery import misdescribe
+
+CAUGHT_BY = CaughtBy("03_homing.home", "homed")
+
+POSITIVE_LIMIT_SWITCH = 18
+"""Homing method (CiA 402-2, table 'Homing methods')."""
+
+
+def break_controller() -> None:
+    def wrong(axis: Axis) -> Axis:
+        return axis.model_copy(update={"homing": axis.homing.model_copy(update={"method": POSITIVE_LIMIT_SWITCH})})
+
+    misdescribe("rotate", wrong)

@@ -1,0 +1,22 @@
+"""Takes 5 % off the Coulomb friction that it has identified, for a gear whose losses it counts twice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from controller.tasks import identify
+from drivetwin.files import write_json
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("06_identification.friction", "identification")
+
+
+def break_controller() -> None:
+    def broken(path: Path, payload: dict[str, Any]) -> None:
+        for axis in payload["axes"].values():
+            axis["parameters"]["coulomb"]["value"] *= 0.95
+        write_json(path, payload)
+
+    replace(identify, "write_json", broken)

@@ -1,0 +1,13 @@
+"""Believes any position that a drive tells."""
+
+from __future__ import annotations
+
+from controller import supervision
+from mutants.base import CaughtBy
+from mutants.surgery import leave_out
+
+CAUGHT_BY = CaughtBy("08_faults.encoder_glitch", "outcome")
+
+
+def break_controller() -> None:
+    leave_out(supervision.jump)

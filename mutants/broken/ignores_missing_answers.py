@@ -1,0 +1,13 @@
+"""Takes the last answer of a drive for good where none comes, and misses no heartbeat."""
+
+from __future__ import annotations
+
+from controller import supervision
+from mutants.base import CaughtBy
+from mutants.surgery import leave_out
+
+CAUGHT_BY = CaughtBy("08_faults.frames_lost", "stopped")
+
+
+def break_controller() -> None:
+    leave_out(supervision.silent, supervision.heartbeat_lost, supervision.following_error, supervision.jump)

@@ -1,0 +1,14 @@
+"""Looks at EMCY and statusword alone, so that a node that starts anew is not noticed."""
+
+from __future__ import annotations
+
+from controller import supervision
+from mutants.base import CaughtBy
+from mutants.surgery import leave_out
+
+CAUGHT_BY = CaughtBy("08_faults.node_resets", "stopped")
+
+
+def break_controller() -> None:
+    beside = (supervision.emergency, supervision.left_operation)
+    leave_out(*(check for check in supervision.CHECKS if check not in beside))

@@ -1,0 +1,17 @@
+"""Sets no supervision of its own life, neither by heartbeat nor by SYNC."""
+
+from __future__ import annotations
+
+from controller import bring_up, error_control
+from controller.drive_node import DriveNode
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("08_faults.controller_killed", "stays_disabled")
+
+
+def break_controller() -> None:
+    def broken(drive: DriveNode) -> None:
+        drive.write(round(error_control.NODE_BEATS_EVERY * 1e3), 0x1017)
+
+    replace(bring_up, "set_error_control", broken)

@@ -1,0 +1,16 @@
+"""Moves rotate faster than the machine may."""
+
+from __future__ import annotations
+
+from controller.machine import Axis
+from mutants.base import CaughtBy
+from mutants.surgery import misdescribe
+
+CAUGHT_BY = CaughtBy("04_moves.whole_travel", "limits")
+
+
+def break_controller() -> None:
+    def wrong(axis: Axis) -> Axis:
+        return axis.model_copy(update={"max_speed": 1.25 * axis.max_speed})
+
+    misdescribe("rotate", wrong)

@@ -1,0 +1,19 @@
+"""Forgets to start the last of its nodes."""
+
+from __future__ import annotations
+
+from controller.drive_node import DriveNode
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("01_boot.configured", "operational")
+
+
+def break_controller() -> None:
+    start = DriveNode.start_operation
+
+    def broken(self: DriveNode) -> None:
+        if self.name != "stretch":
+            start(self)
+
+    replace(DriveNode, "start_operation", broken)

@@ -1,0 +1,16 @@
+"""Ends when its task is done, with the drives as they are."""
+
+from __future__ import annotations
+
+from controller import stop
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("02_enable.enable", "disabled_at_end")
+
+
+def break_controller() -> None:
+    def broken(*_arguments: object) -> None:
+        """The drives stay enabled."""
+
+    replace(stop, "disable", broken)

@@ -1,0 +1,21 @@
+"""Leaves out SYNC in every hundredth cycle, so that two set-points meet one."""
+
+from __future__ import annotations
+
+from controller.cycle import Cycle
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("09_bus.load", "no_flood")
+
+
+def break_controller() -> None:
+    run = Cycle.run
+
+    def broken(self: Cycle) -> None:
+        if self.count % 100 == 0:
+            for drive in self._drives:
+                drive.send_output()
+        run(self)
+
+    replace(Cycle, "run", broken)

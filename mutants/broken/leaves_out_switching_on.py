@@ -1,0 +1,24 @@
+"""Goes from ready to switch on to operation enabled in one step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from controller import motion
+from controller.cycle import Cycle
+from controller.drive_node import SWITCHED_ON, DriveNode
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("02_enable.enable", "state_sequence")
+
+
+def break_controller() -> None:
+    await_state = motion._await_state
+
+    def broken(cycle: Cycle, drives: Sequence[DriveNode], state: int) -> None:
+        if state == SWITCHED_ON:
+            return
+        await_state(cycle, drives, state)
+
+    replace(motion, "_await_state", broken)

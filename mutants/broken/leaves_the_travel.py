@@ -1,0 +1,18 @@
+"""Goes wherever it is told, and does not watch where the axes are."""
+
+from __future__ import annotations
+
+from controller import supervision
+from controller.tasks import move
+from mutants.base import CaughtBy
+from mutants.surgery import leave_out, replace
+
+CAUGHT_BY = CaughtBy("04_moves.out_of_travel", "limits")
+
+
+def break_controller() -> None:
+    def broken(*_arguments: object) -> None:
+        """Every target will do."""
+
+    replace(move, "check_target", broken)
+    leave_out(supervision.outside_travel)

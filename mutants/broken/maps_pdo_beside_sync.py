@@ -1,0 +1,13 @@
+"""Maps set-points to act as they come instead of all at the same SYNC."""
+
+from __future__ import annotations
+
+from controller import drive_node
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("01_boot.configured", "pdo_mapping")
+
+
+def break_controller() -> None:
+    replace(drive_node, "SYNCHRONOUS", drive_node.EVENT_DRIVEN)

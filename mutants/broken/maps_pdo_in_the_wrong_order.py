@@ -1,0 +1,20 @@
+"""Maps the torque offset before the set-point, and packs its frames the other way round."""
+
+from __future__ import annotations
+
+import canopen
+
+from controller.drive_node import DriveNode
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("01_boot.configured", "pdo_mapping")
+
+
+def break_controller() -> None:
+    map_pdo = DriveNode._map
+
+    def broken(self: DriveNode, pdo: canopen.pdo.base.PdoMap, objects: list[tuple[int, int]], kind: int) -> None:
+        map_pdo(self, pdo, [objects[0], *objects[:0:-1]], kind)
+
+    replace(DriveNode, "_map", broken)

@@ -1,0 +1,13 @@
+"""Never joins the bus."""
+
+from __future__ import annotations
+
+from threading import Event
+
+from mutants.base import CaughtBy
+
+CAUGHT_BY = CaughtBy("01_boot.configured", "outcome")
+
+
+def break_controller() -> None:
+    Event().wait()

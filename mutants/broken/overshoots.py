@@ -1,0 +1,21 @@
+"""Goes a little beyond each target, and back."""
+
+from __future__ import annotations
+
+from controller.motion import positions_now
+from controller.session import Session
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("04_moves.single", "overshoot")
+
+
+def break_controller() -> None:
+    travel = Session.travel
+
+    def broken(self: Session, targets: dict[str, float]) -> None:
+        here = dict(zip(self.machine.axes, positions_now(self.drives).tolist(), strict=True))
+        travel(self, {name: at + 0.01 * (at - here[name]) for name, at in targets.items()})
+        travel(self, targets)
+
+    replace(Session, "travel", broken)

@@ -1,0 +1,23 @@
+"""Asks every drive for three objects by SDO in every cycle of a motion."""
+
+from __future__ import annotations
+
+from controller.cycle import Cycle
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("09_bus.load", "bus_load")
+
+OBJECTS = (0x6077, 0x606C, 0x6041)
+
+
+def break_controller() -> None:
+    run = Cycle.run
+
+    def broken(self: Cycle) -> None:
+        run(self)
+        for drive in (drive for drive in self._drives if drive.streaming):
+            for index in OBJECTS:
+                self._link.send(0x600 + drive.node_id, bytes((0x40, index & 0xFF, index >> 8, 0, 0, 0, 0, 0)))
+
+    replace(Cycle, "run", broken)

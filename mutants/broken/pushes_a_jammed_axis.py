@@ -1,0 +1,18 @@
+"""Notices neither that an axis does not follow nor that its motor gives all that it has."""
+
+from __future__ import annotations
+
+from controller import supervision
+from controller.drive_node import DriveNode
+from mutants.base import CaughtBy
+from mutants.surgery import leave_out, replace
+
+CAUGHT_BY = CaughtBy("08_faults.following_error", "stopped")
+
+
+def break_controller() -> None:
+    def broken(self: DriveNode, distance: float) -> None:
+        """None is set."""
+
+    replace(DriveNode, "limit_following_error", broken)
+    leave_out(supervision.jammed)

@@ -1,0 +1,17 @@
+"""Runs a cycle of 4 ms whatever it is told."""
+
+from __future__ import annotations
+
+from controller import perform
+from controller.session import Streaming
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("09_bus.load", "sync_period")
+
+
+def break_controller() -> None:
+    def broken(_order: object) -> tuple[Streaming, str]:
+        return Streaming(0.004), ""
+
+    replace(perform, "_streaming", broken)

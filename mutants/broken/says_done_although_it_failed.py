@@ -1,0 +1,13 @@
+"""Ends with exit status 0 whatever has happened."""
+
+from __future__ import annotations
+
+from controller.outcome import Ending
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("08_faults.node_dies", "outcome")
+
+
+def break_controller() -> None:
+    replace(Ending, "exit_status", property(lambda _ending: 0))

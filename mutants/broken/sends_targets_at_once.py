@@ -1,0 +1,20 @@
+"""Sends where an axis is to go in one set-point instead of planning the way."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controller.motion import positions_now, stream
+from controller.session import Session
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("04_moves.single", "no_jump")
+
+
+def break_controller() -> None:
+    def broken(self: Session, targets: dict[str, float]) -> None:
+        here = dict(zip(self.machine.axes, positions_now(self.drives).tolist(), strict=True))
+        stream(self.cycle, self.drives, np.array([list((here | targets).values())]))
+
+    replace(Session, "travel", broken)

@@ -1,0 +1,14 @@
+"""Lets no drive produce a heartbeat, and expects none."""
+
+from __future__ import annotations
+
+from controller import error_control, supervision
+from mutants.base import CaughtBy
+from mutants.surgery import leave_out, replace
+
+CAUGHT_BY = CaughtBy("01_boot.configured", "heartbeat")
+
+
+def break_controller() -> None:
+    replace(error_control, "NODE_BEATS_EVERY", 0.0)
+    leave_out(supervision.heartbeat_lost)

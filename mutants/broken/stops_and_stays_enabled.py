@@ -1,0 +1,27 @@
+"""Stops every axis when something is wrong, and holds them under voltage."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from controller import stop
+from controller.cycle import Cycle
+from controller.drive_node import DriveNode
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("08_faults.drive_fault", "stays_disabled")
+
+HELD = 2.0
+"""For how long [s], until somebody comes."""
+
+
+def break_controller() -> None:
+    def broken(cycle: Cycle, drives: Sequence[DriveNode]) -> str:
+        for drive in drives:
+            drive.operating = drive.streaming = False
+        for _ in range(round(HELD / cycle.period)):
+            stop._run(cycle)
+        return "every axis is held"
+
+    replace(stop, "stop", broken)

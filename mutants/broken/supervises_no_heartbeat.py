@@ -1,0 +1,13 @@
+"""Does not notice that a node's heartbeat stays away."""
+
+from __future__ import annotations
+
+from controller import supervision
+from mutants.base import CaughtBy
+from mutants.surgery import leave_out
+
+CAUGHT_BY = CaughtBy("08_faults.heartbeat_lost", "outcome")
+
+
+def break_controller() -> None:
+    leave_out(supervision.heartbeat_lost)

@@ -1,0 +1,22 @@
+"""Reads a torque by SDO between set-points, in every tenth cycle."""
+
+from __future__ import annotations
+
+from controller.cycle import Cycle
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("04_moves.single", "no_sdo_while_streaming")
+
+UPLOAD_OF_THE_TORQUE = bytes((0x40, 0x77, 0x60, 0, 0, 0, 0, 0))
+
+
+def break_controller() -> None:
+    run = Cycle.run
+
+    def broken(self: Cycle) -> None:
+        run(self)
+        if self.count % 10 == 0:
+            self._link.send(0x601, UPLOAD_OF_THE_TORQUE)
+
+    replace(Cycle, "run", broken)
