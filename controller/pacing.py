@@ -16,7 +16,7 @@ class Pacing(ABC):
 
     late_cycles = 0
     worst_lateness = 0.0
-    first_answer = 10.0
+    first_answer = 3.0
     """Longest wait for the first answer to a SYNC [s]; nothing moves meanwhile where SYNC drives the plant."""
     further_answer = 0.5
     """Longest wait for the next one [s]: they come together, and only a loaded host keeps them apart."""
