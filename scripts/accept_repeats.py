@@ -27,10 +27,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--bench", type=Path, default=Path("hil_tests/benches/scara.yaml"))
     parser.add_argument("--repeats", type=int, default=20, help="runs in lockstep (20)")
+    parser.add_argument("--in-real-time", type=int, default=1, help="runs in real time after them (1)")
     parser.add_argument("--out", type=Path, default=Path("out/accept_repeats"))
     told = parser.parse_args()
     repeats = [_run(told.bench, told.out, number, "sync") for number in range(1, told.repeats + 1)]
-    repeats.append(_run(told.bench, told.out, told.repeats + 1, "realtime"))
+    later = range(told.repeats + 1, told.repeats + 1 + told.in_real_time)
+    repeats += [_run(told.bench, told.out, number, "realtime") for number in later]
     digests = {one.digest for one in repeats if one.clock == "sync"}
     (told.out / "repeats.json").write_text(json.dumps([asdict(one) for one in repeats], indent=2) + "\n")
     accepted = sum(one.accepted for one in repeats)
