@@ -77,7 +77,7 @@ def main() -> None:
     except Abort:
         _end("not confirmed (--yes confirms without asking); nothing was done", UserError.exit_status)
     except TyperException as error:
-        message = " ".join(error.format_message().split()).rstrip(".") or "no command given"
+        message = " ".join(error.format_message().split()).rstrip(".?") or "no command given"
         _end(f"{message}; see: drivetwin --help", UserError.exit_status)
     if status == INTERRUPTED:
         _end("interrupted", INTERRUPTED)

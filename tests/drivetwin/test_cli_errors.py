@@ -80,7 +80,7 @@ HALF_IDENTIFIED = FRICTION | {"axes": {"slide": {"parameters": COULOMB}}}
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
-        ("identify OUT --bus tokenring", "unknown bus 'tokenring'; expected vcan0 or can0 (SocketCAN), inproc, or ws://"),
+        ("identify OUT --bus tokenring", "unknown bus 'tokenring'; expected vcan0 or can0 (SocketCAN), unix:PATH, inproc, or ws://"),
         ("identify OUT --bus ws://10.1.2.3:5000", "is not loopback on this machine; write ws://127.0.0.1:5000"),
         ("identify OUT --bus ws://127.0.0.1:1", "no bus at ws://127.0.0.1:1 ([Errno 111] Connection refused); start one with"),
         ("identify OUT --bus vcan77", "cannot open vcan77"),
@@ -105,7 +105,7 @@ HALF_IDENTIFIED = FRICTION | {"axes": {"slide": {"parameters": COULOMB}}}
         ("emulate --truth nowhere.json", "no effects file nowhere.json; give an effects/1 JSON file"),
         ("write-friction nowhere.json", "no file nowhere.json; `drivetwin identify` and `drivetwin fit` write identified.json"),
         ("write-friction nowhere.json --profile cia402-full", "drives of type cia402-full have no friction table to write to"),
-        ("waltz", "No such command 'waltz'; see: drivetwin --help"),
+        ("waltz", "No such command 'waltz'. Did you mean 'fault'; see: drivetwin --help"),
     ],
 )
 def test_a_line_that_says_what_to_do(refused: Refused, line: str, expected: str) -> None:

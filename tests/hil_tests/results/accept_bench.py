@@ -125,7 +125,7 @@ def evidence_of(folder: Path, seconds: float = 2.5) -> Evidence:
         bench=BENCH, task=Task(task="move"), axes=axes, nodes=(1, 2, 3), units=("m", "rad", "rad"), gears=(1.0, 1.0, 1.0),
         frames=frames(), truth=truth, states=states, struck=(Struck("drive_fault node 2", 0.75), Struck("never", None)),
         runs=(Run(Ending.DONE, 0, 0.0, 2.0, "", folder),), configured={}, operational=frozenset(axes), friction={},
-        left_behind=(), realtime=False,
+        left_behind=(), timed=False,
     )  # fmt: skip
 
 
