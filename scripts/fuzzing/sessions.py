@@ -135,6 +135,8 @@ def _in_mode(recorder: _Recorder, mode: int) -> tuple[Event, ...]:
             0x60FF: drive.in_units(0.02),
             0x6081: drive.in_units(0.05),
         }
+        carried = drive.profile.roles["position_setpoint"].index
+        drive.setpoint = targets[carried]  # cycles run between an SDO write and its read-back: RPDO 1 has to say the same
         for index in targets.keys() & known:
             drive.write(targets[index], index, 1 if index == 0x60C1 else 0)
     for word in (ENABLE_OPERATION | MODE_BIT_4, ENABLE_OPERATION, 0x10F, ENABLE_OPERATION | MODE_BIT_4):
