@@ -12,7 +12,7 @@ from controller.feedforward.leg import LEAD_IN
 from controller.motion import positions_now, stream
 from controller.session import Session
 
-HOLD = 0.6
+HOLD = 2.4
 """Over how long the measured torque is averaged [s]; at 1 ms a current sensor's noise of 0.4 % of rated becomes 0.016 %."""
 
 
