@@ -74,10 +74,15 @@ class Cycle:
         return self.period
 
     def _await_inputs(self) -> None:
-        """The answers to one SYNC come together: once one is there, the others are waited for only shortly."""
+        """The answers to one SYNC come together: once one is there, the others are waited for only shortly.
+
+        So is a drive that did not answer the last SYNC: a dead one costs one long wait.
+        """
         patience = self._pacing.first_answer
-        for drive in self._drives:
-            while drive.received == 0 and drive.answers:
+        for watch in self._watches:
+            if watch.missed:
+                patience = self._pacing.further_answer
+            while watch.drive.received == 0 and watch.drive.answers:
                 if not self._link.await_frame(patience):
                     self.missed += 1
                     break
