@@ -59,7 +59,8 @@ def _one_by_one(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Pa
 def _at_once(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Path], jobs: int) -> Iterator[CaseResult]:
     pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"))
     try:
-        runs = zip(scenarios, places, strict=True)
+        # what comes late in a machine's life lasts longest, and is not left for the end
+        runs = reversed(list(zip(scenarios, places, strict=True)))
         for task in as_completed([pool.submit(run_one, bench, scenario, place) for scenario, place in runs]):
             yield task.result()
     except BrokenProcessPool:
