@@ -16,7 +16,7 @@ test: .venv/.installed
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/pytest
+	$(BIN)/pytest --numprocesses auto --dist worksteal
 
 # The bus tests on a real vcan0: of this kernel, or of a small User-Mode Linux booted from Debian packages.
 test-vcan: .venv/.installed

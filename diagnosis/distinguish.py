@@ -21,7 +21,7 @@ TELLS = {
     "position_friction": "slow strokes over the whole travel, twice from different starts",
     "temperature_drift": "the same strokes from cold until warm",
     "inertia": "accelerations without a change of speed range: short moves of several accelerations",
-    "payload": "the same moves at other positions of the other axes, and under gravity",
+    "payload": "the same moves in several poses of the machine, and under gravity",
     "gravity": "standstills over the whole travel, approached from both sides",
     "spring": "slow strokes over the whole travel",
     "coupling": "moves of the one axis while the other holds, then both together",

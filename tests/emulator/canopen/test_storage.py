@@ -230,19 +230,22 @@ def write_for_ever(path: Path) -> None:
 def test_a_kill_leaves_the_old_or_the_new_file_whole(tmp_path: Path) -> None:
     path = tmp_path / "drive.json"
     ParameterStore(path).replace({Group.APPLICATION: dict.fromkeys(NUMBERS, bytes(4))})
-    pause, parts, written = random.Random(1), 0, 0
+    pause, part, parts, written = random.Random(1), tmp_path / ".drive.json.part", 0, 0
     for _ in range(KILLS):
+        part.unlink(missing_ok=True)
         child = os.fork()
         if child == 0:
             try:
                 write_for_ever(path)
             finally:
                 os._exit(1)
+        while not part.exists():
+            time.sleep(0.0002)
         time.sleep(pause.uniform(0.0, 0.04))
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
         written += whole(path) > 0
-        parts += (tmp_path / ".drive.json.part").exists()
+        parts += part.exists()
     assert parts > 0, "no kill came in the middle of writing"
     assert written > 0, "no file was ever written"
 
