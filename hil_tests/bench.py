@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
+import mujoco
 from pydantic import Field, FiniteFloat, PositiveFloat, PositiveInt, field_validator
 
 from drive_profiles import DriveProfile, load_profile
@@ -14,6 +16,7 @@ from drivetwin.errors import UserError
 from emulator.effects import PlacedEffect, read_effects
 from emulator.machine import Machine, load_machine
 from emulator.plant import truth_path
+from hil_tests.real_limits import Bounds, check_narrower, machine_bounds, read_limits
 from hil_tests.strict import Strict, read_yaml, typed
 from hil_tests.task import TaskName
 
@@ -27,7 +30,8 @@ LimitValue = FiniteFloat | dict[str, FiniteFloat] | dict[str, Range]
 class ControllerCommand(Strict):
     """How the controller is started, and the tasks that it can do.
 
-    In `command` {task_file}, {bus}, {clock}, {out}, {bench} (the folder of this file) and {python} are filled in.
+    In `command` {task_file}, {bus}, {clock}, {out}, {bench} (the folder of this file) and {python} are filled in, and where the
+    drives are real {limits}.
     """
 
     name: str
@@ -62,6 +66,13 @@ class Timeouts(Strict):
     simulated: PositiveFloat = 300.0
 
 
+class RealDrives(Strict):
+    """The limits file that the controller of real drives is given; `any_bus`: they are on one whose name is not copper's."""
+
+    limits: Path | None = None
+    any_bus: bool = False
+
+
 class Bench(Strict):
     """bench.yaml, with the file it was read from.
 
@@ -72,6 +83,8 @@ class Bench(Strict):
     machine: str
     profile: str
     truth: Path | None = None
+    drives: Literal["virtual", "real"] = "virtual"
+    real: RealDrives = RealDrives()
     bus: str = EMBEDDED
     clock: Literal["sync", "realtime"] = "sync"
     bit_rate: PositiveInt = Field(default=1_000_000, ge=10_000, le=1_000_000)
@@ -109,6 +122,23 @@ class Bench(Strict):
         given = None if self.truth is None else self.path.parent / self.truth
         return read_effects(truth_path(self.virtual, given))
 
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """`m` or `rad` of each axis."""
+        model = mujoco.MjModel.from_xml_path(str(self.virtual.model_path))
+        types = {name: model.joint(axis.joint).type[0] for name, axis in self.virtual.axes.items()}
+        return {name: "m" if kind == mujoco.mjtJoint.mjJNT_SLIDE else "rad" for name, kind in types.items()}
+
+    @property
+    def limits_path(self) -> Path | None:
+        """The limits file of real drives, which stands beside the bench."""
+        return None if self.real.limits is None else self.path.parent / self.real.limits
+
+    @cached_property
+    def real_limits(self) -> Mapping[str, Bounds]:
+        """What real axes may do, by their names; nothing where they are virtual. Raises UserError as `read_limits`."""
+        return {} if self.limits_path is None else read_limits(self.limits_path, self.axes)
+
     @property
     def axes(self) -> tuple[str, ...]:
         """Names of the axes, in the machine's order."""
@@ -121,24 +151,74 @@ class Bench(Strict):
         return self.limits[name]
 
 
-def read_bench(path: Path) -> Bench:
-    """Read and check a bench.
+def read_bench(path: Path, real: bool = False, changes: Mapping[str, object] | None = None) -> Bench:
+    """Read and check a bench; `changes` are keys whose values replace those of the file.
 
-    Raises UserError naming the file and the key for what is missing, unknown or wrong, a bus that may have real drives, a
-    machine, drive type or truth that is not there, and a limit of an axis that the machine has not.
+    Raises UserError naming the file and the key for what is missing, unknown or wrong, a machine, drive type or truth that is
+    not there, and a limit of an axis that the machine has not. A bench of real drives is refused unless `real` says that
+    somebody means it and its limits are narrower than the machine's; one of virtual drives, on a bus that may have real ones.
     """
-    bench = typed(Bench, {**read_yaml(path), "path": path.absolute()}, path)
-    if is_copper(bench.bus):
-        raise UserError(
-            f"{path}: bus: {bench.bus} may have real drives, and the suite brings virtual ones with the same node-IDs; "
-            f"choose {EMBEDDED}, vcan0 or ws://127.0.0.1:PORT"
-        )
+    bench = typed(Bench, {**read_yaml(path), **(changes or {}), "path": path.absolute()}, path)
+    if bench.drives == "virtual":
+        _check_virtual(bench, path, real)
     axes, _profile, _effects = bench.axes, bench.drive_type, bench.effects
     for name, value in bench.limits.items():
         if isinstance(value, dict) and (unknown := sorted(set(value) - set(axes))):
             known = ", ".join(axes)
             raise UserError(f"{path}: limits.{name}: machine {bench.machine} has no axis {unknown[0]!r}, only {known}")
+    if bench.drives == "real":
+        _check_real(bench, path, real)
     return bench
+
+
+def _check_virtual(bench: Bench, path: Path, real: bool) -> None:
+    if is_copper(bench.bus):
+        raise UserError(
+            f"{path}: bus: {bench.bus} may have real drives, and the suite brings virtual ones with the same node-IDs; "
+            f"choose {EMBEDDED}, vcan0 or ws://127.0.0.1:PORT"
+        )
+    if real:
+        raise UserError(f"{path}: --real is for a bench whose file says drives: real, and its drives are virtual")
+    if "real" in bench.model_fields_set:
+        raise UserError(f"{path}: real: is for drives: real, and these are virtual")
+
+
+def _check_real(bench: Bench, path: Path, real: bool) -> None:
+    """All that has to hold before axes move that can hurt somebody."""
+    if not real:
+        raise UserError(f"{path}: its drives are real, and a machine will move: `drivetwin accept --real`, once it is clear")
+    if bench.bus == EMBEDDED:
+        raise UserError(f"{path}: bus: {EMBEDDED} is made for a case, and real drives are on none; write for example can0")
+    if not (is_copper(bench.bus) or bench.real.any_bus):
+        raise UserError(f"{path}: bus: {bench.bus} is not the name of copper, as can0 is; where it is meant, say real: any_bus")
+    if bench.clock != "realtime":
+        raise UserError(f"{path}: clock: real drives keep time by themselves; write clock: realtime")
+    if bench.copper or bench.truth is not None:
+        wrong = "copper: their wire" if bench.copper else "truth: their plant"
+        raise UserError(f"{path}: {wrong} is not modelled where drives are real; leave it out")
+    if bench.limits_path is None:
+        raise UserError(f"{path}: real.limits: name the file of travel, speed and torque that this machine may be driven at")
+    if not any("{limits}" in part for part in bench.controller.command):
+        raise UserError(f"{path}: controller.command: only the controller can keep to real.limits; give it {{limits}}")
+    check_narrower(bench.real_limits, machine_bounds(bench.virtual), f"machine {bench.machine}", bench.limits_path)
+    check_narrower(bench.real_limits, _told_bounds(bench), f"limits in {path.name}", bench.limits_path)
+
+
+def _told_bounds(bench: Bench) -> dict[str, Bounds]:
+    """Travel, speed and torque that the bench's `limits` allow. Raises UserError for one that is not there."""
+    travel, speed, torque = (bench.limit(name) for name in ("travel", "speed", "torque"))
+    found = {}
+    for axis in bench.axes:
+        match _of(travel, axis), _of(speed, axis), _of(torque, axis):
+            case (float(low), float(high)), float(fastest), float(hardest):
+                found[axis] = Bounds((low, high), fastest, hardest)
+            case _:
+                raise UserError(f"{bench.path}: limits: real drives need travel [lowest, highest], speed and torque of {axis}")
+    return found
+
+
+def _of(value: LimitValue, axis: str) -> object:
+    return value.get(axis) if isinstance(value, dict) else value
 
 
 def mapping_entry(text: str) -> int:

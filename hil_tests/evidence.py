@@ -1,4 +1,7 @@
-"""What a case leaves for its judges: the frames, the plant's truth, the drives' states, how the controller ended."""
+"""What a case leaves for its judges: the frames, the plant's truth, the drives' states, how the controller ended.
+
+Times are simulated, from power on of a virtual machine; of real drives they are those of the wall clock since the case began.
+"""
 
 from __future__ import annotations
 
@@ -88,6 +91,8 @@ class Configuration:
     """By what the drive notices that its master has gone."""
     limits_following_error: bool | None = None
     """Whether the drive faults by itself where the axis does not follow; None: its type has no such limit."""
+    unknown_pdos: tuple[str, ...] = ()
+    """PDOs of real drives that nobody wrote or read back on the bus."""
 
 
 @dataclass(frozen=True)

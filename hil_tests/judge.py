@@ -19,7 +19,7 @@ def judge(scenario: Scenario, evidence: Evidence, folder: Path, wall: float) -> 
     finding += Finding(tuple(_always(evidence)))
     measured = tuple(_with_noise(one, evidence.bench) for one in finding.measured)
     outcome = Outcome.REJECTED if finding.failures else Outcome.ACCEPTED
-    simulated = float(evidence.truth.time[-1]) if len(evidence.truth.time) else 0.0
+    simulated = float(evidence.truth.time[-1]) if len(evidence.truth.time) else evidence.end
     return _result(scenario, outcome, finding.failures, measured, "", simulated, wall, folder)
 
 
@@ -70,6 +70,7 @@ def _result(
         simulated=simulated,
         wall=wall,
         folder=folder,
+        not_judged=scenario.not_judged,
     )
 
 

@@ -15,8 +15,12 @@ from hil_tests.bench import EMBEDDED, Bench
 from hil_tests.folder import write_case
 from hil_tests.judge import judge, skipped
 from hil_tests.scenario import Scenario
+from hil_tests.stand.real_stand import run_real_case
 from hil_tests.stand.stand import run_case
-from hil_tests.verdict import CaseResult
+from hil_tests.verdict import CaseResult, Outcome
+
+STANDS = {"virtual": run_case, "real": run_real_case}
+"""By what the bench's drives are."""
 
 
 def run_one(bench: Bench, scenario: Scenario, folder: Path) -> CaseResult:
@@ -29,7 +33,7 @@ def run_one(bench: Bench, scenario: Scenario, folder: Path) -> CaseResult:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     began = time.monotonic()
-    evidence = run_case(bench, scenario, folder)
+    evidence = STANDS[bench.drives](bench, scenario, folder)
     result = judge(scenario, evidence, folder, time.monotonic() - began)
     write_case(result, evidence, folder)
     return result
@@ -40,7 +44,8 @@ def run_all(
 ) -> list[CaseResult]:
     """Run and judge every case in `cases`/NN_group.name; the verdicts in the order of the scenarios.
 
-    `done` hears of each as it comes. On a bus that all cases share, and on the wall clock, they run one by one.
+    `done` hears of each as it comes. On a bus that all cases share, and on the wall clock, they run one by one, and
+    with real drives only as long as none is rejected.
     """
     alone = bench.bus != EMBEDDED or bench.clock == "realtime"
     places = [cases / scenario.identity for scenario in scenarios]
@@ -52,8 +57,16 @@ def run_all(
 
 
 def _one_by_one(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Path]) -> Iterator[CaseResult]:
+    """In their order; real drives go no further once the controller was rejected: what comes next builds on it."""
+    rejected = None
     for scenario, place in zip(scenarios, places, strict=True):
-        yield run_one(bench, scenario, place)
+        if rejected is not None and bench.drives == "real" and scenario.skipped_because is None:
+            yield skipped(scenario, f"{rejected} was rejected, and drives are real: nothing more is run")
+            continue
+        result = run_one(bench, scenario, place)
+        if result.outcome is Outcome.REJECTED:
+            rejected = rejected or scenario.identity
+        yield result
 
 
 def _at_once(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Path], jobs: int) -> Iterator[CaseResult]:

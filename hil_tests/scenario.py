@@ -15,7 +15,9 @@ from emulator.faults.library import read_fault
 from hil_tests.bench import Bench
 from hil_tests.conditions import Condition, read_condition
 from hil_tests.expectations.base import Expectation
-from hil_tests.expectations.reading import read_expectation
+from hil_tests.expectations.outcome import Outcome
+from hil_tests.expectations.reading import expectation_kind, read_expectation
+from hil_tests.real_cases import why_not_on_real_drives
 from hil_tests.strict import Strict, read_yaml, typed
 from hil_tests.task import Task
 
@@ -55,6 +57,7 @@ class Scenario:
     `number`, `group` and `name` are those of its file NN_group/name.yaml. `aftermath` [s] is how long the machine is watched
     once the controller has gone; `starts`, how often the controller is started, one after the other; `silence` is None where
     the bench's own holds. Where a case cannot be run on the bench it has no faults and no expectations, and says why.
+    `not_judged` are the expectations that it is without where drives are real.
     """
 
     number: int
@@ -70,6 +73,7 @@ class Scenario:
     starts: int
     silence: float | None
     skipped_because: str | None
+    not_judged: tuple[str, ...] = ()
 
     @property
     def identity(self) -> str:
@@ -85,8 +89,10 @@ def read_scenario(path: Path, bench: Bench) -> Scenario:
     """
     given = typed(_File, read_yaml(path), path)
     number, group = _group(path)
-    because = _why_skipped(given, bench)
     try:
+        kinds = [expectation_kind(one) for one in given.expect]
+        because = _why_skipped(given, kinds, bench)
+        unknown = tuple(kind.name for kind in kinds if bench.drives == "real" and kind.needs_truth) if because is None else ()
         return Scenario(
             number=number,
             group=group,
@@ -96,17 +102,18 @@ def read_scenario(path: Path, bench: Bench) -> Scenario:
             requirement=given.requirement,
             task=given.task,
             faults=tuple(_fault(fault, bench) for fault in given.faults) if because is None else (),
-            expectations=_expectations(given.expect, bench) if because is None else (),
+            expectations=_expectations(given.expect, kinds, bench) if because is None else (),
             aftermath=given.aftermath,
             starts=given.starts,
             silence=given.silence,
             skipped_because=because,
+            not_judged=unknown,
         )
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
 
 
-def _why_skipped(given: _File, bench: Bench) -> str | None:
+def _why_skipped(given: _File, kinds: Sequence[type[Expectation]], bench: Bench) -> str | None:
     """Why a case cannot be run on this bench; None: it can."""
     if given.machine not in (None, bench.machine):
         return f"the case is about machine {given.machine}, and this bench has {bench.machine}"
@@ -114,6 +121,8 @@ def _why_skipped(given: _File, bench: Bench) -> str | None:
         return f"the case is about clock {given.clock}, and this bench has clock {bench.clock}"
     if given.task.task not in bench.controller.tasks:
         return f"the controller {bench.controller.name!r} does no task {given.task.task!r} (tasks in {bench.path.name})"
+    if bench.drives == "real":
+        return why_not_on_real_drives(given.task, [str(fault.get("fault")) for fault in given.faults], kinds, bench)
     return None
 
 
@@ -159,8 +168,10 @@ def _seconds(key: str, value: object) -> float | None:
     return float(value)
 
 
-def _expectations(given: Sequence[Any], bench: Bench) -> tuple[Expectation, ...]:
-    read = tuple(read_expectation(one, bench) for one in given)
-    if "outcome" not in [one.name for one in read]:
+def _expectations(given: Sequence[Any], kinds: Sequence[type[Expectation]], bench: Bench) -> tuple[Expectation, ...]:
+    """Those that the bench's drives let be judged, read with its limits."""
+    judged = [one for one, kind in zip(given, kinds, strict=True) if bench.drives == "virtual" or not kind.needs_truth]
+    read = tuple(read_expectation(one, bench) for one in judged)
+    if Outcome not in kinds:
         raise UserError("expect: says nothing of how the controller ends; add for example: - outcome: done")
     return read

@@ -51,7 +51,8 @@ class CaseResult:
     """A case and its verdict.
 
     `number` is that of the group as the machine comes alive (1 boot, ... 11 soak), `name` that of the scenario's file.
-    `skipped_because` says why where the outcome is skipped. `wall` [s] is no part of what is compared from run to run.
+    `skipped_because` says why where the outcome is skipped; `not_judged` are expectations that only the plant's truth can
+    answer, where drives are real. `wall` [s] is no part of what is compared from run to run.
     """
 
     number: int
@@ -66,3 +67,4 @@ class CaseResult:
     simulated: float
     wall: float
     folder: Path | None
+    not_judged: tuple[str, ...] = ()

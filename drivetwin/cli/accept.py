@@ -17,8 +17,9 @@ from drivetwin.errors import UserError
 from drivetwin.files import own_directory
 from hil_tests.bench import Bench, read_bench
 from hil_tests.folder import digest
+from hil_tests.motion_plan import what_moves
 from hil_tests.results import Acceptance, Trend, check_baseline, compare, read_results, write_junit, write_report, write_results
-from hil_tests.results.wording import case_name, failure_words, verdict_sentence
+from hil_tests.results.wording import case_name, failure_words, not_judged_words, verdict_sentence
 from hil_tests.run import run_all
 from hil_tests.scenario import Scenario
 from hil_tests.suite import CASES, find_cases
@@ -49,6 +50,9 @@ def accept_command(
     clock: Annotated[str | None, typer.Option(help="sync or realtime, in place of the bench's own.")] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Of the sensors' noise, in place of the bench's own.")] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Cases at once; default: one a core.", show_default=False)] = None,
+    real: Annotated[
+        bool, typer.Option("--real", help="The bench has real drives (drives: real), the machine is clear: axes may move.")
+    ] = False,
 ) -> None:
     """Run a controller through the acceptance suite.
 
@@ -56,16 +60,21 @@ def accept_command(
     the requirements. DIR gets report.html, junit.xml, results.json, and for each case the bus log, the truth and all that the
     controller said.
 
+    On a bench of real drives it only listens to their bus: what will move is said first, cases with faults and what only the
+    plant's truth tells are left out, and the first rejected case is the last.
+
     Exit status: 0 accepted, 1 rejected, 2 a wrong bench or case.
 
     Example: drivetwin accept --bench hil_tests/benches/scara.yaml --select 4 --out out/accept
     """
-    chosen = _on_clock(read_bench(bench), clock, seed)
+    chosen = read_bench(bench, real, _instead(clock, seed))
     scenarios = find_cases(chosen, [CASES, *(cases or ())], select or ())
     before = None if baseline is None else read_results(baseline)
     if before is not None:
         check_baseline(chosen, before)
     own_directory(out)
+    if chosen.drives == "real":
+        _warn(chosen, scenarios)
     results = _run(chosen, scenarios, out, jobs or os.cpu_count() or 1)
     acceptance = Acceptance(chosen, tuple(results), digest([one.folder for one in results if one.folder is not None]))
     trend = None if before is None else compare(acceptance, before)
@@ -77,11 +86,18 @@ def accept_command(
         raise typer.Exit(REJECTED)
 
 
-def _on_clock(bench: Bench, clock: str | None, seed: int | None) -> Bench:
+def _instead(clock: str | None, seed: int | None) -> dict[str, object]:
+    """Keys of the bench that the command line replaces."""
     if clock not in (None, "sync", "realtime"):
         raise UserError(f"unknown clock {clock!r}; expected sync or realtime")
-    told = {key: value for key, value in (("clock", clock), ("seed", seed)) if value is not None}
-    return bench.model_copy(update=told)
+    return {key: value for key, value in (("clock", clock), ("seed", seed)) if value is not None}
+
+
+def _warn(bench: Bench, scenarios: Sequence[Scenario]) -> None:
+    """What will move, for whoever stands beside the machine."""
+    console.print(f"Real drives on {bench.bus}. What the controller is allowed, and what it is told:", style="yellow")
+    for line in what_moves(scenarios, bench):
+        console.print(f"  {line}", highlight=False, soft_wrap=True)
 
 
 def _run(bench: Bench, scenarios: Sequence[Scenario], out: Path, jobs: int) -> list[CaseResult]:
@@ -122,11 +138,12 @@ def _table(cases: Sequence[CaseResult]) -> Table:
     table = Table(box=box.SIMPLE_HEAD)
     for name in ("case", "requirement"):
         table.add_column(name)
-    table.add_column("simulated", justify="right", no_wrap=True)
+    table.add_column("time", justify="right", no_wrap=True)
     table.add_column("verdict", no_wrap=True)
     for case in cases:
         style = _STYLES[case.outcome]
         simulated = f"{case.simulated:.1f} s" if case.folder is not None else ""
-        about = case.title if case.outcome is not Outcome.SKIPPED else f"{case.title}: {case.skipped_because}"
+        more = case.skipped_because or not_judged_words(case.not_judged)
+        about = f"{case.title}: {more}" if more else case.title
         table.add_row(case_name(case), about, simulated, f"[{style}]{case.outcome}[/]")
     return table

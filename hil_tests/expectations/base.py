@@ -43,6 +43,8 @@ class Expectation(ABC):
     """One kind of requirement. Subclasses are frozen dataclasses whose fields are what a scenario may say of it."""
 
     name: ClassVar[str]
+    needs_truth: ClassVar[bool]
+    """Whether it is held against the plant's truth, which a real machine does not tell; else bus and controller say enough."""
     shorthand: ClassVar[str | None] = None
     """The parameter that `- name: value` gives."""
 

@@ -21,6 +21,7 @@ class BusLoad(Expectation):
     """
 
     name: ClassVar[str] = "bus_load"
+    needs_truth: ClassVar[bool] = False
 
     share: float = field(metadata=limit("bus_load"))
     window: float = 0.1

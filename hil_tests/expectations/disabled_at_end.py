@@ -19,6 +19,7 @@ class DisabledAtEnd(Expectation):
     """
 
     name: ClassVar[str] = "disabled_at_end"
+    needs_truth: ClassVar[bool] = True
 
     speed: ByAxis = field(metadata=limit("stop_speed"))
     except_for: tuple[str, ...] = ()

@@ -21,6 +21,7 @@ class FeedForward(Expectation):
     `ratio`. The moves are found by the drives' own 60B2h and demand."""
 
     name: ClassVar[str] = "feed_forward"
+    needs_truth: ClassVar[bool] = True
 
     ratio: ByAxis = field(metadata=limit("feed_forward_ratio"))
 

@@ -20,6 +20,7 @@ class FinalPosition(Expectation):
     it for `dwell` [s]."""
 
     name: ClassVar[str] = "final_position"
+    needs_truth: ClassVar[bool] = True
 
     band: ByAxis = field(metadata=limit("settling_band"))
     dwell: float = 0.05

@@ -15,6 +15,7 @@ class FollowingErrorLimited(Expectation):
     meets this."""
 
     name: ClassVar[str] = "following_error_limited"
+    needs_truth: ClassVar[bool] = False
 
     def judge(self, evidence: Evidence) -> Finding:
         finding = MET

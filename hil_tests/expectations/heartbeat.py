@@ -15,6 +15,7 @@ class Heartbeat(Expectation):
     1016h, life guarding, or what the drive type has of its own."""
 
     name: ClassVar[str] = "heartbeat"
+    needs_truth: ClassVar[bool] = False
 
     period: float = field(metadata=limit("heartbeat_period"))
     supervised: bool = True

@@ -17,6 +17,7 @@ class Holds(Expectation):
     """Every drive is in operation enabled for at least `seconds` [s] at a stretch, all at the same time."""
 
     name: ClassVar[str] = "holds"
+    needs_truth: ClassVar[bool] = True
     shorthand: ClassVar[str | None] = "seconds"
 
     seconds: float

@@ -14,6 +14,7 @@ class Homed(Expectation):
     """True joint position at the drive's position 0, at most `error` [m or rad] from 0, when the controller ends."""
 
     name: ClassVar[str] = "homed"
+    needs_truth: ClassVar[bool] = True
 
     error: ByAxis = field(metadata=limit("homing_error"))
 

@@ -19,6 +19,7 @@ class Identification(Expectation):
     """|identified - true| / |true| of each of `parameters` on each axis that has one, at most `within` (identified/1)."""
 
     name: ClassVar[str] = "identification"
+    needs_truth: ClassVar[bool] = True
 
     within: float = field(metadata=limit("identification_error"))
     parameters: tuple[str, ...] = ("coulomb", "viscous")

@@ -19,6 +19,7 @@ class KeepsMoving(Expectation):
     """From the first to the last move of every axis at least `seconds` [s], with no pause above a second."""
 
     name: ClassVar[str] = "keeps_moving"
+    needs_truth: ClassVar[bool] = True
     shorthand: ClassVar[str | None] = "seconds"
 
     seconds: float

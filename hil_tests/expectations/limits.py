@@ -21,6 +21,7 @@ class Limits(Expectation):
     """
 
     name: ClassVar[str] = "limits"
+    needs_truth: ClassVar[bool] = True
 
     travel: Ranges = field(metadata=limit("travel"))
     speed: ByAxis = field(metadata=limit("speed"))

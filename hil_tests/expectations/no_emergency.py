@@ -14,6 +14,7 @@ class NoEmergency(Expectation):
     """No EMCY with an error code (CiA 301, 7.2.7) while the controller is there."""
 
     name: ClassVar[str] = "no_emergency"
+    needs_truth: ClassVar[bool] = False
 
     def judge(self, evidence: Evidence) -> Finding:
         finding = MET

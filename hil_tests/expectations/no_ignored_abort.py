@@ -31,6 +31,7 @@ class NoIgnoredAbort(Expectation):
     """For each write that a node aborts: a later write of the same object that it takes, or no drive is enabled afterwards."""
 
     name: ClassVar[str] = "no_ignored_abort"
+    needs_truth: ClassVar[bool] = False
 
     def judge(self, evidence: Evidence) -> Finding:
         enabled = [change.time for change in evidence.states if change.after is State.OPERATION_ENABLED]

@@ -26,6 +26,7 @@ class NoJump(Expectation):
     [m or rad] at most in the 0.1 s after an enabling."""
 
     name: ClassVar[str] = "no_jump"
+    needs_truth: ClassVar[bool] = True
 
     speed: ByAxis = field(metadata=limit("speed"))
     after_enabling: ByAxis = field(metadata=limit("enable_jump"))

@@ -17,6 +17,7 @@ class NoSdoWhileStreaming(Expectation):
     """No SDO request of the controller while an axis follows a changing position demand, homing left out; `most` are borne."""
 
     name: ClassVar[str] = "no_sdo_while_streaming"
+    needs_truth: ClassVar[bool] = True
 
     most: float = 0.0
 

@@ -17,6 +17,7 @@ class NothingMoves(Expectation):
     """True way of each axis from its first sample at most `by` [m or rad]; without `enabled`, no drive is enabled either."""
 
     name: ClassVar[str] = "nothing_moves"
+    needs_truth: ClassVar[bool] = True
 
     by: ByAxis = field(metadata=limit("settling_band"))
     enabled: bool = False

@@ -14,6 +14,7 @@ class Operational(Expectation):
     """NMT state operational (CiA 301, 7.3.2.2) of each node when the controller ends."""
 
     name: ClassVar[str] = "operational"
+    needs_truth: ClassVar[bool] = False
 
     def judge(self, evidence: Evidence) -> Finding:
         finding = MET

@@ -14,6 +14,7 @@ class Outcome(Expectation):
     """`done`, `stopped`, `refused`, `killed` (by the stand), or several with `or` between; a list, one for each start."""
 
     name: ClassVar[str] = "outcome"
+    needs_truth: ClassVar[bool] = False
     shorthand: ClassVar[str | None] = "expected"
 
     expected: tuple[str, ...]

@@ -17,6 +17,7 @@ class Overshoot(Expectation):
     """True way beyond the end of a move, in the direction in which it came, at most `by` [m or rad]."""
 
     name: ClassVar[str] = "overshoot"
+    needs_truth: ClassVar[bool] = True
 
     by: ByAxis = field(metadata=limit("overshoot"))
 

@@ -17,9 +17,13 @@ _PREDEFINED = {"rpdo": 0x200, "tpdo": 0x180}
 
 @dataclass(frozen=True)
 class PdoMapping(Expectation):
-    """Entries, transmission type and predefined COB-ID, as the node's own dictionary has them when it becomes operational."""
+    """Entries, transmission type and predefined COB-ID, as the node's own dictionary has them when it becomes operational.
+
+    Of real drives: as they were written or read back on the bus.
+    """
 
     name: ClassVar[str] = "pdo_mapping"
+    needs_truth: ClassVar[bool] = False
 
     def judge(self, evidence: Evidence) -> Finding:
         finding = MET
@@ -28,6 +32,9 @@ class PdoMapping(Expectation):
             if configured is None:
                 finding += self.fails(f"node {node} never became operational, so that no PDO of it exists", axis)
                 continue
+            for name in configured.unknown_pdos:
+                said = f"node {node}, {name}: the controller neither wrote it nor read it back, so that nobody knows how it is"
+                finding += self.fails(said, axis, configured.time)
             for name, (cob_id, kind, entries) in configured.pdos.items():
                 said = self._of_pdo(evidence, name, node, cob_id, kind, entries)
                 if said:

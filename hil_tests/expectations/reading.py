@@ -17,10 +17,7 @@ def read_expectation(given: object, bench: Bench) -> Expectation:
 
     A number may be the name of a limit of the bench. Raises UserError naming what is unknown, missing or wrong.
     """
-    name, told = _parts(given)
-    kind = library().get(name)
-    if kind is None:
-        raise UserError(f"expect: {name!r} is no expectation; there are {', '.join(sorted(library()))}")
+    kind, (name, told) = expectation_kind(given), _parts(given)
     known = {one.name: one for one in fields(kind)}
     parameters = _parameters(kind, told)
     if unknown := [key for key in parameters if key not in known]:
@@ -29,6 +26,15 @@ def read_expectation(given: object, bench: Bench) -> Expectation:
     if missing := [key for key, one in known.items() if key not in values and one.default is MISSING]:
         raise UserError(f"expect: {name} needs {', '.join(missing)}")
     return kind(**values)
+
+
+def expectation_kind(given: object) -> type[Expectation]:
+    """The kind of an expectation as a scenario writes it. Raises UserError where there is none of that name."""
+    name, _told = _parts(given)
+    kind = library().get(name)
+    if kind is None:
+        raise UserError(f"expect: {name!r} is no expectation; there are {', '.join(sorted(library()))}")
+    return kind
 
 
 def _parts(given: object) -> tuple[str, object]:

@@ -21,6 +21,7 @@ class Repeats(Expectation):
     """
 
     name: ClassVar[str] = "repeats"
+    needs_truth: ClassVar[bool] = True
 
     by: ByAxis = field(metadata=limit("settling_band"))
 

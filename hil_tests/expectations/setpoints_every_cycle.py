@@ -20,6 +20,7 @@ class SetpointsEveryCycle(Expectation):
     """RPDO 1 of each node between any two SYNCs of a move; `missing` are borne, in all."""
 
     name: ClassVar[str] = "setpoints_every_cycle"
+    needs_truth: ClassVar[bool] = True
 
     missing: float = 0.0
 

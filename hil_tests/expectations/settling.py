@@ -19,6 +19,7 @@ class Settling(Expectation):
     """
 
     name: ClassVar[str] = "settling"
+    needs_truth: ClassVar[bool] = True
 
     time: float = field(metadata=limit("settling_time"))
     band: ByAxis = field(metadata=limit("settling_band"))

@@ -25,6 +25,7 @@ class StateSequence(Expectation):
     """
 
     name: ClassVar[str] = "state_sequence"
+    needs_truth: ClassVar[bool] = False
 
     times: float | None = None
 

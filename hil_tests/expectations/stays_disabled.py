@@ -16,6 +16,7 @@ class StaysDisabled(Expectation):
     """No drive is in operation enabled from `within` [s] after the last fault on."""
 
     name: ClassVar[str] = "stays_disabled"
+    needs_truth: ClassVar[bool] = True
 
     within: float = field(metadata=limit("disable_time"))
 

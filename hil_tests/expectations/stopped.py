@@ -20,6 +20,7 @@ class Stopped(Expectation):
     """
 
     name: ClassVar[str] = "stopped"
+    needs_truth: ClassVar[bool] = True
 
     within: float = field(metadata=limit("stop_time"))
     speed: ByAxis = field(metadata=limit("stop_speed"))

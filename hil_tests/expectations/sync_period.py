@@ -22,6 +22,7 @@ class SyncPeriod(Expectation):
     """
 
     name: ClassVar[str] = "sync_period"
+    needs_truth: ClassVar[bool] = False
 
     jitter: float = field(metadata=limit("sync_jitter"))
 

@@ -25,6 +25,7 @@ class Synchronised(Expectation):
     `apart`, by the plant's truth. Moves that overlap in time belong together; they have to begin and end together, too."""
 
     name: ClassVar[str] = "synchronised"
+    needs_truth: ClassVar[bool] = True
 
     apart: float = field(metadata=limit("apart"))
 

@@ -17,6 +17,7 @@ class TrackingError(Expectation):
     """Greatest |position demand - true position| at most `most` [m or rad], homing left out; `rms` over all moves is told."""
 
     name: ClassVar[str] = "tracking_error"
+    needs_truth: ClassVar[bool] = True
 
     most: ByAxis = field(metadata=limit("tracking_error"))
 

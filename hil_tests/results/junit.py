@@ -1,7 +1,7 @@
 """junit.xml, as GitLab, GitHub's reporters and Jenkins read it (the schema: junit-10.xsd of Jenkins' xUnit plugin).
 
 GitLab shows the text of `failure` and `skipped`, Jenkins and GitHub their `message`: both say it. A case has one `failure`.
-Times are simulated, so that two lockstep runs write the same bytes.
+Times are simulated, so that two lockstep runs write the same bytes; of real drives they are the wall clock's.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hil_tests.folder import BUS_LOG, CONTROLLER_LOG, VERDICT
 from hil_tests.results.acceptance import Acceptance
 from hil_tests.results.results_file import BenchPart, bench_part
 from hil_tests.results.trend import Kind, Trend
-from hil_tests.results.wording import failure_words, measured_words, suite_name
+from hil_tests.results.wording import failure_words, measured_words, not_judged_words, suite_name
 from hil_tests.verdict import CaseResult, Outcome
 
 ATTACHED = (BUS_LOG, CONTROLLER_LOG, VERDICT)
@@ -51,7 +51,7 @@ def write_junit(acceptance: Acceptance, path: Path, workspace: Path, trend: Tren
 def _suite(name: str, bench: BenchPart, cases: Iterable[ET.Element]) -> ET.Element:
     suite = ET.Element("testsuite", {"name": name})
     properties = ET.SubElement(suite, "properties")
-    for key in ("controller", "machine", "profile", "bus", "clock", "seed"):
+    for key in ("controller", "machine", "profile", "drives", "bus", "clock", "seed"):
         ET.SubElement(properties, "property", {"name": key, "value": _text(str(getattr(bench, key)))})
     suite.extend(cases)
     suite.attrib |= _totals(suite) | {"skipped": str(len(suite.findall("testcase/skipped")))}
@@ -96,6 +96,8 @@ def _failure(heading: Sequence[str], lines: Sequence[str]) -> ET.Element:
 def _out_lines(case: CaseResult, workspace: Path) -> Iterable[str]:
     yield case.title
     yield from (measured_words(measured) for measured in case.measured)
+    if case.not_judged:
+        yield not_judged_words(case.not_judged)
     for file in ATTACHED:
         if case.folder is not None and (case.folder / file).is_file():
             yield f"[[ATTACHMENT|{Path(os.path.relpath(case.folder / file, workspace)).as_posix()}]]"

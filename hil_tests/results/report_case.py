@@ -12,7 +12,7 @@ from hil_tests.results.case_figure import Window, axis_figure
 from hil_tests.results.pdo_words import PdoMapping
 from hil_tests.results.report_bars import bar, share_words, used
 from hil_tests.results.traces import Mark, Traces, read_traces
-from hil_tests.results.wording import case_name, quantity, quantity_name
+from hil_tests.results.wording import case_name, not_judged_words, quantity, quantity_name
 from hil_tests.verdict import CaseResult, Failure, Measured
 
 _POINTS_REJECTED, _POINTS_ACCEPTED = 3000, 400
@@ -36,6 +36,7 @@ def rejected_section(case: CaseResult, pdos: PdoMapping) -> str:
     first = next((round(failure.time, _STAMP) for failure in case.failures if failure.time is not None), None)
     parts = [
         f'<h2>{escape(case_name(case))}: {escape(case.title)}</h2><p class="note">{escape(case.requirement)}</p>',
+        _not_judged(case),
         _failures(case.failures),
         _measured(case.measured),
         _bus(case, first, pdos),
@@ -43,6 +44,11 @@ def rejected_section(case: CaseResult, pdos: PdoMapping) -> str:
         _pictures(case, first),
     ]
     return f'<section class="rejected" id="{anchor(case)}">{"".join(parts)}</section>'
+
+
+def _not_judged(case: CaseResult) -> str:
+    words = not_judged_words(case.not_judged)
+    return f'<p class="note">{escape(words.capitalize())}.</p>' if words else ""
 
 
 def _failures(failures: Sequence[Failure]) -> str:
@@ -146,6 +152,7 @@ def folded_case(case: CaseResult) -> str:
     pictures = "".join(_picture(case, traces, axis, None, _POINTS_ACCEPTED) for axis in axes if traces is not None)
     return (
         f'<details id="{anchor(case)}"><summary><span class="case">{escape(case_name(case))}</span> {escape(case.title)} '
-        f'<span class="note">{case.simulated:.3g} s simulated</span></summary>'
-        f'<p class="note">{escape(case.requirement)}</p>{_measured(case.measured)}<template>{pictures}</template></details>'
+        f'<span class="note">{case.simulated:.3g} s</span></summary>'
+        f'<p class="note">{escape(case.requirement)}</p>{_not_judged(case)}{_measured(case.measured)}'
+        f"<template>{pictures}</template></details>"
     )

@@ -44,6 +44,7 @@ class BenchPart(_Part):
     copper: bool
     cycle: FiniteFloat
     seed: int
+    drives: str = "virtual"
     limits: dict[str, LimitValue]
 
 
@@ -71,7 +72,8 @@ class MeasuredPart(_Part):
 
 
 class CasePart(_Part):
-    """A case; `folder` relative to results.json, null where it was skipped; `simulated` [s]."""
+    """A case; `folder` relative to results.json, null where it was skipped; `simulated` [s], of real drives by the wall clock;
+    `not_judged` are expectations that only the plant's truth can answer."""
 
     number: int
     group: str
@@ -84,6 +86,7 @@ class CasePart(_Part):
     folder: str | None
     failures: list[FailurePart]
     measured: list[MeasuredPart]
+    not_judged: list[str] = []
 
 
 class Results(_Part):

@@ -19,7 +19,7 @@ TIMES_NOISE = 3.0
 """How many standard deviations of a difference count as a change: one in 740 happens without a cause, for normal noise."""
 
 _ROUNDING = 1e-9
-_MUST_AGREE = ("machine", "profile", "truth", "clock", "bit_rate", "copper", "cycle")
+_MUST_AGREE = ("machine", "profile", "truth", "clock", "bit_rate", "copper", "cycle", "drives")
 
 
 class Kind(StrEnum):

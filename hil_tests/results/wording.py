@@ -92,6 +92,12 @@ def failure_words(failure: Failure) -> str:
     return f"{said} ({', '.join(facts)})" if facts else said
 
 
+def not_judged_words(names: Iterable[str]) -> str:
+    """`not judged, for want of the plant's truth: holds, no jump`; nothing where all was judged."""
+    listed = ", ".join(name.replace("_", " ") for name in names)
+    return f"not judged, for want of the plant's truth: {listed}" if listed else ""
+
+
 def verdict_sentence(acceptance: Acceptance, worse: int = 0) -> str:
     """`Rejected: 2 of 31 cases failed, 3 skipped.`; `worse` figures are so than the baseline by more than noise."""
     rejected, skipped = (len(acceptance.of(outcome)) for outcome in (Outcome.REJECTED, Outcome.SKIPPED))

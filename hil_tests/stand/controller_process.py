@@ -103,6 +103,8 @@ def command_line(bench: Bench, places: Mapping[str, str]) -> list[str]:
     Raises UserError for a place that is not known, and for a program that is not there.
     """
     known = {"python": sys.executable, "bench": str(bench.path.parent), **places}
+    if bench.limits_path is not None:
+        known["limits"] = str(bench.limits_path)
     try:
         filled = [part.format_map(known) for part in bench.controller.command]
     except (KeyError, ValueError, IndexError) as error:

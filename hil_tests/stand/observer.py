@@ -9,15 +9,12 @@ from emulator.drive.drive import Drive
 from emulator.drive.objects import number, optional
 from emulator.drive.servo import Loop
 from emulator.drive.state_machine import State, Statusword
-from emulator.drive.supervision import OFF
 from emulator.virtual_machine import VirtualMachine
 from hil_tests.evidence import Configuration, StateChange, Truth
+from hil_tests.stand.configuration import Read, configuration
 
 HOMING = 6
 """Mode of operation 6060h (CiA 402-2)."""
-
-PDO_INVALID = 1 << 31
-"""Bit 31 of 1400h:01 and 1800h:01 (CiA 301, 7.5.2.35)."""
 
 
 class Observer:
@@ -56,7 +53,7 @@ class Observer:
         for place, drive in enumerate(self._virtual.drives):
             operational = drive.device.nmt.state is NmtState.OPERATIONAL
             if operational and not self._operational[place]:
-                self.configured[self._names[place]] = configuration(drive, self._virtual.now())
+                self.configured[self._names[place]] = configuration(drive.profile, _reader(drive), self._virtual.now())
             self._operational[place] = operational
 
     def speed(self, axis: str) -> float:
@@ -138,48 +135,11 @@ def _has_homed(drive: Drive) -> bool:
     return drive.statusword() & attained == attained
 
 
-def configuration(drive: Drive, time: float) -> Configuration:
-    """How a node is configured now, of its own dictionary."""
-    dictionary = drive.dictionary
-    pdos = {}
-    for name, communication in (("rpdo", 0x1400), ("tpdo", 0x1800)):
-        for place in range(4):
-            if (communication + place, 1) in dictionary:
-                pdos[f"{name} {place + 1}"] = _pdo(drive, communication + place)
-    return Configuration(
-        time=time,
-        pdos=pdos,
-        heartbeat=number(optional(dictionary, 0x1017), 0.0) * 1e-3,
-        supervises=tuple(_supervision(drive)),
-        limits_following_error=_limits_following_error(drive),
-    )
+def _reader(drive: Drive) -> Read:
+    """What the drive's own dictionary holds."""
 
+    def read(index: int, subindex: int) -> float | None:
+        variable = optional(drive.dictionary, index, subindex)
+        return None if variable is None else number(variable, 0.0)
 
-def _limits_following_error(drive: Drive) -> bool | None:
-    """Whether the drive's own limit is set; None where its type has none."""
-    limit = drive.axis.role("following_error_limit")
-    return None if limit is None else 0 < limit.number < OFF
-
-
-def _pdo(drive: Drive, communication: int) -> tuple[int, int, tuple[int, ...]]:
-    dictionary, mapping = drive.dictionary, communication + 0x200
-    count = int(number(optional(dictionary, mapping), 0.0))
-    entries = tuple(int(number(optional(dictionary, mapping, place + 1), 0.0)) for place in range(count))
-    cob_id, kind = (int(number(optional(dictionary, communication, sub), 0.0)) for sub in (1, 2))
-    return cob_id, kind, entries
-
-
-def _supervision(drive: Drive) -> list[str]:
-    """By what the drive notices that its master has gone."""
-    dictionary = drive.dictionary
-    found = []
-    consumers = int(number(optional(dictionary, 0x1016), 0.0))
-    entries = [int(number(optional(dictionary, 0x1016, place + 1), 0.0)) for place in range(consumers)]
-    if any(entry & 0xFFFF and entry >> 16 & 0x7F for entry in entries):
-        found.append("heartbeat consumer (1016h)")
-    if number(optional(dictionary, 0x100C), 0.0) * number(optional(dictionary, 0x100D), 0.0) > 0.0:
-        found.append("life guarding (100Ch, 100Dh)")
-    timeout = drive.axis.role("bus_timeout")
-    if timeout is not None and timeout.number > 0:
-        found.append("SYNC time-out of the drive type")
-    return found
+    return read

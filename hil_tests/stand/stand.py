@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import can
-import mujoco
 
 from drivetwin.bus import HostedBus, host_bus
 from drivetwin.unix_bus import PREFIX
@@ -20,20 +19,17 @@ from hil_tests.bench import EMBEDDED, Bench
 from hil_tests.evidence import Ending, Evidence, Run
 from hil_tests.scenario import Scenario
 from hil_tests.stand.clock import StandClock
-from hil_tests.stand.controller_process import ControllerProcess, command_line
+from hil_tests.stand.controller_process import ControllerProcess
+from hil_tests.stand.controller_start import EXIT_STATUS, ControllerStart
 from hil_tests.stand.faults import Striker
 from hil_tests.stand.log import FrameLog
 from hil_tests.stand.observer import Observer
 from hil_tests.stand.watchdog import Watchdog
-from hil_tests.task import write_task
 
 LISTEN = 0.02
 """How long the stand waits for a frame before it looks whether the controller still lives [s], where only SYNC moves time."""
 
 NMT_COB_ID = 0x000
-
-EXIT_STATUS = {0: Ending.DONE, 2: Ending.REFUSED, 3: Ending.STOPPED}
-"""What a controller's exit status says; any other is a crash."""
 
 
 class Stand:
@@ -68,33 +64,19 @@ class Stand:
 
     # -- the controller -----------------------------------------------------------------------------------------------
 
-    def _run_controller(self, start: int) -> Run:
-        out = self._folder / ("controller" if start == 0 else f"controller_{start + 1}")
-        out.mkdir()
-        task_file = out / "task.json"
-        write_task(self._scenario.task, self._bench, task_file)
-        places = {"task_file": str(task_file), "bus": self._hosted.name, "clock": self._bench.clock, "out": str(out)}
-        began = self._virtual.now()
+    def _run_controller(self, number: int) -> Run:
         self._hold_time()
-        silence = self._scenario.silence or self._bench.timeouts.silence
-        watchdog = Watchdog(self._bench.timeouts, silence, self._bench.bit_rate, began)
         self._killed = False
-        command = command_line(self._bench, places)
-        with ControllerProcess(command, self._bench.path.parent, self._folder / "controller.log") as process:
-            self._process = process
-            ending = self._serve(process, watchdog)
-            ended = self._virtual.now()
-            if process.end():
-                self._left_behind.append(f"start {start + 1}: processes of its own that still lived")
-            status = process.status()
-            words = process.last_words()
+        start = ControllerStart(self._bench, self._scenario, self._folder, number)
+        run, left = start.run(self._hosted.name, self._virtual.now, self._serve)
         self._process = None
+        self._left_behind += left
         self._drop_what_is_left()
-        told = watchdog.told(ending)
-        return Run(ending, status, began, ended, "\n".join(filter(None, (told, words))), out)
+        return run
 
     def _serve(self, process: ControllerProcess, watchdog: Watchdog) -> Ending:
         """Serve the bus until the controller has exited and all that it sent has been handled, or it was or has to be ended."""
+        self._process = process
         while not self._killed:
             pause = self._joined.wait()
             message = self._hosted.bus.recv(LISTEN if pause is None else pause)
@@ -173,14 +155,12 @@ class Stand:
 
     def _evidence(self, runs: tuple[Run, ...]) -> Evidence:
         axes = self._bench.virtual.axes
-        model = self._virtual.plant.model
-        slides = [model.joint(axis.joint).type[0] == mujoco.mjtJoint.mjJNT_SLIDE for axis in axes.values()]
         return Evidence(
             bench=self._bench,
             task=self._scenario.task,
             axes=tuple(axes),
             nodes=tuple(axis.node_id for axis in axes.values()),
-            units=tuple("m" if slide else "rad" for slide in slides),
+            units=tuple(self._bench.units.values()),
             gears=tuple(axis.gear_ratio for axis in axes.values()),
             frames=tuple(self._log.frames),
             truth=self._observer.truth(),

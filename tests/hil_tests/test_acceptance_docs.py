@@ -23,11 +23,12 @@ from hil_tests.evidence import Ending
 from hil_tests.expectations.base import LIMIT
 from hil_tests.expectations.library import library
 from hil_tests.scenario import _File, read_scenario
-from hil_tests.suite import CASES
+from hil_tests.suite import CASES, find_cases
 from hil_tests.task import TaskName
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs/acceptance.md").read_text(encoding="utf-8")
+REAL = (ROOT / "docs/acceptance-ci.md").read_text(encoding="utf-8").partition("## The same cases on a real machine")[2]
 BENCH = ROOT / "hil_tests/benches/scara.yaml"
 
 
@@ -112,6 +113,32 @@ def test_the_expectations_are_told_with_their_parameters_and_limits() -> None:
                 assert re.search(rf"`{one.name}` \((?P<default>[^)]*)\)", parameters), f"{name}: default of {one.name}"
         if kind.shorthand is not None:
             assert f"`- {name}: " in parameters
+
+
+def real_rows(head: str) -> list[tuple[list[str], str]]:
+    """Rows of the table with that head about real drives: what the first column names in backquotes, and the second column."""
+    table = REAL.partition(f"| {head} |")[2].partition("\n\n")[0]
+    return [(re.findall(r"`([^`]+)`", line.split(" | ")[0]), line.split(" | ")[1]) for line in table.splitlines()[2:]]
+
+
+def test_what_is_judged_of_real_drives_is_told() -> None:
+    table = real_rows("expectation")
+    for prefix, needs_truth in (("judged", False), ("not judged", True)):
+        told = [name for names, said in table if said.startswith(prefix) for name in names]
+        assert sorted(told) == sorted(name for name, kind in library().items() if kind.needs_truth is needs_truth)
+
+
+def test_what_is_skipped_on_real_drives_is_told() -> None:
+    bench = read_bench(ROOT / "hil_tests/benches/scara_can0.yaml", real=True)
+    skipped = {case.identity: case.skipped_because for case in find_cases(bench, [CASES], ()) if case.skipped_because}
+    reasons = {"faults strike": "faults strike", "beside the outcome": "beside how", "its targets": "is to go to"}
+    for names, said in real_rows("skipped"):
+        (reason,) = [theirs for ours, theirs in reasons.items() if said.startswith(ours)]
+        for name in names:
+            cases = [case for case in skipped if case == name or case.startswith(f"{name}.")]
+            assert cases, name
+            assert all(reason in skipped.pop(case) for case in cases), name
+    assert skipped == {}
 
 
 def test_the_ways_to_end_are_told() -> None:

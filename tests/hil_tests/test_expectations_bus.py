@@ -45,6 +45,26 @@ def test_a_mapping_otherwise(pdo: str, has: tuple[int, int, tuple[int, ...]], sa
     assert f"node 2, {pdo}: {said}" in failure.message
 
 
+def test_a_mapping_that_nobody_knows_is_not_taken_for_right() -> None:
+    (failure,) = judged("pdo_mapping", configured(stretch=replace(ordered(3), unknown_pdos=("rpdo 2",)))).failures
+    assert failure.axis == "stretch"
+    assert "node 3, rpdo 2: the controller neither wrote it nor read it back" in failure.message
+
+
+def test_a_drive_that_tells_that_it_is_enabled_when_the_controller_has_gone() -> None:
+    """The controller ends at 0.5 s: enabled before and not disabled, disabled too late, enabled again later."""
+    on, off = (State.SWITCHED_ON, State.OPERATION_ENABLED), (State.OPERATION_ENABLED, State.SWITCH_ON_DISABLED)
+
+    def states(*changes: tuple[float, tuple[State, State]]) -> Evidence:
+        return evidence(standing(1.0), states=tuple(StateChange(time, "rotate", *change) for time, change in changes))
+
+    assert found("tells_disabled", states()) == []
+    assert found("tells_disabled", states((0.1, on), (0.4, off))) == []
+    assert found("tells_disabled", states((0.1, on))) == [("rotate", 0.1)]
+    assert found("tells_disabled", states((0.1, on), (0.6, off))) == [("rotate", 0.1)]
+    assert found("tells_disabled", states((0.1, on), (0.4, off), (0.7, on), (0.8, off))) == [("rotate", 0.7)]
+
+
 def test_nodes_that_never_became_operational_have_no_mapping_and_no_heartbeat() -> None:
     nothing = evidence(standing(1.0), operational=frozenset(("lift",)))
     for told in ("pdo_mapping", "heartbeat"):

@@ -108,7 +108,7 @@ def test_the_suite_brings_its_drives_onto_no_bus_that_may_have_real_ones(tmp_pat
 
 
 def test_what_a_real_machine_is_given_are_options_of_the_controller() -> None:
-    text = (ROOT / "docs/acceptance-ci.md").read_text(encoding="utf-8").replace("\\\n", " ")
-    (line,) = re.findall(r"python -m controller ([^\n]*)", text)
+    command = read_bench(ROOT / "hil_tests/benches/scara_can0.yaml", real=True).controller.command
     known = {option for parameter in typer.main.get_command(controller).params for option in parameter.opts}
-    assert {word for word in line.split() if word.startswith("--")} <= known
+    told = {word for word in command if word.startswith("--")}
+    assert {"--limits", "--yes"} <= told <= known

@@ -1,0 +1,32 @@
+"""When the controller has gone each drive tells that it is not enabled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from emulator.drive.state_machine import State
+from hil_tests.evidence import Evidence
+from hil_tests.expectations.base import MET, Expectation, Finding
+
+ENABLED = (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE)
+"""States in which the power stage is on (CiA 402-2, figure 'State machine')."""
+
+
+@dataclass(frozen=True)
+class TellsDisabled(Expectation):
+    """Its state when the controller ends, and later, as the drive tells it: what the next case relies on."""
+
+    name: ClassVar[str] = "tells_disabled"
+    needs_truth: ClassVar[bool] = False
+
+    def judge(self, evidence: Evidence) -> Finding:
+        finding = MET
+        for axis in evidence.axes:
+            changes = [change for change in evidence.states if change.axis == axis]
+            last = [change for change in changes if change.time <= evidence.end][-1:]
+            for change in last + [change for change in changes if change.time > evidence.end]:
+                if change.after in ENABLED:
+                    state = change.after.name.lower().replace("_", " ")
+                    finding += self.fails(f"the controller has gone, and the drive tells {state}", axis, change.time)
+        return finding

@@ -1,0 +1,178 @@
+"""What frames say of real drives: states, how nodes are configured, and whether they are operational."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from drive_profiles import DataType, DriveProfile
+from emulator.canopen.data_types import decode, size
+from emulator.drive.state_machine import State
+from hil_tests.bench import Bench
+from hil_tests.evidence import BusFrame, Configuration, StateChange
+from hil_tests.stand.configuration import PDO_INVALID, configuration
+
+NMT, HEARTBEAT = 0x000, 0x700
+START, STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION = 1, 2, 128, 129, 130
+"""NMT commands (CiA 301, 7.2.8.3.1)."""
+BOOT_UP, OPERATIONAL = 0, 5
+"""States of the heartbeat (CiA 301, 7.2.8.3.2.2)."""
+
+SDO_REQUEST, SDO_ANSWER = 0x600, 0x580
+CAN_ID = 0x7FF
+STATUSWORD = (0x6041, 0)
+STATE_BITS = 0x6F
+
+OF_DRIVES = (0x080, 0x180, 0x280, 0x380, 0x480, SDO_ANSWER, HEARTBEAT)
+"""COB-IDs, less the node-ID, of EMCY, TPDOs, SDO answers and heartbeats (CiA 301, 7.3.3)."""
+LSS_ANSWER = 0x7E4
+
+
+def sent_by_drive(identifier: int, nodes: Iterable[int]) -> bool:
+    """Whether a frame comes of one of the drives, by the predefined COB-IDs: on a bus nobody says who sent it."""
+    return identifier == LSS_ANSWER or any(identifier - node in OF_DRIVES for node in nodes)
+
+
+@dataclass(frozen=True)
+class BusReading:
+    """What was read: changes of state, the configuration of each axis's node, axes that were operational at the end."""
+
+    states: tuple[StateChange, ...]
+    configured: dict[str, Configuration]
+    operational: frozenset[str]
+
+
+def read_bus(frames: Sequence[BusFrame], bench: Bench, end: float) -> BusReading:
+    """Read all frames of a case whose controller ended at `end` [s].
+
+    A node is operational at the end by its first heartbeat after it, or where there is none by its last.
+    """
+    nodes = {axis.node_id: _Node(name, axis.node_id, bench.drive_type) for name, axis in bench.virtual.axes.items()}
+    for frame in frames:
+        if frame.identifier == NMT:
+            for node in nodes.values():
+                node.hear_network(frame)
+        elif (node_id := frame.identifier & 0x7F) in nodes:
+            nodes[node_id].hear(frame, end)
+    return BusReading(
+        states=tuple(sorted((change for node in nodes.values() for change in node.changes), key=lambda change: change.time)),
+        configured={node.axis: node.configured for node in nodes.values() if node.configured is not None},
+        operational=frozenset(node.axis for node in nodes.values() if node.beat == OPERATIONAL),
+    )
+
+
+class _Write(NamedTuple):
+    """An SDO request that waits for its answer; `value` is None where it reads, or writes more than 4 bytes."""
+
+    address: bytes
+    value: bytes | None
+
+
+class _Node:
+    """One drive, as the bus tells of it. What it said before a reset no longer holds."""
+
+    def __init__(self, axis: str, node_id: int, profile: DriveProfile) -> None:
+        self.axis = axis
+        self.changes: list[StateChange] = []
+        self.configured: Configuration | None = None
+        self.beat: int | None = None
+        self._ended = False
+        self._node_id, self._profile = node_id, profile
+        self._types = {(entry.index, entry.subindex): entry.data_type for entry in profile.objects}
+        self._known: dict[tuple[int, int], float] = {}
+        self._asked: _Write | None = None
+        self._state = State.SWITCH_ON_DISABLED
+        self._started = False
+
+    def hear_network(self, frame: BusFrame) -> None:
+        """An NMT command: with a start it is as it was configured until then."""
+        if len(frame.data) < 2 or frame.data[1] not in (0, self._node_id):
+            return
+        if frame.data[0] == START:
+            if not self._started:
+                self.configured = configuration(self._profile, self._read, frame.time)
+            self._started = True
+        elif frame.data[0] in (STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION):
+            self._started = False
+
+    def hear(self, frame: BusFrame, end: float) -> None:
+        """A frame from or to the node."""
+        match frame.identifier - self._node_id:
+            case 0x700:
+                self._beat(frame, end)
+            case 0x600:
+                self._asked = _request(frame.data)
+            case 0x580:
+                self._answer(frame)
+            case 0x180 | 0x280 | 0x380 | 0x480 as base:
+                self._process_data(frame, (base - 0x180) // 0x100)
+
+    def _beat(self, frame: BusFrame, end: float) -> None:
+        if len(frame.data) != 1 or self._ended:
+            return
+        self.beat = frame.data[0] & 0x7F
+        self._ended = frame.time > end
+        if self.beat == BOOT_UP:
+            self._known.clear()
+            self._started = False
+            self._now(State.SWITCH_ON_DISABLED, frame.time)
+
+    def _answer(self, frame: BusFrame) -> None:
+        asked, self._asked = self._asked, None
+        if asked is None or len(frame.data) < 8 or frame.data[1:4] != asked.address:
+            return
+        specifier = frame.data[0] >> 5
+        value = asked.value if specifier == 3 else _expedited(frame.data) if specifier == 2 else None
+        if value is None:
+            return
+        address = int.from_bytes(asked.address[:2], "little"), asked.address[2]
+        data_type = self._types.get(address, DataType.DOMAIN)
+        number = decode(data_type, value) if size(data_type) == len(value) else int.from_bytes(value, "little")
+        self._known[address] = float(number)
+        if address == STATUSWORD:
+            self._now(_state(int(number)), frame.time)
+
+    def _process_data(self, frame: BusFrame, place: int) -> None:
+        """A TPDO: the statusword in it, by the mapping that was written or read back."""
+        cob_id, count = self._known.get((0x1800 + place, 1)), self._known.get((0x1A00 + place, 0))
+        if cob_id is None or int(cob_id) & PDO_INVALID or int(cob_id) & CAN_ID != frame.identifier:
+            return
+        bit = 0
+        for number in range(int(count or 0)):
+            entry = int(self._known.get((0x1A00 + place, number + 1), 0))
+            if (entry >> 16, entry >> 8 & 0xFF) == STATUSWORD and len(frame.data) * 8 >= bit + 16:
+                self._now(_state(int.from_bytes(frame.data, "little") >> bit & 0xFFFF), frame.time)
+            bit += entry & 0xFF
+
+    def _now(self, state: State | None, time: float) -> None:
+        if state is not None and state is not self._state:
+            self.changes.append(StateChange(time, self.axis, self._state, state))
+            self._state = state
+
+    def _read(self, index: int, subindex: int) -> float | None:
+        return self._known.get((index, subindex))
+
+
+def _request(data: bytes) -> _Write | None:
+    """Client command specifiers 1 and 2: initiated download and upload (CiA 301, 7.2.4.3)."""
+    if len(data) < 8 or data[0] >> 5 not in (1, 2):
+        return None
+    return _Write(data[1:4], _expedited(data) if data[0] >> 5 == 1 else None)
+
+
+def _expedited(data: bytes) -> bytes | None:
+    """The value of an expedited transfer (bit 1), of as many bytes as it says (bit 0); None: it is another."""
+    if not data[0] & 2:
+        return None
+    return data[4 : 8 - (data[0] >> 2 & 3)] if data[0] & 1 else data[4:8]
+
+
+def _state(statusword: int) -> State | None:
+    """State of the bits of a statusword (CiA 402-2, table 'State coding'); bit 5 says nothing in some of them."""
+    bits = statusword & STATE_BITS
+    known = {state.value for state in State}
+    for masked in (bits, bits & ~0x20):
+        if masked in known:
+            return State(masked)
+    return None

@@ -1,0 +1,266 @@
+"""drives: real: what is refused before anything moves, which cases are left out, and what a bus tells of drives.
+
+No real drive is here: `drivetwin emulate` in a process of its own has the drives, on the wall clock; the judge only listens.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from processes import Ended, drivetwin, emulator
+from real_bench import KEEPS_LIMITS, SLOWER, real_bench
+from stage_bench import LIMITS, REFERENCE, bench_file, scenario_file
+
+from drivetwin.bus import host_bus
+from drivetwin.errors import UserError
+from hil_tests.bench import Bench, read_bench
+from hil_tests.evidence import Evidence
+from hil_tests.motion_plan import what_moves
+from hil_tests.run import run_one
+from hil_tests.scenario import read_scenario
+from hil_tests.stand.bus_reading import read_bus, sent_by_drive
+from hil_tests.stand.stand import run_case
+from hil_tests.suite import CASES, find_cases
+from hil_tests.verdict import Outcome
+
+SCARA = Path("hil_tests/benches/scara.yaml")
+
+
+# -- before anything moves -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"bus": "embedded"}, "embedded is made for a case, and real drives are on none"),
+        ({"real": {"limits": "limits.yaml"}}, "unix:/nowhere is not the name of copper, as can0 is; .* say real: any_bus"),
+        ({"clock": "sync"}, "clock: real drives keep time by themselves"),
+        ({"copper": True}, "copper: their wire is not modelled where drives are real"),
+        ({"truth": "own.json"}, "truth: their plant is not modelled|no effects file"),
+        ({"real": {"any_bus": True}}, "real.limits: name the file"),
+        ({"real": {"limits": "elsewhere.yaml", "any_bus": True}}, "elsewhere.yaml does not exist"),
+        ({"real": {"limits": "limits.yaml", "anybus": True}}, "real.anybus: is no key here; there are any_bus, limits"),
+        ({"command": REFERENCE}, r"only the controller can keep to real.limits; give it \{limits\}"),
+        ({"limits": {}}, "there is no 'travel'; this bench has none"),
+        ({"limits": LIMITS | {"torque": {}}}, "limits: real drives need travel .*, speed and torque of slide"),
+        ({"slide": SLOWER | {"travel": [-0.16, 0.1]}}, r"travel \[-0.16, 0.1\] is wider than \[-0.15, 0.15\] of machine stage"),
+        ({"slide": SLOWER | {"torque": 754.5}}, "slide: torque 754.5 is more than 753.982 of machine stage"),
+        ({"slide": SLOWER | {"speed": 1.1}}, "slide: speed 1.1 is more than 1 of limits in bench.yaml"),
+        ({"slide": SLOWER | {"travel": [0.1, -0.1]}}, r"axes.slide.travel: expected \[lowest, highest\]"),
+        ({"slide": {"travel": [-0.1, 0.1], "speed": 0.1}}, "axes.slide.torque: Field required"),
+    ],
+)
+def test_what_could_hurt_is_refused(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(UserError, match=said):
+        read_bench(real_bench(tmp_path, **({"bus": "unix:/nowhere"} | changes)), real=True)
+
+
+def test_limits_of_every_axis_are_needed(tmp_path: Path) -> None:
+    path = real_bench(tmp_path, "can0")
+    (tmp_path / "limits.yaml").write_text("axes: {}\n")
+    with pytest.raises(UserError, match=r"limits.yaml: axes: limits of none, and the machine has slide"):
+        read_bench(path, real=True)
+
+
+def test_real_drives_are_moved_only_where_somebody_says_so(tmp_path: Path) -> None:
+    """Whoever reads a bench without saying it, as the pytest plugin and the mutants' table do, is refused."""
+    path = real_bench(tmp_path, "can0", real={"limits": "limits.yaml"})
+    assert read_bench(path, real=True).bus == "can0"
+    with pytest.raises(UserError, match="its drives are real, and a machine will move: `drivetwin accept --real`"):
+        read_bench(path)
+    with pytest.raises(UserError, match="clock: real drives keep time by themselves"):
+        read_bench(path, real=True, changes={"clock": "sync"})
+
+
+def test_virtual_drives_stay_where_real_ones_cannot_be(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="--real is for a bench whose file says drives: real"):
+        read_bench(bench_file(tmp_path, REFERENCE), real=True)
+    with pytest.raises(UserError, match="real: is for drives: real, and these are virtual"):
+        read_bench(bench_file(tmp_path, REFERENCE, real={"any_bus": True}))
+    with pytest.raises(UserError, match="can0 may have real drives"):
+        read_bench(bench_file(tmp_path, REFERENCE, bus="can0"))
+
+
+# -- which cases ---------------------------------------------------------------------------------------------------------
+
+
+def read(folder: Path, **changes: Any) -> Any:
+    return read_scenario(scenario_file(folder, **changes), read_bench(real_bench(folder, "can0"), real=True))
+
+
+MOVE = {"task": "move", "parameters": {"moves": [{"axis": "slide", "to": 0.1}, {"axis": "slide", "to": -0.05}]}}
+STRANGE = {"task": "path", "parameters": {"poses": [{"wheel": 1.0}]}}
+FAULT = {"fault": "sto", "node": 1, "when": {"time": 1.0}}
+
+
+@pytest.mark.parametrize(
+    ("changes", "because"),
+    [
+        ({"faults": [FAULT], "expect": [{"outcome": "stopped"}, "no_emergency"]}, "faults strike virtual drives .*: sto"),
+        ({"expect": [{"outcome": "done"}, "limits", "no_jump"]}, "only the plant's truth tells, .*: limits, no_jump"),
+        ({"expect": [{"outcome": "done"}]}, "only the plant's truth tells, and here drives are real: nothing"),
+        (
+            {"task": MOVE, "slide": {"travel": [-0.04, 0.12]}, "expect": [{"outcome": "done"}, "no_emergency"]},
+            "slide is to go to -0.05 m, and its limits are -0.04 .. 0.12",
+        ),
+        (
+            {"task": STRANGE, "expect": [{"outcome": "done"}, "no_emergency"]},
+            "wheel is to move, and machine stage has no such axis",
+        ),
+    ],
+)
+def test_a_case_that_is_not_for_real_drives_is_skipped(tmp_path: Path, changes: dict[str, Any], because: str) -> None:
+    slide = SLOWER | changes.pop("slide", {})
+    bench = read_bench(real_bench(tmp_path, "can0", slide=slide), real=True)
+    case = read_scenario(scenario_file(tmp_path, **changes), bench)
+    with pytest.raises(AssertionError, match=because):
+        raise AssertionError(case.skipped_because)
+    assert run_one(bench, case, tmp_path / "out").outcome is Outcome.SKIPPED
+
+
+def test_what_needs_the_truth_is_not_judged_and_needs_no_limit(tmp_path: Path) -> None:
+    expect = [{"outcome": "done"}, "no_emergency", {"synchronised": {"apart": "no_such_limit"}}, "limits"]
+    case = read(tmp_path, task=MOVE, expect=expect)
+    assert case.skipped_because is None
+    assert [one.name for one in case.expectations] == ["outcome", "no_emergency"]
+    assert case.not_judged == ("synchronised", "limits")
+
+
+def test_targets_that_nobody_can_read_are_an_error(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="nobody can read from its parameters where axes go"):
+        read(tmp_path, task={"task": "move", "parameters": {"way": 1}}, expect=[{"outcome": "done"}, "no_emergency"])
+
+
+def test_what_moves_is_said_in_the_order_of_the_cases(tmp_path: Path) -> None:
+    scenario_file(tmp_path / "own", "04_moves/to_and_fro", task=MOVE, expect=[{"outcome": "done"}, "no_emergency"])
+    scenario_file(tmp_path / "own", "08_faults/sto", task=MOVE, faults=[FAULT], expect=[{"outcome": "stopped"}])
+    bench = read_bench(real_bench(tmp_path, "can0"), real=True)
+    chosen = ["01_boot.configured", "02_enable.enable", "03_homing.home", "04_moves.to_and_fro", "08_faults.sto"]
+    assert list(what_moves(find_cases(bench, [CASES, tmp_path / "own"], chosen), bench)) == [
+        "slide: -0.15 .. 0.15 m, at most 0.2 m/s and 400 N",
+        "Homing leaves this travel: it ends at the switch.",
+        "01_boot.configured: nothing moves",
+        "02_enable.enable: every axis is enabled and holds where it stands",
+        "03_homing.home: every axis goes to its switch",
+        "04_moves.to_and_fro: every axis goes to its switch, then slide -0.05 .. 0.1 m",
+    ]
+
+
+# -- what a bus tells ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module", params=["servoone", "cia402-full"])
+def seen_from_inside(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Evidence:
+    """An enabled and disabled virtual machine, whose dictionaries and states the stand has read from within."""
+    bench = read_bench(SCARA, changes={"profile": request.param})
+    scenario = read_scenario(CASES / "02_enable/enable.yaml", bench)
+    return run_case(bench, scenario, tmp_path_factory.mktemp("inside"))
+
+
+def test_a_bus_tells_the_same_as_the_drives_from_inside(seen_from_inside: Evidence) -> None:
+    told = read_bus(seen_from_inside.frames, seen_from_inside.bench, seen_from_inside.end)
+    assert told.operational == seen_from_inside.operational == {"lift", "rotate", "stretch"}
+    assert set(told.configured) == set(seen_from_inside.configured)
+    for axis, inside in seen_from_inside.configured.items():
+        outside = told.configured[axis]
+        assert outside.unknown_pdos == ()
+        assert {name: pdo[0] for name, pdo in outside.pdos.items()} == {name: pdo[0] for name, pdo in inside.pdos.items()}
+        for name in seen_from_inside.bench.pdo:
+            assert outside.pdos[name] == inside.pdos[name]
+        assert (outside.heartbeat, outside.supervises) == (inside.heartbeat, inside.supervises)
+        assert outside.limits_following_error == inside.limits_following_error
+    for axis in seen_from_inside.axes:
+        inside_states = [change.after for change in seen_from_inside.states if change.axis == axis and change.time > 0.0]
+        assert [change.after for change in told.states if change.axis == axis] == inside_states
+
+
+def test_who_sent_a_frame_is_told_by_its_identifier(seen_from_inside: Evidence) -> None:
+    assert {frame.by_controller for frame in seen_from_inside.frames} == {True, False}
+    for frame in seen_from_inside.frames:
+        assert sent_by_drive(frame.identifier, seen_from_inside.nodes) is not frame.by_controller
+
+
+def test_what_was_said_before_a_reset_does_not_hold_after_it(seen_from_inside: Evidence) -> None:
+    """The configuration, a boot-up message of node 2, and a start: nobody knows how node 2 is."""
+    frames = list(seen_from_inside.frames)
+    start = next(frame for frame in frames if frame.identifier == 0 and frame.data == b"\x01\x02")
+    boot_up = start._replace(identifier=0x702, data=b"\x00", by_controller=False)
+    frames.insert(frames.index(start), boot_up)
+    told = read_bus(frames, seen_from_inside.bench, seen_from_inside.end)
+    assert "rpdo 1" in told.configured["rotate"].unknown_pdos
+    assert told.configured["lift"].unknown_pdos == ()
+
+
+# -- on a bus whose drives are another's ---------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def drives(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    with emulator("--machine", "stage", bus=f"unix:{tmp_path_factory.mktemp('drives')}/bus") as bus:
+        yield bus
+
+
+def accept(bench: Path, out: Path, *cases: str) -> Ended:
+    selected = [word for case in cases for word in ("--select", case)]
+    return drivetwin("accept", "--bench", bench, "--real", "--out", out, *selected)
+
+
+def results(out: Path) -> dict[str, Any]:
+    read_back: dict[str, Any] = json.loads((out / "results.json").read_text(encoding="utf-8"))
+    return {f"{case['number']:02d}_{case['group']}.{case['name']}": case for case in read_back["cases"]}
+
+
+def test_a_sound_controller_is_accepted_by_what_the_bus_shows(tmp_path: Path, drives: str) -> None:
+    scenario_file(tmp_path / "own", "08_faults/sto", faults=[FAULT], expect=[{"outcome": "stopped"}, "stopped"])
+    bench = real_bench(tmp_path, drives)
+    words = ("--cases", str(tmp_path / "own"), "--select", "01_boot.configured", "--select", "*.enable", "--select", "*.sto")
+    done = drivetwin("accept", "--bench", bench, "--real", "--out", tmp_path / "out", *words)
+    assert (done.status, done.err) == (0, ""), done.out
+    cases = results(tmp_path / "out")
+    outcomes = {name: case["outcome"] for name, case in cases.items()}
+    assert outcomes == {"01_boot.configured": "accepted", "02_enable.enable": "accepted", "08_faults.sto": "skipped"}
+    assert cases["08_faults.sto"]["skipped_because"].startswith("faults strike virtual drives and their plant")
+    assert cases["01_boot.configured"]["not_judged"] == ["nothing_moves"]
+    assert cases["02_enable.enable"]["not_judged"] == ["no_jump", "holds", "nothing_moves", "limits", "disabled_at_end"]
+    assert done.out.index("01_boot.configured: nothing moves") < done.out.index("accepted")
+    folder = tmp_path / "out" / "cases" / "02_enable.enable"
+    assert " 201#" in (folder / "bus.log").read_text(encoding="ascii")
+    assert not (folder / "truth").exists()
+    junit = (tmp_path / "out" / "junit.xml").read_text(encoding="utf-8")
+    assert "not judged, for want of the plant's truth: nothing moves" in junit
+
+
+@pytest.mark.parametrize(
+    ("mutant", "case", "expectation"),
+    [
+        ("maps_pdo_in_the_wrong_order", "01_boot.configured", "pdo_mapping"),
+        ("leaves_out_switching_on", "02_enable.enable", "state_sequence"),
+        ("leaves_drives_enabled", "02_enable.enable", "state_sequence"),
+    ],
+)
+def test_a_broken_controller_is_rejected_there_too(
+    tmp_path: Path, drives: str, mutant: str, case: str, expectation: str
+) -> None:
+    broken = [*KEEPS_LIMITS[:2], "mutants", mutant, *KEEPS_LIMITS[3:]]
+    done = accept(real_bench(tmp_path, drives, command=broken), tmp_path / "out", case, "03_homing.home")
+    assert done.status == 1, done.out
+    cases = results(tmp_path / "out")
+    assert expectation in [failure["expectation"] for failure in cases[case]["failures"]]
+    assert cases["03_homing.home"]["skipped_because"] == f"{case} was rejected, and drives are real: nothing more is run"
+
+
+def test_the_judge_sends_nothing(tmp_path: Path) -> None:
+    """A controller that says nothing, on a bus on which nobody else is: its host hears no frame."""
+    hosted = host_bus(f"unix:{tmp_path}/bus")
+    try:
+        bench: Bench = read_bench(real_bench(tmp_path, hosted.name, command=["true", "{limits}"]), real=True)
+        result = run_one(bench, read_scenario(CASES / "01_boot/configured.yaml", bench), tmp_path / "out")
+        assert hosted.bus.recv(0.0) is None
+    finally:
+        hosted.close()
+    assert result.outcome is Outcome.REJECTED
+    assert {failure.expectation for failure in result.failures} == {"operational", "pdo_mapping", "heartbeat"}
