@@ -11,7 +11,7 @@ from emulator.drive.servo import Loop
 from emulator.drive.state_machine import State, Statusword
 from emulator.virtual_machine import VirtualMachine
 from hil_tests.evidence import Configuration, StateChange, Truth
-from hil_tests.stand.configuration import Read, configuration
+from hil_tests.stand.configuration import configuration
 
 HOMING = 6
 """Mode of operation 6060h (CiA 402-2)."""
@@ -53,7 +53,7 @@ class Observer:
         for place, drive in enumerate(self._virtual.drives):
             operational = drive.device.nmt.state is NmtState.OPERATIONAL
             if operational and not self._operational[place]:
-                self.configured[self._names[place]] = configuration(drive.profile, _reader(drive), self._virtual.now())
+                self.configured[self._names[place]] = configuration_of(drive, self._virtual.now())
             self._operational[place] = operational
 
     def speed(self, axis: str) -> float:
@@ -135,11 +135,11 @@ def _has_homed(drive: Drive) -> bool:
     return drive.statusword() & attained == attained
 
 
-def _reader(drive: Drive) -> Read:
-    """What the drive's own dictionary holds."""
+def configuration_of(drive: Drive, time: float) -> Configuration:
+    """How a node is configured now, of its own dictionary."""
 
     def read(index: int, subindex: int) -> float | None:
         variable = optional(drive.dictionary, index, subindex)
         return None if variable is None else number(variable, 0.0)
 
-    return read
+    return configuration(drive.profile, read, time)

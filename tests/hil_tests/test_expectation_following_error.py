@@ -12,7 +12,7 @@ from emulator.clock import SyncClock
 from emulator.effects import read_effects
 from emulator.machine import load_machine
 from emulator.virtual_machine import VirtualMachine
-from hil_tests.stand.observer import configuration
+from hil_tests.stand.observer import configuration_of
 
 
 @pytest.mark.parametrize(("limited", "failures"), [(True, []), (None, []), (False, [("rotate", 0.0)])])
@@ -32,4 +32,4 @@ def test_it_is_the_drive_that_tells(profile: str, off: int) -> None:
     assert limit is not None
     for raw, limited in ((off, False), (1000, True)):
         limit.write(raw)
-        assert configuration(drive, 0.0).limits_following_error is limited
+        assert configuration_of(drive, 0.0).limits_following_error is limited
