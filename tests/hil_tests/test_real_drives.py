@@ -232,6 +232,9 @@ def test_a_sound_controller_is_accepted_by_what_the_bus_shows(tmp_path: Path, dr
     assert not (folder / "truth").exists()
     junit = (tmp_path / "out" / "junit.xml").read_text(encoding="utf-8")
     assert "not judged, for want of the plant's truth: nothing moves" in junit
+    report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert f"The drives were real, on {drives}" in report
+    assert "simulated, from power on" not in report
 
 
 @pytest.mark.parametrize(
