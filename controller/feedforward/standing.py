@@ -38,7 +38,7 @@ def held_torque(session: Session, loops: Sequence[Loops]) -> NDArray[np.float64]
 
 
 def _still_to_come(error: NDArray[np.float64], period: float, loop: Loops) -> NDArray[np.float64]:
-    """By how much (n,) [N·m or N] each sample's torque is below that `LEAD_IN` after the last: Kv Kp (e + integral e dt / Ti)."""
+    """By how much (n,) [N·m or N] each torque is below that `LEAD_IN` after the last: of Kv Kp (e + integral e dt / Ti)."""
     end = float(error[-round(SETTLED / period) :].mean())
     gain = loop.velocity_gain * loop.position_gain
     to_come = gain * (end - error)
