@@ -159,7 +159,11 @@ class DriveNode:
         self._link.send(NMT_COB_ID, bytes((START, self.node_id)))
 
     def leave_operational(self) -> None:
-        """NMT: pre-operational, in which a drive hears SDO and acts on no PDO (CiA 301, 7.3.2.2.5)."""
+        """NMT: pre-operational, in which a drive hears SDO and acts on no PDO (CiA 301, 7.3.2.2.5).
+
+        A heartbeat that says so is then no trouble, and who goes on with the drive has to configure it anew.
+        """
+        self.liveness.expected = False
         self._link.send(NMT_COB_ID, bytes((ENTER_PRE_OPERATIONAL, self.node_id)))
 
     def command(self, controlword: int) -> None:

@@ -106,6 +106,8 @@ CASES = {
     "bus off": Case(fault("bus_off"), 0.01, "sent no PDO for 3 SYNCs", ends=State.OPERATION_ENABLED, unknown=True),
     "a dead node": Case(fault("node_dies"), 0.01, "sent no PDO for 3 SYNCs", ends=State.NOT_READY_TO_SWITCH_ON, unknown=True),
     "PDOs lost for good": Case(fault("frames_lost", cob_id=0x282), 0.01, "sent no PDO for 3 SYNCs"),
+    "answers that come late": Case(fault("frames_late", delay=0.02), 0.01, "sent no PDO for 3 SYNCs"),
+    "answers with wrong bits": Case(fault("frames_corrupted", bits=2), 0.02, "and cannot have got there", unknown=True),
     "heartbeats lost": Case(fault("heartbeat_lost"), 0.36, "sent no heartbeat for 0.25 s"),
     "a node that restarts": Case(fault("node_resets", off=0.0), 0.01, "has booted by itself"),
     "NMT reset communication by somebody else": Case(nmt(0x82), 0.01, "has booted by itself"),
