@@ -67,7 +67,7 @@ def _imported(path: Path) -> Iterator[str]:
 
 
 def test_a_name_that_is_none() -> None:
-    with pytest.raises(UserError, match="there is no mutant 'sound'; there are brakes_too_softly"):
+    with pytest.raises(UserError, match="there is no mutant 'sound'; there are adopts_a_stranger"):
         mutant("sound")
 
 

@@ -1,0 +1,28 @@
+"""Takes a node that boots with another node-ID for the one that it has lost, and goes on with it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from controller import recovery
+from controller.cycle import Cycle
+from controller.drive_node import DriveNode
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("08_faults.node_changes_id", "no_stranger")
+
+
+def break_controller() -> None:
+    wait = recovery._await
+
+    def broken(cycle: Cycle, lost: Sequence[DriveNode]) -> None:
+        link = cycle._link
+        known = [drive.node_id for drive in cycle._drives]
+        strangers = [node for node in link.scanner.nodes if node not in known]
+        for drive, stranger in zip(lost, strangers, strict=False):
+            axis = drive.axis.model_copy(update={"node_id": stranger})
+            vars(drive).update(vars(DriveNode(link, drive.name, axis, drive.profile)))
+        wait(cycle, lost)
+
+    replace(recovery, "_await", broken)

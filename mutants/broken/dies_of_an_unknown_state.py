@@ -1,0 +1,20 @@
+"""Looks the NMT state of every heartbeat up in a table, and dies of one that is not in it."""
+
+from __future__ import annotations
+
+from controller.liveness import NMT_STATES, Liveness
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("08_faults.frames_corrupted", "outcome")
+
+
+def break_controller() -> None:
+    take = Liveness.take
+
+    def broken(self: Liveness, data: bytes) -> None:
+        take(self, data)
+        if self.state is not None:
+            NMT_STATES[self.state]
+
+    replace(Liveness, "take", broken)

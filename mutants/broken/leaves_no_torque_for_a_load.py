@@ -1,0 +1,27 @@
+"""Limits the torque of the lift to what the empty machine needs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from controller.drive_node import DriveNode
+from controller.session import Session
+from mutants.base import CaughtBy
+from mutants.surgery import replace
+
+CAUGHT_BY = CaughtBy("08_faults.payload", "outcome")
+
+EMPTY = 300.0
+"""Force with which the lift accelerates its own mass upwards [N]."""
+
+
+def break_controller() -> None:
+    configure = Session.configure
+
+    def broken(self: Session, drives: Sequence[DriveNode]) -> None:
+        configure(self, drives)
+        for drive in drives:
+            if drive.name == "lift":
+                drive.write(round(1000.0 * EMPTY / drive.joint_torque(drive.rated_torque)), 0x6072)
+
+    replace(Session, "configure", broken)

@@ -1,0 +1,57 @@
+"""The expectation `no_stranger`: a node that the machine has not is named once it is commanded, and only then."""
+
+from __future__ import annotations
+
+import pytest
+from made_evidence import evidence, frame, judged, standing
+
+from hil_tests.evidence import BusFrame
+
+BOOTS = frame(0.5, 0x705, b"\x00", by_controller=False)
+
+
+def said(*frames: BusFrame) -> list[tuple[str, float | None]]:
+    """What is found of a bus with these frames, and when."""
+    finding = judged("no_stranger", evidence(standing(2.0), frames=frames))
+    return [(failure.message, failure.time) for failure in finding.failures]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        frame(0.8, 0x000, b"\x82\x05"),
+        frame(0.8, 0x000, b"\x01\x00"),
+        frame(0.8, 0x605, bytes.fromhex("2f60600007000000")),
+        frame(0.8, 0x605, bytes.fromhex("c260600040000000")),
+        frame(0.8, 0x205, bytes(8)),
+        frame(0.8, 0x305, bytes(4)),
+    ],
+    ids=["NMT", "NMT start of all", "SDO write", "SDO block write", "RPDO 1", "RPDO 2"],
+)
+def test_a_stranger_that_is_commanded_is_told_once(command: BusFrame) -> None:
+    assert said(BOOTS, command, command) == [("node 5 is none of the machine's and is commanded", 0.8)]
+
+
+@pytest.mark.parametrize(
+    "sent",
+    [
+        frame(0.8, 0x000, b"\x82\x02"),
+        frame(0.8, 0x000, b"\x80\x00"),
+        frame(0.8, 0x605, bytes.fromhex("4018100100000000")),
+        frame(0.8, 0x605, b""),
+        frame(0.8, 0x202, bytes(8)),
+        frame(0.8, 0x080),
+    ],
+    ids=["NMT to another", "all pre-operational", "SDO read", "no SDO", "RPDO to another", "SYNC"],
+)
+def test_what_is_no_command_to_it_is_borne(sent: BusFrame) -> None:
+    assert said(BOOTS, sent) == []
+
+
+def test_a_node_of_the_machine_and_the_controllers_own_heartbeat_are_no_strangers() -> None:
+    boots, beats = frame(0.5, 0x702, b"\x00", by_controller=False), frame(0.5, 0x77F, b"\x05")
+    assert said(boots, beats, frame(0.8, 0x000, b"\x82\x02"), frame(0.8, 0x000, b"\x82\x7f")) == []
+
+
+def test_what_was_sent_before_it_was_there_commands_nobody() -> None:
+    assert said(frame(0.1, 0x000, b"\x01\x00"), BOOTS) == []
