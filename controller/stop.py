@@ -52,6 +52,7 @@ def stop(cycle: Cycle, drives: Sequence[DriveNode]) -> str:
         _run(cycle)
     doubtful = [drive for drive in drives if not drive.answers or drive.state not in WITHOUT_VOLTAGE]
     doubtful = [drive for drive in doubtful if not _stopped_by_sdo(cycle, drive)]
+    doubtful += [drive for drive in _still_moving(cycle, drives) if drive not in doubtful]
     if not doubtful:
         return "every axis was stopped and is without voltage"
     names = ", ".join(drive.where() for drive in doubtful)
@@ -71,6 +72,30 @@ def _stopped_by_sdo(cycle: Cycle, drive: DriveNode) -> bool:
                     _run(cycle)
     return False
 
+
+def _still_moving(cycle: Cycle, drives: Sequence[DriveNode]) -> list[DriveNode]:
+    """Wait until every axis that can be seen stands, and return those that do not get there.
+
+    An axis that has no voltage any more is taken along by one that still brakes.
+    """
+    seen = [drive for drive in drives if drive.answers]
+    moving = seen
+    for _ in range(round(STATE_TIMEOUT / REST_FOR)):
+        before = [drive.position for drive in seen]
+        for _ in range(round(REST_FOR / cycle.period)):
+            _run(cycle)
+        moving = [drive for drive, was in zip(seen, before, strict=True) if not _stands(drive, was)]
+        if not moving:
+            break
+    return moving
+
+
+def _stands(drive: DriveNode, was: int) -> bool:
+    return abs(drive.position - was) * drive.unit <= REST_SPEED * drive.axis.max_speed * REST_FOR
+
+
+REST_FOR, REST_SPEED = 0.02, 0.002
+"""An axis stands that was slower for so long [s] than this share of its full speed."""
 
 TRIES = 10
 """How often a drive's state is asked for within `STATE_TIMEOUT`."""

@@ -75,9 +75,16 @@ class TaskBench:
 
     def time_to_rest(self) -> float:
         """From the first trouble to when every axis stood for good [s]."""
-        limits = np.array([REST[name] for name in self.virtual.machine.axes])
-        moving = (np.abs(np.array(self.speeds)) > limits).any(axis=1)
+        moving = (np.abs(np.array(self.speeds)) > self._rest_speeds).any(axis=1)
         return float(np.array(self.time)[moving][-1]) - self.struck
+
+    def rests(self) -> bool:
+        """Whether every axis stood at the last SYNC."""
+        return bool((np.abs(self.speeds[-1]) <= self._rest_speeds).all())
+
+    @property
+    def _rest_speeds(self) -> NDArray[np.float64]:
+        return np.array([REST[name] for name in self.virtual.machine.axes])
 
     def moving(self, axis: int, share: float = 0.3) -> bool:
         """Whether a streaming axis goes at this share of its full speed."""

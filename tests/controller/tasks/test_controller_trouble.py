@@ -90,6 +90,8 @@ class Case:
     unknown: bool = False
 
 
+SETPOINTS_LATE = fault("frames_late", direction="received", cob_id=0x202, delay=0.06)
+
 CASES = {
     "a drive that faults": Case(fault("drive_fault", code=0x7500), 0.01, "reports EMCY 7500h", 0x7500, State.FAULT),
     "overcurrent": Case(fault("drive_fault", code=0x2310), 0.01, "reports EMCY 2310h, overcurrent", 0x2310, State.FAULT),
@@ -99,7 +101,7 @@ CASES = {
     "a jam that the drive notices": Case(fault("jam"), 0.15, "reports EMCY 8611h, following error", 0x8611, State.FAULT),
     "a jam that it does not": Case(does_not_watch_its_following_error(fault("jam")), 0.15, "off its set-point, and may be"),
     "an encoder glitch": Case(fault("encoder_glitch", increments=100_000), 0.01, "and cannot have got there"),
-    "an encoder that drifts": Case(runs_away, 0.2, "off its set-point, and may be"),
+    "an encoder that drifts": Case(runs_away, 0.2, "off its set-point, and may be", unknown=True),
     "operation left without a word": Case(leaves_operation, 0.01, "has left operation by itself"),
     "voltage gone without a word": Case(loses_voltage_quietly, 0.01, "is enabled and has no voltage"),
     "torque at its limit": Case(torque_stays_at_its_limit, 0.32, "for 0.3 s: is the axis jammed"),
@@ -107,6 +109,7 @@ CASES = {
     "a dead node": Case(fault("node_dies"), 0.01, "sent no PDO for 3 SYNCs", ends=State.NOT_READY_TO_SWITCH_ON, unknown=True),
     "PDOs lost for good": Case(fault("frames_lost", cob_id=0x282), 0.01, "sent no PDO for 3 SYNCs"),
     "answers that come late": Case(fault("frames_late", delay=0.02), 0.01, "sent no PDO for 3 SYNCs"),
+    "set-points that come late": Case(SETPOINTS_LATE, 0.2, "off its set-point, and may be"),
     "answers with wrong bits": Case(fault("frames_corrupted", bits=2), 0.02, "and cannot have got there", unknown=True),
     "heartbeats lost": Case(fault("heartbeat_lost"), 0.36, "sent no heartbeat for 0.25 s"),
     "a node that restarts": Case(fault("node_resets", off=0.0), 0.01, "has booted by itself"),
@@ -128,6 +131,13 @@ def test_every_axis_is_stopped_and_the_trouble_is_named(name: str, tmp_path: Pat
     assert bench.time_to_rest() < case.noticed + RAMP
     assert bench.states[-1] == (OFF, case.ends, OFF)
     assert ("NOT KNOWN TO BE STOPPED: axis rotate (node 2)" in outcome.reason) is case.unknown
+
+
+def test_an_axis_that_one_which_brakes_later_takes_along_is_waited_for(tmp_path: Path) -> None:
+    bench = TaskBench(troubles=[Trouble(lambda bench: bench.moving(ROTATE, 0.4), SETPOINTS_LATE)])
+    outcome = bench.told("path", tmp_path, poses=[{"lift": 0.1, "rotate": -1.0, "stretch": 0.4}], cycle=0.002)
+    assert "every axis was stopped" in outcome.reason
+    assert bench.rests()
 
 
 def test_a_drive_of_which_nothing_is_heard_stops_by_its_own_supervision(tmp_path: Path) -> None:

@@ -1,0 +1,13 @@
+"""Leaves it to the drives to watch whether axes follow, and a drive knows the set-points alone that have come to it."""
+
+from __future__ import annotations
+
+from controller import supervision
+from mutants.base import CaughtBy
+from mutants.surgery import leave_out
+
+CAUGHT_BY = CaughtBy("08_faults.setpoints_late", "outcome")
+
+
+def break_controller() -> None:
+    leave_out(supervision.following_error)
