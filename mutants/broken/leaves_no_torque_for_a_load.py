@@ -11,7 +11,7 @@ from mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("08_faults.payload", "outcome")
 
-EMPTY = 300.0
+EMPTY = 320.0
 """Force with which the lift accelerates its own mass upwards [N]."""
 
 
