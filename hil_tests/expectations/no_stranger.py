@@ -26,6 +26,7 @@ class NoStranger(Expectation):
     sends it no NMT command; nor does it start every node at once."""
 
     name: ClassVar[str] = "no_stranger"
+    needs_truth: ClassVar[bool] = False
 
     def judge(self, evidence: Evidence) -> Finding:
         strangers: set[int] = set()
