@@ -121,7 +121,7 @@ class Comparison:
 
     def predicted(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> Array:
         """Torque (N,) that an effect costs on its axis."""
-        return self.rows(axis, lambda run, own: run.smooth(effect.predict(own.motion, dynamics)))
+        return self.rows(axis, lambda run, own: run.felt(own, effect.predict(own.motion, dynamics)))
 
     def starts(self, axis: str, kind: type[AxisEffect], dynamics: AxisDynamics) -> list[Tried]:
         """Where a search for an effect begins, with what its members cost; kept, for every step of a diagnosis asks again."""
@@ -143,7 +143,12 @@ class Comparison:
         return self._beyond_rigid(partial(self.simulation.torques_with_heavier, body))
 
     def _beyond_rigid(self, torques: Callable[[Kinematics], Array]) -> dict[str, Array]:
-        return {name: rows - self._rigid[name] for name, rows in self.rigid_rows(torques).items()}
+        return {name: (rows - self._rigid[name]) * self._moves[name] for name, rows in self.rigid_rows(torques).items()}
+
+    @cached_property
+    def _moves(self) -> dict[str, Array]:
+        """Share of what a filtered row is made of in which its axis does not stick."""
+        return {axis: self.rows(axis, lambda run, own: run.moves(own)) for axis in self.simulation.axes}
 
     @cached_property
     def _rigid(self) -> dict[str, Array]:

@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from diagnosis.simulation import Kinematics, Simulation
-from drivetwin.motion.axis_motion import AxisMotion, measured_position, select, standstill_velocity, velocity_noise
+from drivetwin.motion.axis_motion import (
+    STANDSTILL_REACH,
+    AxisMotion,
+    measured_position,
+    select,
+    standstill_velocity,
+    velocity_noise,
+    widen,
+)
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
 from drivetwin.recording.recording import Recording
 from emulator.dynamics import Motion
@@ -30,12 +38,17 @@ COMPARED_RATE = 2.5
 
 @dataclass(frozen=True)
 class AxisRun:
-    """One axis over one recording, (n,) each; torque filtered [N·m or N]. `used` counts in gaps, `fitted` in fits."""
+    """One axis over one recording, (n,) each; torque filtered [N·m or N]. `used` counts in gaps, `fitted` in fits.
+
+    `base` is the torque of the simulation as it stands; where `sticks`, for a moment in the middle of a motion, the measured
+    one, for stiction holds any.
+    """
 
     axis: str
     motion: Motion
     torque: Array
     base: Array
+    sticks: Mask
     used: Mask
     fitted: Mask
 
@@ -49,6 +62,7 @@ class AxisRun:
             motion=replace(self.motion, **own),
             torque=self.torque[span],
             base=self.base[span],
+            sticks=self.sticks[span],
             used=self.used[span],
             fitted=fitted,
         )
@@ -75,6 +89,14 @@ class Run:
     def smooth(self, torque: Array) -> Array:
         """The filter that measured torque went through."""
         return zero_phase(torque, self.period, self.cutoff_hz)
+
+    def felt(self, own: AxisRun, torque: Array) -> Array:
+        """What is compared of a torque (n,) beside the simulation's: nothing while the axis sticks, and through the filter."""
+        return self.smooth(np.where(own.sticks, 0.0, torque))
+
+    def moves(self, own: AxisRun) -> Array:
+        """`felt` of a torque 1: what is left of one (n,) that changes little while the axis sticks, and is filtered already."""
+        return self.felt(own, np.ones(len(own.torque)))
 
 
 def thresholds(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz: float) -> dict[str, float]:
@@ -106,12 +128,22 @@ def prepare(simulation: Simulation, recording: Recording, cutoff_hz: float, stan
             inertia=inertia[:, k].copy(),
             rotor_inertia=float(simulation.model.dof_armature[simulation.dof(axis)]),
         )
-        base = zero_phase(rigid[:, k] + dynamics[axis].friction.resistance(motion), period, cutoff)
-        torque = zero_phase(motion.torque, period, cutoff)
         chosen = select(narrow[axis], standstill[axis], 0.0)
-        axes[axis] = AxisRun(axis, motion, torque, base, chosen.moving, chosen.fitted)
+        sticks = _sticks(motion, standstill[axis], chosen.fitted, round(STANDSTILL_REACH * reach(period, cutoff)))
+        simulated = rigid[:, k] + dynamics[axis].friction.resistance(motion)
+        base = zero_phase(np.where(sticks, motion.torque, simulated), period, cutoff)
+        torque = zero_phase(motion.torque, period, cutoff)
+        axes[axis] = AxisRun(axis, motion, torque, base, sticks, chosen.moving, chosen.fitted)
     stride = max(1, int(1.0 / (COMPARED_RATE * cutoff * period)))
     return Run(recording, period, cutoff, stride, compared, axes)
+
+
+def _sticks(motion: Motion, threshold: float, fitted: Mask, near: int) -> Mask:
+    """Where an axis stands within so many samples of some that are fitted, into which the filter smears what it holds then.
+
+    As it reverses: for the milliseconds in which friction turns round, any torque between its two levels holds.
+    """
+    return np.asarray((np.abs(motion.velocity) <= threshold) & widen(fitted, near))
 
 
 def _kinematics(simulation: Simulation, recording: Recording, cutoff: float) -> Kinematics:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from diagnosis.comparison import Column, Comparison
 from diagnosis.measured import AxisRun, Run
 from drivetwin.motion.filtering import derivative
+from emulator.dynamics import AxisDynamics
 
 Array = NDArray[np.float64]
 
@@ -79,8 +81,8 @@ def _of_axes(comparison: Comparison) -> list[Nominal]:
         law = dynamics[axis].friction
         torque = _rms(comparison.measured[axis])
         columns = (
-            ("coulomb", law.coulomb, comparison.rows(axis, lambda run, own: run.smooth(np.sign(own.motion.velocity)))),
-            ("viscous", law.viscous, comparison.rows(axis, lambda run, own: run.smooth(own.motion.velocity))),
+            ("coulomb", law.coulomb, comparison.rows(axis, lambda run, own: run.felt(own, np.sign(own.motion.velocity)))),
+            ("viscous", law.viscous, comparison.rows(axis, lambda run, own: run.felt(own, own.motion.velocity))),
             ("inertia", _inertia(comparison, axis), comparison.rows(axis, _acceleration)),
         )
         for effect, value, column in columns:
@@ -91,7 +93,7 @@ def _of_axes(comparison: Comparison) -> list[Nominal]:
 
 
 def _acceleration(run: Run, own: AxisRun) -> Array:
-    return run.smooth(own.motion.acceleration)
+    return run.felt(own, own.motion.acceleration)
 
 
 def _inertia(comparison: Comparison, axis: str) -> float:
@@ -122,10 +124,16 @@ def _apart(rows: Array, axis: str, of_axes: Sequence[Nominal]) -> bool:
 def _of_timing(comparison: Comparison) -> list[Nominal]:
     """The moment at which each axis's position was counted, against its torque: known to a fraction of a sample."""
     found = []
+    dynamics = comparison.simulation.dynamics()
     for axis in comparison.simulation.axes:
-        rows = comparison.rows(axis, lambda run, own: derivative(own.base, run.period))
+        rows = comparison.rows(axis, partial(_slope, dynamics[axis]))
         found.append(Nominal(None, axis, None, 1.0, TIMING, {axis: rows}))
     return found
+
+
+def _slope(dynamics: AxisDynamics, run: Run, own: AxisRun) -> Array:
+    simulated = own.motion.rigid_torque + own.motion.kept(dynamics.friction, dynamics.friction.resistance)
+    return run.felt(own, derivative(simulated, run.period))
 
 
 def _rms(values: Array) -> float:

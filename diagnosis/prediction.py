@@ -66,12 +66,13 @@ def cost(simulation: Simulation, run: Run, placed: PlacedEffect, dynamics: Mappi
     """Torque (n,) that an effect costs on the axes that it acts on, filtered."""
     effect = placed.effect
     if isinstance(effect, AxisEffect):
-        return {placed.axis: run.smooth(effect.predict(run.axes[placed.axis].motion, dynamics[placed.axis]))}
+        own = run.axes[placed.axis]
+        return {placed.axis: run.felt(own, effect.predict(own.motion, dynamics[placed.axis]))}
     if isinstance(effect, ModelEffect):
         stride = max(1, int(1.0 / (SMOOTH_RATE * run.cutoff_hz * run.period)))
         few = run.kinematics.every(stride)
         torque = simulation.torques_with(placed.axis, effect, few) - simulation.torques(few)
-        return _by_axis(simulation, torque, len(run.recording.time), stride)
+        return _by_axis(simulation, run, torque, stride)
     return {}
 
 
@@ -79,12 +80,12 @@ def _of_body(simulation: Simulation, run: Run, body: int) -> dict[str, Array]:
     stride = max(1, int(1.0 / (SMOOTH_RATE * run.cutoff_hz * run.period)))
     few = run.kinematics.every(stride)
     torque = simulation.torques_with_heavier(body, few) - simulation.torques(few)
-    return _by_axis(simulation, torque, len(run.recording.time), stride)
+    return _by_axis(simulation, run, torque, stride)
 
 
-def _by_axis(simulation: Simulation, torque: Array, count: int, stride: int) -> dict[str, Array]:
-    whole = between(torque, count, stride)
-    return {axis: whole[:, k] for k, axis in enumerate(simulation.axes)}
+def _by_axis(simulation: Simulation, run: Run, torque: Array, stride: int) -> dict[str, Array]:
+    whole = between(torque, len(run.recording.time), stride)
+    return {axis: whole[:, k] * run.moves(run.axes[axis]) for k, axis in enumerate(simulation.axes)}
 
 
 def _not_given(run: Run, axis: str, effect: DriveEffect) -> Array:

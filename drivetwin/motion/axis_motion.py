@@ -22,7 +22,7 @@ _NOISE_FACTOR = 5.0
 _MOVES_ABOVE_NOISE = 20.0
 _ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
 """Share of a position that filtering leaves as rounding: an axis that stands must not seem to move by it."""
-_STANDSTILL_REACH = 1.5
+STANDSTILL_REACH = 1.5
 """Filter's reaches left out around a standstill: breaking away is a jump of the torque, of which 2 % still bias."""
 
 
@@ -119,11 +119,16 @@ def select(motion: AxisMotion, threshold: float, reversal_margin: float) -> Axis
     standing = _runs_of_at_least(slow, width) | _dithering(motion.velocity, 2 * width)
     reversal = _sign_changes(motion.velocity) | (slow & ~standing)
     margin = round(reversal_margin / motion.period)
-    excluded = _widen(standing, round(_STANDSTILL_REACH * width))
+    excluded = widen(standing, round(STANDSTILL_REACH * width))
     if margin:
-        excluded |= _widen(reversal, margin)
+        excluded |= widen(reversal, margin)
     moving = inside & ~slow
     return AxisSamples(motion, moving, moving & ~excluded)
+
+
+def widen(mask: Mask, width: int) -> Mask:
+    """`mask` grown by `width` samples on both sides."""
+    return np.asarray(np.convolve(mask.astype(np.float64), np.ones(2 * width + 1), mode="same") > 0.5)
 
 
 def measured_position(columns: dict[str, Samples], period: float) -> Samples:
@@ -192,8 +197,3 @@ def _runs_of_at_least(mask: Mask, length: int) -> Mask:
         if end - start >= length:
             long[start:end] = True
     return long
-
-
-def _widen(mask: Mask, width: int) -> Mask:
-    """`mask` grown by `width` samples on both sides."""
-    return np.asarray(np.convolve(mask.astype(np.float64), np.ones(2 * width + 1), mode="same") > 0.5)
