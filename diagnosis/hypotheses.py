@@ -205,9 +205,7 @@ def _evidence(answer: Hypothesis, state: State, independent: Mapping[str, float]
 def _residual(state: State, answer: Hypothesis) -> dict[str, Array]:
     if answer.found is None:
         return state.regression.residual(state.regression.fit())
-    target = less(state.regression.target, answer.found.column)
-    held = state.regression.replaced_by(answer.effect, answer.found.axis)
-    return state.regression.residual(state.regression.fit(target=target, held=held), target=target)
+    return state.regression.residual(answer.found.fitted, target=less(state.regression.target, answer.found.column))
 
 
 def _of(found: Found) -> Hypothesis:
@@ -284,7 +282,8 @@ def _refine(state: State, coarse_found: Sequence[tuple[Found, float]]) -> list[F
             continue
         try:
             predict = predictor(state.comparison, found.axis, found.effect, state.dynamics)
-            better = refined(regression, found, predict)
+            better = refined(_weighed(state, found.effect, found.axis, predict), found, predict)
+            better = _again(_weighed(state, better.effect, found.axis, predict), better)
             state.comparison.simulation.dynamics((*state.selected, PlacedEffect(found.axis, better.effect, {})))
         except UserError:
             continue
@@ -295,6 +294,25 @@ def _refine(state: State, coarse_found: Sequence[tuple[Found, float]]) -> list[F
         if known is None or regression.evidence(better.fitted) > regression.evidence(known.fitted):
             done[key] = better
     return list(done.values())
+
+
+def _weighed(state: State, effect: Effect, axis: str, predict: Predict) -> Regression:
+    """The regression, its rows weighed by what an effect leaves: nominal parameters move as far as beside a selected one.
+
+    By what is left without it, they would hardly move where the effect is large, and another that looks like their deviation
+    would be taken in its place.
+    """
+    regression = state.regression
+    target = less(regression.target, predict(effect))
+    fitted = regression.fit(target=target, held=regression.replaced_by(effect.name, axis))
+    left = regression.residual(fitted, target=target)
+    return regression.rescaled(scales(state.comparison, left, state.noise))
+
+
+def _again(regression: Regression, found: Found) -> Found:
+    """The same effect, everything else fitted anew."""
+    held = regression.replaced_by(found.effect.name, found.axis)
+    return replace(found, fitted=regression.fit(target=less(regression.target, found.column), held=held))
 
 
 def settled(state: State, selected: tuple[PlacedEffect, ...], rounds: int = 2) -> tuple[PlacedEffect, ...]:
