@@ -11,7 +11,7 @@ import numpy as np
 
 from diagnosis.comparison import Comparison
 from diagnosis.distinguish import alike, tell_apart
-from diagnosis.gap_test import NAME, significance
+from diagnosis.gap_test import NAME, gap_of
 from diagnosis.hypotheses import State
 from diagnosis.inputs import without_position
 from diagnosis.measured import Run, prepare, thresholds
@@ -20,13 +20,14 @@ from diagnosis.nominal import nominal_parameters
 from diagnosis.patterns import patterns
 from diagnosis.prediction import Patch, gap_rms, predict
 from diagnosis.probability import Answer, Unseen, answers_of, answers_of_deviation
-from diagnosis.result import NONE, UNKNOWN, AxisGap, Cause, Diagnosis, Estimate, Prediction, Shrink, Verdict
+from diagnosis.result import NONE, UNKNOWN, AxisGap, Cause, Diagnosis, Estimate, FittedGap, Prediction, Shrink, Verdict
 from diagnosis.selection import Deviation, Off, Selection, Step, as_effects, deviations, groups, in_order, placed, select_causes
 from diagnosis.settings import DiagnosisSettings
 from diagnosis.shrink import shrink
 from diagnosis.simulation import Simulation, simulation
 from diagnosis.spread import TWO_SIDED_90, intervals
 from diagnosis.where import regimes
+from diagnosis.wording import fitted_note
 from drivetwin.errors import UserError
 from drivetwin.motion.axis_motion import measured_position
 from drivetwin.recording.recording import Recording
@@ -35,7 +36,6 @@ from emulator.effects.stribeck import Stribeck
 
 logger = logging.getLogger(__name__)
 
-SIGNIFICANT = 0.01
 SHOWN = 0.002
 """Probability below which an answer is left out; what is left out is given to the others."""
 AS_WELL = 8.0
@@ -109,7 +109,7 @@ def _piece(one: Recording, span: slice, name: str) -> Recording:
 
 
 class _Judge:
-    """Turns a selection into the report's values; everything is measured on the validation recordings."""
+    """Turns a selection into the report's values, measured on the validation recordings but for gaps that these do not show."""
 
     def __init__(
         self,
@@ -131,20 +131,29 @@ class _Judge:
         self.units = {axis: "N" if twin.slides(axis) else "N·m" for axis in twin.axes}
         self.patch = patch_of(comparison, self.selection)
         floors = {axis: one.floor for axis, one in noise.items()}
-        self.unseen = Unseen(unseen, self._predicted(self.patch), floors)
+        self._predict()
+        only_fitted = {axis: gap_rms(self.fitted, axis) for axis in self.found if self.found[axis].on_fitted_only}
+        self.unseen = Unseen(unseen, self.predictions, floors, only_fitted)
+
+    def _predict(self) -> None:
+        """With the patch: the validation recordings, the fitted ones, and on which of the two each axis has a gap."""
+        self.predictions = self._predicted(self.patch)
+        self.fitted = [predict(self.twin, run, self.patch) for run in self.runs]
+        self.found = {
+            axis: gap_of(self.predictions, self.fitted, axis, self.noise[axis].floor, self.settings.cutoff_hz)
+            for axis in self.twin.axes
+        }
 
     def diagnosis(self) -> Diagnosis:
-        predictions = self.unseen.predictions
-        axes = {axis: self._axis(predictions, axis) for axis in self.twin.axes}
-        gap = any(one.significant for one in axes.values())
+        gap = any(one.significant for one in self.found.values())
         unknown = gap and answers_of(self.selection.steps[0], self.selection, self.unseen)[0].effect == UNKNOWN
         if (unknown or not gap) and self.patch != Patch():
             self.patch = Patch()
-            predictions = self._predicted(self.patch)
-            axes = {axis: self._axis(predictions, axis) for axis in self.twin.axes}
-        after = {axis: gap_rms(predictions, axis, "after") for axis in self.twin.axes}
-        return Diagnosis(
-            verdict=self._verdict(axes, after),
+            self._predict()
+        axes = {axis: self._axis(axis) for axis in self.twin.axes}
+        after = {axis: gap_rms(self.predictions, axis, "after") for axis in self.twin.axes}
+        found = Diagnosis(
+            verdict=Verdict.NO_GAP,
             seed=self.settings.seed,
             cutoff_hz=self.settings.cutoff_hz,
             standstill_velocity={axis: speed for axis, speed in self.standstill.items() if np.isfinite(speed)},
@@ -152,46 +161,47 @@ class _Judge:
             causes=tuple(self._causes(gap, unknown)),
             selected=self._selected(gap),
             after_rms=after,
-            predictions=tuple(predictions),
+            predictions=tuple(self.predictions),
             model_xml=self._model_xml(),
             held_back=self.held_back,
             units=self.units,
+            fitted={axis: self._fitted_gap(axis) for axis, one in self.found.items() if one.on_fitted_only},
         )
+        notes = tuple(fitted_note(found, axis) for axis in found.fitted)
+        return replace(found, verdict=_verdict(found), notes=notes)
+
+    def _fitted_gap(self, axis: str) -> FittedGap:
+        torque = _torque_rms(self.fitted, axis)
+        return FittedGap(torque, gap_rms(self.fitted, axis), gap_rms(self.fitted, axis, "after"), tuple(self.fitted))
 
     def _predicted(self, patch: Patch) -> list[Prediction]:
         return [predict(self.twin, run, patch) for run in self.checks]
 
-    def _axis(self, predictions: Sequence[Prediction], axis: str) -> AxisGap:
-        noise, speed = self.noise[axis], self.standstill[axis]
-        p_value = significance(predictions, axis, noise.floor, self.settings.cutoff_hz)
-        gap = gap_rms(predictions, axis)
-        significant = p_value < SIGNIFICANT and gap > noise.floor
-        torque = np.concatenate([each.axes[axis].measured[each.axes[axis].used] for each in predictions])
-        parts = [each.axes[axis] for each in predictions]
+    def _axis(self, axis: str) -> AxisGap:
+        noise, speed, found = self.noise[axis], self.standstill[axis], self.found[axis]
+        shown = self.fitted if found.on_fitted_only else self.predictions
+        parts = [each.axes[axis] for each in self.predictions]
         still = np.concatenate([(part.measured - part.before)[~part.used] for part in parts])
         return AxisGap(
-            torque_rms=float(np.sqrt(np.mean(torque**2))) if torque.size else 0.0,
-            gap_rms=gap,
+            torque_rms=_torque_rms(self.predictions, axis),
+            gap_rms=gap_rms(self.predictions, axis),
             noise_rms=noise.floor,
             noise_found_by=noise.found_by,
             standstill_rms=float(np.sqrt(np.mean(still**2))) if still.size else 0.0,
-            significant=significant,
-            test=NAME,
-            p_value=p_value,
-            where=regimes(predictions, axis, noise.floor, speed) if np.isfinite(speed) else (),
-            patterns=patterns(predictions, axis, noise.floor, self.settings.cutoff_hz, self.units[axis]) if significant else (),
+            significant=found.significant,
+            test=f"{NAME}{self._only_fitted(axis)}",
+            p_value=found.p_value,
+            where=regimes(shown, axis, noise.floor, speed) if np.isfinite(speed) else (),
+            patterns=patterns(shown, axis, noise.floor, self.settings.cutoff_hz, self.units[axis]) if found.significant else (),
         )
 
-    def _verdict(self, axes: Mapping[str, AxisGap], after: Mapping[str, float]) -> Verdict:
-        shares = []
-        for axis, one in axes.items():
-            if one.significant:
-                explainable = max(one.gap_rms**2 - one.noise_rms**2, 1e-12 * one.gap_rms**2)
-                shares.append(1.0 - max(after[axis] ** 2 - one.noise_rms**2, 0.0) / explainable)
-        if not shares:
-            return Verdict.NO_GAP
-        least = min(shares)
-        return Verdict.EXPLAINED if least >= EXPLAINED else Verdict.PARTLY_EXPLAINED if least >= PARTLY else Verdict.UNEXPLAINED
+    def _only_fitted(self, axis: str) -> str:
+        """For readers of report.json, which has no other place for it."""
+        if not self.found[axis].on_fitted_only:
+            return ""
+        before, after = gap_rms(self.fitted, axis), gap_rms(self.fitted, axis, "after")
+        unit = self.units[axis]
+        return f"; the gap is on the fitted motion only, {before:.3g} {unit} rms there, {after:.3g} {unit} with the effects"
 
     def _selected(self, gap: bool) -> tuple[PlacedEffect, ...]:
         """In the order in which they were found."""
@@ -244,6 +254,8 @@ class _Judge:
         )
 
     def _shrink(self, before: tuple[PlacedEffect, ...], tried: PlacedEffect) -> Shrink | None:
+        if self.found[tried.axis].on_fitted_only:  # nothing to close on the validation data
+            return None
         with_it = Patch(in_order([*before, tried]))
         try:
             earlier = self._predicted(Patch(before))
@@ -271,6 +283,8 @@ class _Judge:
         return Cause(number, one.effect, one.axis, one.probability, parameters, closed, others, told)
 
     def _closed(self, before: Patch, later: Patch, axis: str) -> Shrink | None:
+        if self.found[axis].on_fitted_only:
+            return None
         try:
             first, last = self._predicted(before), self._predicted(later)
         except UserError:  # friction lowered beside the effects could push
@@ -320,6 +334,25 @@ class _Judge:
             one.explicitinertial = True
         spec.compile()
         return str(spec.to_xml())
+
+
+def _verdict(found: Diagnosis) -> Verdict:
+    """From the share that the patch takes of what can be explained, on the axis on which that is least."""
+    shares = []
+    for axis in found.axes:
+        gap, after = found.told(axis)
+        if gap.significant:
+            explainable = max(gap.gap_rms**2 - gap.noise_rms**2, 1e-12 * gap.gap_rms**2)
+            shares.append(1.0 - max(after**2 - gap.noise_rms**2, 0.0) / explainable)
+    if not shares:
+        return Verdict.NO_GAP
+    least = min(shares)
+    return Verdict.EXPLAINED if least >= EXPLAINED else Verdict.PARTLY_EXPLAINED if least >= PARTLY else Verdict.UNEXPLAINED
+
+
+def _torque_rms(predictions: Sequence[Prediction], axis: str) -> float:
+    torque = np.concatenate([each.axes[axis].measured[each.axes[axis].used] for each in predictions])
+    return float(np.sqrt(np.mean(torque**2))) if torque.size else 0.0
 
 
 def replace_after(prediction: Prediction) -> Prediction:

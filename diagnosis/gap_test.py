@@ -3,20 +3,55 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
+from diagnosis.prediction import gap_rms
 from diagnosis.result import Prediction
 
-NAME = "one-sided chi-square test of the gap's mean square against the noise's"
+NAME = "one-sided chi-square test of the gap's mean square against the noise's; twice the less of validation and fitted motion"
 
 NOISE_KNOWN_TO = 0.25
 """Relative error of a noise level that is told from a spectrum or a few repetitions; the test allows for it."""
 SMALLEST_SHARE_OF_TORQUE = 0.002
 """Of the torque's rms: a gap below is no machine's but arithmetic's, a filter's or a rounding's."""
+SIGNIFICANT = 0.01
 BANDWIDTH = 1.0
 """Statistical bandwidth of the zero-phase filter in cut-offs, (int S)² / int S²: two passes of a 4th-order Butterworth."""
+
+
+@dataclass(frozen=True)
+class GapFound:
+    """p-value of "no gap on either motion", and on which of the two there is one."""
+
+    p_value: float
+    on_unseen: bool
+    on_fitted_only: bool
+
+    @property
+    def significant(self) -> bool:
+        """On either."""
+        return self.on_unseen or self.on_fitted_only
+
+
+def gap_of(
+    unseen: Sequence[Prediction], fitted: Sequence[Prediction], axis: str, noise_rms: float, cutoff_hz: float
+) -> GapFound:
+    """Whether an axis has a gap on the motion that was not fitted, or at least on that which was.
+
+    A cause that dies out, as a cold machine's friction does, may show on the fitted motion alone. What the unseen motion shows
+    is no gap then, but what the comparison errs by: the fitted motion must exceed that too. Two looks: the lesser p-value
+    counts twice (Bonferroni).
+    """
+    level = gap_rms(unseen, axis)
+    at_least = max(noise_rms, level)
+    p_unseen = min(1.0, 2.0 * significance(unseen, axis, noise_rms, cutoff_hz))
+    p_fitted = min(1.0, 2.0 * significance(fitted, axis, at_least, cutoff_hz))
+    on_unseen = p_unseen < SIGNIFICANT and level > noise_rms
+    on_fitted = p_fitted < SIGNIFICANT and gap_rms(fitted, axis) > at_least
+    return GapFound(min(p_unseen, p_fitted), on_unseen, on_fitted and not on_unseen)
 
 
 def significance(predictions: Sequence[Prediction], axis: str, noise_rms: float, cutoff_hz: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import exp, log
 
 import numpy as np
@@ -36,16 +36,27 @@ class Answer:
 
 @dataclass(frozen=True)
 class Unseen:
-    """Motion that was not fitted, and what is predicted of it with every cause added."""
+    """Motion that was not fitted, and what is predicted of it with every cause added.
+
+    `only_fitted`: rms of the gap on the fitted motion [N·m or N], of axes that show none on this one.
+    """
 
     comparison: Comparison
     predictions: Sequence[Prediction]
     noise: Mapping[str, float]
+    only_fitted: Mapping[str, float] = field(default_factory=dict)
 
     def left(self, axis: str) -> float:
-        """Share of the squared gap of an axis above the floor that no cause takes; 0 where it has no gap there."""
+        """Share of the squared gap of an axis above the floor that no cause takes; 0 where it has no gap there.
+
+        Where nothing is to be closed, a cause must at least not bring a gap: what stands is held against the gap that it was
+        fitted to.
+        """
         parts = [each.axes[axis] for each in self.predictions]
-        before = self._above(axis, [part.measured - part.before for part in parts])
+        if axis in self.only_fitted:
+            before = max(0.0, (self.only_fitted[axis] / self.noise[axis]) ** 2 - 1.0)
+        else:
+            before = self._above(axis, [part.measured - part.before for part in parts])
         after = self._above(axis, [part.measured - part.after for part in parts])
         return after / before if before > 0.0 else 0.0
 

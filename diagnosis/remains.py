@@ -29,15 +29,15 @@ class Spell:
 
 def regimes_after(diagnosis: Diagnosis, axis: str) -> tuple[Regime, ...]:
     """`where` of what remains."""
-    later = [_as_it_stands(prediction, axis) for prediction in diagnosis.predictions]
+    later = [_as_it_stands(prediction, axis) for prediction in diagnosis.shown_on(axis)]
     return regimes(later, axis, diagnosis.axes[axis].noise_rms, diagnosis.standstill_velocity.get(axis, 0.0))
 
 
 def spells_after(diagnosis: Diagnosis, axis: str) -> tuple[Spell, ...]:
     """Every spell in which more than 1.5 times the rms remains, largest energy first; none where it is spread evenly."""
-    whole = sum(prediction.period * _square(prediction, axis).sum() for prediction in diagnosis.predictions)
-    loud = _LOUD * diagnosis.after_rms[axis]
-    found = [spell for prediction in diagnosis.predictions for spell in _spells(prediction, axis, loud, whole)]
+    whole = sum(prediction.period * _square(prediction, axis).sum() for prediction in diagnosis.shown_on(axis))
+    loud = _LOUD * diagnosis.told(axis)[1]
+    found = [spell for prediction in diagnosis.shown_on(axis) for spell in _spells(prediction, axis, loud, whole)]
     return tuple(sorted(found, key=lambda spell: -spell.share))
 
 

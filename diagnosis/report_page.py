@@ -62,7 +62,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
     kind = {Verdict.EXPLAINED: "good", Verdict.NO_GAP: "good", Verdict.UNEXPLAINED: "bad"}.get(diagnosis.verdict, "")
     levels = ["Torque", "Gap", "Noise", "Gap after"]
     head = ["Axis", "Unit", *levels, "Closed", "Of explainable", "At standstill", "Beyond noise?"]
-    rows = [_overview(name, gap, diagnosis) for name, gap in diagnosis.axes.items()]
+    rows = [_overview(name, diagnosis) for name in diagnosis.axes]
     data = (
         "No validation recordings were given: blocks of the recordings were held back from the fit, and the figures are of "
         "these blocks."
@@ -78,15 +78,21 @@ def _verdict(diagnosis: Diagnosis) -> str:
     )
 
 
-def _overview(name: str, gap: AxisGap, diagnosis: Diagnosis) -> list[str]:
-    after = diagnosis.after_rms[name]
+def _overview(name: str, diagnosis: Diagnosis) -> list[str]:
+    gap, after = diagnosis.told(name)
     explained = closed_of_explainable(gap, after)
     levels = [number(gap.torque_rms), of_torque(gap.gap_rms, gap), number(gap.noise_rms), of_torque(after, gap)]
     shares = [percent(closed(gap, after)), percent(explained) if explained is not None else "&ndash;"]
-    answer = f'<span class="out">yes</span>{_p_value(gap)}' if gap.significant else f'<span class="in">no</span>{_p_value(gap)}'
     if not gap.significant:
         shares = ["&ndash;", "&ndash;"]
+    answer = f"{_answer(name, diagnosis)}{_p_value(gap)}"
     return [escape(name), escape(diagnosis.units[name]), *levels, *shares, number(gap.standstill_rms), answer]
+
+
+def _answer(name: str, diagnosis: Diagnosis) -> str:
+    if not diagnosis.axes[name].significant:
+        return '<span class="in">no</span>'
+    return f'<span class="out">{"yes, on the fitted motion" if name in diagnosis.fitted else "yes"}</span>'
 
 
 def _p_value(gap: AxisGap) -> str:
@@ -156,7 +162,7 @@ def _axis(name: str, diagnosis: Diagnosis) -> str:
     gap, unit = diagnosis.axes[name], diagnosis.units[name]
     position_unit, velocity_unit = ("m", "m/s") if unit == "N" else ("rad", "rad/s")
     cutoff_hz = min(_cutoffs(diagnosis))
-    trace = trace_of(diagnosis.predictions, name, cutoff_hz)
+    trace = trace_of(diagnosis.shown_on(name), name, cutoff_hz)
     if not trace.used.any():
         return f"<section><h2>Axis {escape(name)}</h2><p>No sample in motion on the validation data.</p></section>"
     spectra = spectra_of(trace, gap.noise_rms, cutoff_hz)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -56,7 +56,10 @@ class Pattern:
 
 @dataclass(frozen=True)
 class AxisGap:
-    """Gap of one axis on the validation data [N·m or N, rms over moving samples]; `noise_found_by`: how its noise was found."""
+    """Gap of one axis on the validation data [N·m or N, rms over moving samples]; `noise_found_by`: how its noise was found.
+
+    `significant` also where only the fitted motion shows a gap: `where` and `patterns` are of that then.
+    """
 
     torque_rms: float
     gap_rms: float
@@ -124,12 +127,23 @@ class Prediction:
 
 
 @dataclass(frozen=True)
+class FittedGap:
+    """Gap of an axis that only the fitted motion shows [N·m or N, rms over moving samples], before and after the patch."""
+
+    torque_rms: float
+    gap_rms: float
+    after_rms: float
+    predictions: tuple[Prediction, ...]
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The whole answer.
 
     `held_back`: the validation data are blocks held back from the training recordings. `selected` is what the patch adds, in
     order of adding; `units` of their parameters are filled. `model_xml`: the patched model's MJCF, parameters of the model
     corrected where they were found off by so little that no cause was named. `notes`: sentences that the reader needs.
+    `fitted`: of axes whose gap the validation data do not show.
     """
 
     verdict: Verdict
@@ -145,3 +159,16 @@ class Diagnosis:
     held_back: bool
     units: Mapping[str, str]
     notes: tuple[str, ...] = ()
+    fitted: Mapping[str, FittedGap] = field(default_factory=dict)
+
+    def shown_on(self, axis: str) -> Sequence[Prediction]:
+        """Motion on which the axis's gap is told: the validation data, or where only the fitted show it, these."""
+        return self.fitted[axis].predictions if axis in self.fitted else self.predictions
+
+    def told(self, axis: str) -> tuple[AxisGap, float]:
+        """The axis's gap and its rms after the patch, on that motion."""
+        gap = self.axes[axis]
+        if axis not in self.fitted:
+            return gap, self.after_rms[axis]
+        fitted = self.fitted[axis]
+        return replace(gap, torque_rms=fitted.torque_rms, gap_rms=fitted.gap_rms), fitted.after_rms

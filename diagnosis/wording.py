@@ -69,11 +69,11 @@ def time_words(spell: Spell) -> str:
 
 def verdict_sentence(diagnosis: Diagnosis) -> str:
     """The verdict with the figures that it rests on."""
-    significant = {name: gap for name, gap in diagnosis.axes.items() if gap.significant}
+    significant = [name for name, gap in diagnosis.axes.items() if gap.significant]
     if diagnosis.verdict is Verdict.NO_GAP:
         levels = ", ".join(f"{name} {_level(gap.gap_rms, diagnosis.units[name])}" for name, gap in diagnosis.axes.items())
         return f"No gap beyond noise on any axis ({levels} rms)."
-    shrink = "; ".join(_shrink(name, gap, diagnosis) for name, gap in significant.items())
+    shrink = "; ".join(_shrink(name, diagnosis) for name in significant)
     added = _listed([f"{name_of(placed.effect.name)} on {placed.axis}" for placed in diagnosis.selected])
     if not diagnosis.selected:
         return f"{_OPENING[diagnosis.verdict]}: no effect of the library explains it; {shrink}."
@@ -91,12 +91,22 @@ def _listed(words: Sequence[str]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
-def _shrink(name: str, gap: AxisGap, diagnosis: Diagnosis) -> str:
-    after = diagnosis.after_rms[name]
+def fitted_note(diagnosis: Diagnosis, axis: str) -> str:
+    """What the reader needs to know of an axis whose gap only the fitted motion shows."""
+    there = _level(diagnosis.axes[axis].gap_rms, diagnosis.units[axis])
+    return (
+        f"The gap on {axis} is on the fitted motion only: the validation data do not show it, {there} rms there. What is told "
+        f"of {axis}, the verdict too, is of the fitted motion; it was not checked on motion that was not fitted."
+    )
+
+
+def _shrink(name: str, diagnosis: Diagnosis) -> str:
+    gap, after = diagnosis.told(name)
     unit = diagnosis.units[name]
     share = closed_of_explainable(gap, after)
     explained = f", {percent(share)} of what can be explained" if share is not None else ""
-    return f"{name} from {number(gap.gap_rms)} to {_level(after, unit)} rms{explained}"
+    fitted = ", on the fitted motion" if name in diagnosis.fitted else ""
+    return f"{name} from {number(gap.gap_rms)} to {_level(after, unit)} rms{explained}{fitted}"
 
 
 def _level(value: float, unit: str) -> str:

@@ -50,8 +50,8 @@ def _gaps(found: Diagnosis) -> Table:
     for name in ("closed", "of explainable"):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("most in", no_wrap=True)
-    for name, gap in found.axes.items():
-        after = found.after_rms[name]
+    for name in found.axes:
+        gap, after = found.told(name)
         levels = [of_torque(gap.gap_rms, gap), number(gap.noise_rms), of_torque(after, gap)]
         explained = closed_of_explainable(gap, after)
         shares = [percent(closed(gap, after)), percent(explained) if explained is not None else ""]
@@ -103,6 +103,6 @@ def _hints(found: Diagnosis) -> Iterator[str]:
         if spells:
             share = percent(sum(spell.share for spell in spells))
             largest = ", ".join(f"{time_words(spell)} of {spell.recording}" for spell in spells[:_SHOWN_AT_MOST])
-            level = f"{number(found.after_rms[axis])} {found.units[axis]} rms"
+            level = f"{number(found.told(axis)[1])} {found.units[axis]} rms"
             yield f"what is left on {axis}, {level}: {share} of its energy in {spells_words(len(spells))}, most at {largest}"
     yield from found.notes

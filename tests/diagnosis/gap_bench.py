@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from scipy import signal
@@ -16,6 +17,7 @@ from diagnosis.result import (
     Cause,
     Diagnosis,
     Estimate,
+    FittedGap,
     Prediction,
     Shrink,
     Verdict,
@@ -148,3 +150,16 @@ def stribeck_case(seconds: float = 60.0) -> Diagnosis:
         "stretch": axis_of(time, noise, after=noise, frequency=0.41),
     }
     return diagnosis_of((recording_of(time, axes, "sweep"),), (STRIBECK,), CAUSES)
+
+
+def died_out_case(seconds: float = 20.0) -> Diagnosis:
+    """The same two axes, but the validation data show no gap: `rotate` has its gap on the fitted recording `before` alone."""
+    rng = np.random.default_rng(6)
+    time = time_of(seconds)
+    held = {axis: axis_of(time, coloured_noise(rng, len(time), 0.02)) for axis in ("rotate", "stretch")}
+    shown = stribeck_case(seconds)
+    fitted, gap = replace(shown.predictions[0], recording="before"), shown.axes["rotate"]
+    found = diagnosis_of((recording_of(time, held, "warm"),), (STRIBECK,), CAUSES)
+    axes = {**found.axes, "rotate": replace(found.axes["rotate"], significant=True, where=gap.where, patterns=gap.patterns)}
+    only = FittedGap(gap.torque_rms, gap.gap_rms, shown.after_rms["rotate"], (fitted,))
+    return replace(found, axes=axes, fitted={"rotate": only})

@@ -198,6 +198,35 @@ def test_a_sound_machine_has_no_gap(tmp_path: Path) -> None:
     assert not any(one.significant for one in found.axes.values())
 
 
+def warming(seed: int, name: str, stiffer: float = 0.0) -> Recording:
+    """The column's friction is 0.8 larger when cold, for 6 s; the second recording begins 60 s after the first."""
+    begin = 60.0 * (seed - 1)
+
+    def more(at: Swing) -> Array:
+        cold = 1.0 + 0.8 * np.exp(-(at.time + begin) / 6.0)
+        friction = (1.0 + stiffer) * COULOMB["turn"] * np.sign(at.velocity) + VISCOUS["turn"] * at.velocity
+        return cold * friction - COULOMB["turn"] * np.sign(at.velocity) - VISCOUS["turn"] * at.velocity
+
+    made = with_torque({"turn": more}, seed, name)
+    return replace(made, time=made.time + begin)
+
+
+def test_a_gap_that_has_died_out_on_the_validation_motion_is_told_of_the_fitted(tmp_path: Path) -> None:
+    found = diagnosed(tmp_path, warming)
+    cause = first(found)
+    assert (cause.effect, cause.axis, found.verdict) == ("temperature_drift", "turn", Verdict.EXPLAINED)
+    assert cause.parameters["cold"].value == pytest.approx(0.8, rel=0.03)
+    assert cause.gap_closed is None
+    told, after = found.told("turn")
+    assert found.axes["turn"].significant
+    assert told.gap_rms > 5.0 * found.axes["turn"].gap_rms
+    assert after < 1.1 * told.noise_rms
+    assert [each.recording for each in found.shown_on("turn")] == ["fitted"]
+    assert ["turn" in note and "fitted motion only" in note for note in found.notes] == [True]
+    assert "on the fitted motion only" in found.axes["turn"].test
+    assert not found.axes["lift"].significant
+
+
 def test_a_force_that_swings_in_time_is_unknown(tmp_path: Path) -> None:
     found = diagnosed(tmp_path, only("turn", lambda at: 0.8 * np.sin(2.0 * np.pi * 3.7 * at.time)))
     cause = first(found)

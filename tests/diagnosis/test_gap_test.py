@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from gap_bench import CUTOFF, axis_of, coloured_noise, recording_of, time_of
 
-from diagnosis.gap_test import NOISE_KNOWN_TO, significance
+from diagnosis.gap_test import NOISE_KNOWN_TO, gap_of, significance
+from diagnosis.result import Prediction
 
 TRIES = 600
 
@@ -52,3 +53,38 @@ def test_recordings_count_together() -> None:
     two = recording_of(time, {"rotate": axis_of(time, coloured_noise(rng, len(time), 0.065))})
     both = significance([one, two], "rotate", 0.05, CUTOFF)
     assert both < min(significance([one], "rotate", 0.05, CUTOFF), significance([two], "rotate", 0.05, CUTOFF))
+
+
+def of_noise(rng: np.random.Generator, rms: float, seconds: float = 20.0) -> list[Prediction]:
+    """A recording whose gap is noise of `rms`."""
+    time = time_of(seconds)
+    return [recording_of(time, {"rotate": axis_of(time, coloured_noise(rng, len(time), rms))})]
+
+
+def test_a_gap_that_has_died_out_is_on_the_fitted_motion_only() -> None:
+    rng = np.random.default_rng(6)
+    found = gap_of(of_noise(rng, 0.05), of_noise(rng, 0.2), "rotate", 0.05, CUTOFF)
+    assert found.p_value < 1e-6
+    assert (found.on_unseen, found.on_fitted_only, found.significant) == (False, True, True)
+
+
+def test_a_gap_on_unseen_motion_is_one_whatever_the_fitted_shows() -> None:
+    rng = np.random.default_rng(7)
+    for fitted in (0.05, 0.2):
+        found = gap_of(of_noise(rng, 0.2), of_noise(rng, fitted), "rotate", 0.05, CUTOFF)
+        assert (found.on_unseen, found.on_fitted_only) == (True, False)
+
+
+def test_what_the_unseen_motion_shows_as_no_gap_is_none_on_the_fitted_motion() -> None:
+    """Both are above the told noise, the one hardly and the other not by as much as a noise level is known to."""
+    rng = np.random.default_rng(8)
+    found = gap_of(of_noise(rng, 0.060), of_noise(rng, 0.068), "rotate", 0.05, CUTOFF)
+    assert significance(of_noise(rng, 0.068), "rotate", 0.05, CUTOFF) < 0.01
+    assert not found.significant
+
+
+def test_two_looks_call_noise_a_gap_no_more_often_than_one() -> None:
+    rng = np.random.default_rng(9)
+    edge = (1.0 + NOISE_KNOWN_TO) * 0.05
+    tries = ((of_noise(rng, edge, 3.0), of_noise(rng, edge, 3.0)) for _ in range(TRIES))
+    assert np.mean([gap_of(unseen, fitted, "rotate", 0.05, CUTOFF).significant for unseen, fitted in tries]) <= 0.02

@@ -135,6 +135,17 @@ def test_unseen_motion_without_a_gap_says_nothing(comparison: Comparison) -> Non
     assert chosen(comparison, unseen(comparison, 0.9, 3.0)) < 0.02
 
 
+def test_a_cause_of_a_gap_that_has_died_out_must_not_bring_one(comparison: Comparison) -> None:
+    """The unseen motion shows 1.2 times the noise, which is no gap; what was fitted had 10 times."""
+    for after, share in ((1.2, (1.2**2 - 1.0) / 99.0), (9.0, 80.0 / 99.0)):
+        seen = replace(unseen(comparison, 1.2, after), only_fitted={"turn": 10.0 * NOISE["turn"]})
+        assert seen.left("turn") == pytest.approx(share)
+    kept = replace(unseen(comparison, 1.2, 1.2), only_fitted={"turn": 10.0 * NOISE["turn"]})
+    assert chosen(comparison, kept) < 0.02
+    spoiled = replace(unseen(comparison, 1.2, 9.0), only_fitted={"turn": 10.0 * NOISE["turn"]})
+    assert chosen(comparison, spoiled) > 0.99
+
+
 def test_nothing_is_unknown_where_there_is_no_gap(comparison: Comparison) -> None:
     step = Step(state(comparison, 0.9, 0.9), ANSWERS, None)
     found = answers_of(step, Selection([step], (), (), step.state), unseen(comparison, 0.9, 0.9))

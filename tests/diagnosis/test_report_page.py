@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gap_bench import CAUSES, CUTOFF, axis_of, coloured_noise, recording_of, stribeck_case, swinging, time_of
+from gap_bench import CAUSES, CUTOFF, axis_of, coloured_noise, died_out_case, recording_of, stribeck_case, swinging, time_of
 
 from diagnosis.report_page import write_report_page
 from diagnosis.report_view import drawn, gap_map, mean_over, spectra_of, trace_of, worst_window
@@ -58,6 +58,16 @@ def test_the_answer_is_on_the_page_with_its_figures_and_units(tmp_path: Path) ->
     assert "faster than rotate 0.002 rad/s, stretch 0.002 rad/s" in page.text
     assert "rec/<sweep>/signals.parquet" in page.text
     assert "nan" not in page.text.lower()
+
+
+def test_a_gap_that_only_the_fitted_motion_shows_is_drawn_and_told_of_it(tmp_path: Path) -> None:
+    found = died_out_case()
+    page = page_of(found, tmp_path)
+    assert "yes, on the fitted motion" in page.text
+    assert page.figures == 4 + 2
+    assert f"{found.fitted['rotate'].gap_rms:.3g} (" in page.text
+    trace = trace_of(found.shown_on("rotate"), "rotate", CUTOFF)
+    assert np.nanstd(trace.gap_before) == pytest.approx(found.fitted["rotate"].gap_rms, rel=0.02)
 
 
 def test_nothing_is_loaded_and_every_axis_has_its_pictures(tmp_path: Path) -> None:

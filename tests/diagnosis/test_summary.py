@@ -6,11 +6,11 @@ import io
 from dataclasses import replace
 
 import pytest
-from gap_bench import CAUSES, STRIBECK, stribeck_case
+from gap_bench import CAUSES, STRIBECK, died_out_case, stribeck_case
 from rich.console import Console
 
 from diagnosis.result import Diagnosis, Verdict
-from diagnosis.wording import closed_of_explainable, percent, verdict_sentence
+from diagnosis.wording import closed_of_explainable, fitted_note, percent, verdict_sentence
 from drivetwin.cli.diagnose_summary import print_summary
 
 CASE = stribeck_case(20.0)
@@ -38,6 +38,18 @@ def test_the_terminal_tells_the_verdict_the_causes_and_what_cannot_be_told_apart
         "0.05 rad/s" in words
     )
     assert words.endswith("the friction of the model was 3 % low")
+
+
+def test_a_gap_that_only_the_fitted_motion_shows_is_told_of_it() -> None:
+    found = died_out_case()
+    gap, after = found.fitted["rotate"].gap_rms, found.fitted["rotate"].after_rms
+    sentence = verdict_sentence(found)
+    assert sentence.startswith(f"The gap is explained by stribeck on rotate: rotate from {gap:.3g} to {after:.3g} N·m rms, ")
+    assert sentence.endswith("of what can be explained, on the fitted motion.")
+    assert found.axes["rotate"].gap_rms < 0.1 * gap
+    level = f"{found.axes['rotate'].gap_rms:.3g} N·m rms there"
+    assert f"the validation data do not show it, {level}" in fitted_note(found, "rotate")
+    assert f"rotate {gap:.3g} (" in said(found)
 
 
 def test_every_verdict_has_its_sentence() -> None:
