@@ -316,7 +316,10 @@ def _again(regression: Regression, found: Found) -> Found:
 
 
 def settled(state: State, selected: tuple[PlacedEffect, ...], rounds: int = 2) -> tuple[PlacedEffect, ...]:
-    """The selected effects, each moved in turn to where least is left beside the others and the nominal parameters."""
+    """The selected effects, each moved in turn to where least is left beside the others and the nominal parameters.
+
+    Rows weigh by what the state leaves with all of them: by what stands without one, the parameters would hardly be free.
+    """
     comparison, nominals = state.comparison, state.nominals
     for _ in range(rounds if len(selected) > 1 else 1):
         for number, placed in enumerate(selected):
@@ -326,8 +329,9 @@ def settled(state: State, selected: tuple[PlacedEffect, ...], rounds: int = 2) -
             beside = state_with(comparison, nominals, others, state.noise)
             predict = predictor(comparison, placed.axis, placed.effect, beside.dynamics)
             try:
-                held = beside.regression.replaced_by(placed.effect.name, placed.axis)
-                effect = moved(beside.regression, placed.effect, predict, held)
+                weighed = beside.regression.rescaled(state.regression.scale)
+                held = weighed.replaced_by(placed.effect.name, placed.axis)
+                effect = moved(weighed, placed.effect, predict, held)
                 changed = (*selected[:number], replace(placed, effect=effect), *selected[number + 1 :])
                 comparison.simulation.dynamics(changed)
             except UserError:

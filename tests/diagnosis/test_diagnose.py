@@ -227,6 +227,16 @@ def test_a_gap_that_has_died_out_on_the_validation_motion_is_told_of_the_fitted(
     assert not found.axes["lift"].significant
 
 
+def test_a_warm_level_that_is_off_is_found_beside_the_drift(tmp_path: Path) -> None:
+    """Both are moved to where least is left: what is predicted with them is what their fit promised."""
+    found = diagnosed(tmp_path, partial(warming, stiffer=0.06))
+    assert first(found).effect == "temperature_drift"
+    selected = {one.effect.name: one.effect for one in found.selected}
+    assert vars(selected["temperature_drift"])["time_constant"] == pytest.approx(6.0, rel=0.05)
+    assert vars(selected["coulomb"])["coulomb"] == pytest.approx(1.06 * COULOMB["turn"], rel=0.02)
+    assert found.after_rms["turn"] < 1.2 * found.axes["turn"].noise_rms
+
+
 def test_a_force_that_swings_in_time_is_unknown(tmp_path: Path) -> None:
     found = diagnosed(tmp_path, only("turn", lambda at: 0.8 * np.sin(2.0 * np.pi * 3.7 * at.time)))
     cause = first(found)
