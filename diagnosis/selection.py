@@ -12,6 +12,7 @@ from diagnosis.comparison import Comparison
 from diagnosis.hypotheses import PARAMETERS, Hypothesis, State, hypotheses, memory, settled, state_with
 from diagnosis.nominal import Nominal
 from diagnosis.regression import Fitted, Regression
+from diagnosis.result import NONE
 from emulator.effects import Effect, PlacedEffect, library
 
 Array = NDArray[np.float64]
@@ -95,7 +96,7 @@ def select_causes(
         if number > 0 and not something_left(state) and not _drive_left(steps[-1]) and not strained(state):
             break
         progress(f"step {number + 1}: every effect on every axis", 1.0)
-        answers = worth_telling(state, hypotheses(state))
+        answers = without_refuted(state, worth_telling(state, hypotheses(state)))
         chosen = _choice(state, answers) if number < MOST_EFFECTS else None
         steps.append(Step(state, answers, chosen))
         if chosen is None or chosen.found is None or chosen.axis is None:
@@ -196,6 +197,18 @@ def _choice(state: State, answers: Sequence[Hypothesis]) -> Hypothesis | None:
 def worth_telling(state: State, answers: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Without effects that hardly cost anything: they are but another name for nothing more."""
     return [one for one in answers if one.found is None or matters(state, one, answers)]
+
+
+def without_refuted(state: State, answers: Sequence[Hypothesis]) -> Sequence[Hypothesis]:
+    """Without `none` where it is first and the next is an effect that would be chosen and takes much of the gap.
+
+    The model to the letter moves no parameter, which costs it nothing; while two strong effects are missing few rows count, and
+    that alone can put it before the one that takes most of a gap far above the floor.
+    """
+    rest = [one for one in answers if one.effect != NONE]
+    if answers[0].effect != NONE or rest[0].found is None:
+        return answers
+    return rest if _choice(state, rest) is not None and takes_much(state, rest[0], rest) else answers
 
 
 def takes_much(state: State, best: Hypothesis, answers: Sequence[Hypothesis]) -> bool:
