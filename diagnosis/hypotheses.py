@@ -51,6 +51,8 @@ LONGEST_MEMORY = 2.0
 """Residuals further apart than this are taken as independent [s]."""
 FIRST_MEMORY = 10.0
 """Rows that count as one, before any residual is known."""
+ROUNDS = 2
+"""In which effects are moved in turn beside each other."""
 LEAST_MEMORY = 10.0
 """Rows that count as one, at least: a block is never as telling as its rows would be one by one."""
 
@@ -315,13 +317,16 @@ def _again(regression: Regression, found: Found) -> Found:
     return replace(found, fitted=regression.fit(target=less(regression.target, found.column), held=held))
 
 
-def settled(state: State, selected: tuple[PlacedEffect, ...], rounds: int = 2) -> tuple[PlacedEffect, ...]:
+def settled(
+    state: State, selected: tuple[PlacedEffect, ...], scale: Mapping[str, float] | None = None
+) -> tuple[PlacedEffect, ...]:
     """The selected effects, each moved in turn to where least is left beside the others and the nominal parameters.
 
-    Rows weigh by what the state leaves with all of them: by what stands without one, the parameters would hardly be free.
+    `scale` weighs the rows of each axis; without it, what stands without the effect that is moved does: nominal parameters are
+    held more firmly then, while other effects may still be missing.
     """
     comparison, nominals = state.comparison, state.nominals
-    for _ in range(rounds if len(selected) > 1 else 1):
+    for _ in range(ROUNDS if len(selected) > 1 else 1):
         for number, placed in enumerate(selected):
             if isinstance(placed.effect, DriveEffect):
                 continue
@@ -329,7 +334,7 @@ def settled(state: State, selected: tuple[PlacedEffect, ...], rounds: int = 2) -
             beside = state_with(comparison, nominals, others, state.noise)
             predict = predictor(comparison, placed.axis, placed.effect, beside.dynamics)
             try:
-                weighed = beside.regression.rescaled(state.regression.scale)
+                weighed = beside.regression.rescaled(scale or beside.regression.scale)
                 held = weighed.replaced_by(placed.effect.name, placed.axis)
                 effect = moved(weighed, placed.effect, predict, held)
                 changed = (*selected[:number], replace(placed, effect=effect), *selected[number + 1 :])

@@ -117,7 +117,7 @@ def select_causes(
     kept = [nominals[number] for group in off for number in group.numbers] + [one for one in nominals if one.timing]
     if selected and len(kept) < len(nominals):
         state = state_with(comparison, kept, selected, noise)
-        selected = settled(state, selected)
+        selected = settled(state, selected, state.regression.scale)
     state = state_with(comparison, kept, selected, noise)
     return Selection(steps, selected, deviations(state, renumbered(off)), state)
 
