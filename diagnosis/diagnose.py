@@ -136,9 +136,10 @@ class _Judge:
         self.unseen = Unseen(unseen, self.predictions, floors, only_fitted)
 
     def _predict(self) -> None:
-        """With the patch: the validation recordings, the fitted ones, and on which of the two each axis has a gap."""
+        """With the patch: the validation recordings, the fitted ones by when they began, and where each axis has a gap."""
         self.predictions = self._predicted(self.patch)
-        self.fitted = [predict(self.twin, run, self.patch) for run in self.runs]
+        by_time = sorted(self.runs, key=lambda run: float(run.recording.time[0]))
+        self.fitted = [predict(self.twin, run, self.patch) for run in by_time]
         self.found = {
             axis: gap_of(self.predictions, self.fitted, axis, self.noise[axis].floor, self.settings.cutoff_hz)
             for axis in self.twin.axes

@@ -69,6 +69,8 @@ def _verdict(diagnosis: Diagnosis) -> str:
         if diagnosis.held_back
         else "The figures are of the validation recordings, which were not fitted."
     )
+    if diagnosis.fitted:
+        data += f" Those of {escape(', '.join(diagnosis.fitted))} are of the fitted recordings."
     notes = "".join(f"<li>{escape(note)}</li>" for note in diagnosis.notes)
     return (
         f'<section><h2>Verdict</h2><p class="verdict {kind}">{escape(verdict_sentence(diagnosis))}</p>'

@@ -64,7 +64,8 @@ def _gaps(found: Diagnosis) -> Table:
 
 def _over(found: Diagnosis) -> str:
     data = "blocks held back from the recordings" if found.held_back else "the validation recordings"
-    return f"Gap on {data}, rms in motion (share of the torque)"
+    fitted = f", of {', '.join(found.fitted)} on the fitted ones" if found.fitted else ""
+    return f"Gap on {data}{fitted}, rms in motion (share of the torque)"
 
 
 def _causes(found: Diagnosis) -> Table:

@@ -227,6 +227,25 @@ def test_a_gap_that_has_died_out_on_the_validation_motion_is_told_of_the_fitted(
     assert not found.axes["lift"].significant
 
 
+def test_what_is_told_of_the_fitted_motion_is_in_the_order_of_its_time(tmp_path: Path) -> None:
+    """The second half given first: friction falls all the same."""
+    whole = warming(1, "whole")
+    half = len(whole.time) // 2
+    late, early = (
+        replace(
+            whole,
+            name=name,
+            time=whole.time[span],
+            columns={axis: {key: values[span] for key, values in one.items()} for axis, one in whole.columns.items()},
+        )
+        for name, span in (("late", slice(half, None)), ("early", slice(0, half)))
+    )
+    model = written_model(tmp_path)
+    found = diagnose(model, [late, early], [warming(2, "held")], DiagnosisSettings(), lambda _stage, _share: None)
+    assert [each.recording for each in found.shown_on("turn")] == ["early", "late"]
+    assert any(one.over == "time" and one.detail.startswith("falls") for one in found.axes["turn"].patterns)
+
+
 def test_a_warm_level_that_is_off_is_found_beside_the_drift(tmp_path: Path) -> None:
     """Both are moved to where least is left: what is predicted with them is what their fit promised."""
     found = diagnosed(tmp_path, partial(warming, stiffer=0.06))

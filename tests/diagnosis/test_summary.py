@@ -49,7 +49,9 @@ def test_a_gap_that_only_the_fitted_motion_shows_is_told_of_it() -> None:
     assert found.axes["rotate"].gap_rms < 0.1 * gap
     level = f"{found.axes['rotate'].gap_rms:.3g} N·m rms there"
     assert f"the validation data do not show it, {level}" in fitted_note(found, "rotate")
-    assert f"rotate {gap:.3g} (" in said(found)
+    words = said(found)
+    assert f"rotate {gap:.3g} (" in words
+    assert "Gap on the validation recordings, of rotate on the fitted ones, rms in motion" in words
 
 
 def test_every_verdict_has_its_sentence() -> None:
