@@ -11,9 +11,9 @@ import numpy as np
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from emulator.effects.base import ANGLE, POSITION, TORQUE, FrictionEffect, Parameter, Start
-from emulator.effects.waves import amplitude_and_phase, strongest, unexplained
+from emulator.effects.waves import amplitude_and_phase, long_waves, strongest, unexplained
 
-_PERIODS = 24
+_PERIODS = 16
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,8 @@ class PositionFriction(FrictionEffect):
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
         left = unexplained(motion, axis) * np.sign(motion.velocity)
-        return [cls._start(axis.friction.coulomb, 1.0 / number) for number in strongest(motion, left, _PERIODS)]
+        numbers = [*long_waves(motion), *strongest(motion, left, _PERIODS)]
+        return [cls._start(axis.friction.coulomb, 1.0 / number) for number in numbers]
 
     @classmethod
     def _start(cls, most: float, period: float) -> Start:

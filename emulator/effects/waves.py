@@ -18,6 +18,8 @@ _BINS = 8192
 _NEIGHBOURS = 65
 _USUAL_ORDERS = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
 _SHOWN = 10
+_LONGEST = 8.0
+"""Waves a travel up to which all lengths are tried."""
 
 
 def amplitude_and_phase(coefficients: Sequence[float]) -> tuple[float, float]:
@@ -68,6 +70,15 @@ def strongest(motion: Motion, torque: NDArray[np.float64], most: int) -> list[fl
     peaks = 1 + np.flatnonzero((inside >= power[:-2]) & (inside > power[2:]))
     peaks = peaks[(numbers[peaks] >= 1.0 / way) & (numbers[peaks] <= 1.0 / shortest(motion))]
     return sorted(float(numbers[peak]) for peak in peaks[np.argsort(power[peaks])[::-1][:most]])
+
+
+def long_waves(motion: Motion) -> list[float]:
+    """Wave numbers [1/rad or 1/m] of 1 to 8 waves a travel, half a wave apart.
+
+    A spectrum tells them badly, for friction and weight vary as slowly; there are so few that each can be tried.
+    """
+    way = travel(motion)
+    return [float(number) / way for number in np.arange(1.0, _LONGEST + 0.25, 0.5)] if way > 0.0 else []
 
 
 def orders(motion: Motion, axis: AxisDynamics, torque: NDArray[np.float64]) -> list[float]:

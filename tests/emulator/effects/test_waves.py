@@ -1,0 +1,31 @@
+"""Where searches for waves over the position begin: near every wave that a motion shows, however long."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from recorded import record
+
+from emulator.effects.position_friction import PositionFriction
+from emulator.effects.waves import long_waves, travel
+
+
+@pytest.mark.parametrize("waves", [1.2, 1.7, 2.3, 3.3, 4.8, 6.2, 7.7])
+def test_a_long_wave_of_friction_is_near_a_start(waves: float) -> None:
+    """The start next to it is at most a quarter of a wave off over the whole travel: it has most of the energy."""
+    recorded = record("hinge")
+    motion = recorded.motion
+    true = np.sin(2.0 * np.pi * waves / travel(motion) * motion.position + 0.7) * np.sign(motion.velocity)
+    wanted = recorded.judged(true)
+    left = []
+    for start in PositionFriction.starts(motion, recorded.axis):
+        columns = np.column_stack([recorded.judged(one.predict(motion, recorded.axis)) for one in start.members])
+        coefficients = np.linalg.lstsq(columns, wanted, rcond=None)[0]
+        left.append(float(np.sum((wanted - columns @ coefficients) ** 2) / np.sum(wanted**2)))
+    assert min(left) < 0.4
+
+
+def test_an_axis_that_stands_shows_no_waves() -> None:
+    motion = record("hinge").motion
+    still = type(motion)(*(np.zeros(4) for _ in range(4)), np.arange(4.0), np.zeros(4), np.ones(4), 0.1)
+    assert long_waves(still) == []
