@@ -12,7 +12,7 @@ import numpy as np
 from diagnosis.comparison import Comparison
 from diagnosis.distinguish import alike, tell_apart
 from diagnosis.gap_test import NAME, gap_of
-from diagnosis.hypotheses import State
+from diagnosis.hypotheses import State, in_place_of
 from diagnosis.inputs import without_position
 from diagnosis.measured import Run, prepare, thresholds
 from diagnosis.noise import Noise, noise_of
@@ -32,6 +32,7 @@ from drivetwin.errors import UserError
 from drivetwin.motion.axis_motion import measured_position
 from drivetwin.recording.recording import Recording
 from emulator.effects import DriveEffect, PlacedEffect
+from emulator.effects.payload import Payload
 from emulator.effects.stribeck import Stribeck
 
 logger = logging.getLogger(__name__)
@@ -294,11 +295,14 @@ class _Judge:
 
     def _also_payload(self, axis: str, found: Sequence[Deviation]) -> tuple[str, ...]:
         """A body that is heavier than the model's carries something, as well as it is misjudged."""
+        state = self.selection.final
+        members = [off.nominal.key for one in found for off in one.members]
+        numbers = frozenset(number for number, one in enumerate(state.nominals) if one.key in members)
         heavier = any(off.nominal.body is not None and off.amount > 0.0 for one in found for off in one.members)
-        answers = self.selection.steps[0].answers
-        plain = max(one.evidence for one in answers if one.found is None)
-        payload = any(one.effect == "payload" and one.axis == axis and one.evidence > plain - AS_WELL for one in answers)
-        return ("payload",) if heavier and payload else ()
+        if not heavier or not numbers or ("payload", axis) in {(one.effect.name, one.axis) for one in self.selection.effects}:
+            return ()
+        gained = in_place_of(state, Payload, axis, numbers)
+        return ("payload",) if gained is not None and gained > -AS_WELL else ()
 
     def _deviations(self, steps: int) -> list[Cause]:
         """A step for each parameter of the model that was found off, but for the one that the first step named."""

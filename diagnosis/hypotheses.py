@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 
 PARAMETERS = ("coulomb", "viscous", "inertia")
 """Effects that change a parameter which the model has."""
+NOMINAL = "nominal"
+"""The answer that nothing but parameters of the model is off."""
 NOT_SEARCHED = ("belt_elasticity",)
 OF_POSITION = frozenset(
     {"delay", "encoder_eccentricity", "gravity", "payload", "position_friction", "spring"}
@@ -45,6 +47,8 @@ SEARCH_COST = 2.0
 """Nats for having looked at the whole library."""
 PARAMETER_COST = 1.0
 """Nats a parameter that was fitted beside the folds."""
+SAME_OF_FLOOR = 0.5
+"""Of the squared floor, by which what is left must differ to tell an effect from a simpler one that it contains."""
 DRIVE_MEMORY = 20.0
 """Rows of a drive's law that count as one."""
 LONGEST_MEMORY = 2.0
@@ -171,16 +175,31 @@ def memory(comparison: Comparison, axis: str, residual: Array) -> float:
     return max(LEAST_MEMORY, counted / weight) if weight > 0.0 else LEAST_MEMORY
 
 
-def hypotheses(state: State) -> list[Hypothesis]:
-    """Every answer of this step, most evident first."""
+def hypotheses(state: State, known: PlacedEffect | None = None) -> list[Hypothesis]:
+    """Every answer of this step, most evident first; among them an effect that is known, searched from where it is."""
     reference = state.regression.fit()
-    tried = _refine(state, _coarse(_sample_of(state)))
+    tried = _refine(state, _coarse(_sample_of(state)), known)
     answers = [_of(found) for found in tried]
     answers.extend(_of_drives(state, reference))
     answers.append(_nominal(reference))
     if not state.selected:
         answers.append(_nothing(state))
     return rated(state, answers)
+
+
+def in_place_of(state: State, kind: type[ModelEffect], axis: str, parameters: frozenset[int]) -> float | None:
+    """Nats by which an effect on the rigid bodies says more than nominal parameters, by number, that it stands for.
+
+    None where the axis cannot have it, or nothing of it is felt.
+    """
+    changed = replace(state, regression=state.regression.standing_for(kind.name, axis, parameters))
+    begun = [(found, LEAST_GAIN) for found in model_starts(state.comparison, changed.regression, axis, kind)]
+    tried = [_of(found) for found in _refine(changed, begun, None)]
+    if not tried:
+        return None
+    answers = rated(changed, [*tried, _nominal(state.regression.fit())])
+    evidence = {one.effect: one.evidence for one in answers}
+    return evidence[kind.name] - evidence[NOMINAL]
 
 
 def rated(state: State, answers: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -191,7 +210,26 @@ def rated(state: State, answers: Sequence[Hypothesis]) -> list[Hypothesis]:
     residual = _residual(state, best)
     independent = {axis: regression.rows[axis] / memory(comparison, axis, residual[axis]) for axis in regression.axes}
     told = [replace(answer, evidence=_evidence(answer, state, independent)) for answer in answers]
-    return sorted(told, key=lambda one: -one.evidence)
+    return sorted(_simpler_first(state, told), key=lambda one: -one.evidence)
+
+
+def _simpler_first(state: State, answers: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Play whose flanks alone, as elasticity, leave hardly more is not told from it: it is rated behind, by its gap."""
+    springs = {one.axis: one for one in answers if one.effect == "elasticity"}
+    told = []
+    for one in answers:
+        spring = springs.get(one.axis) if one.effect == "backlash" else None
+        if spring is not None and spring.axis is not None and _as_little(state, spring.axis, one, spring):
+            told.append(replace(one, evidence=min(one.evidence, spring.evidence - PARAMETER_COST)))
+        else:
+            told.append(one)
+    return told
+
+
+def _as_little(state: State, axis: str, one: Hypothesis, other: Hypothesis) -> bool:
+    """Whether what two answers leave on an axis differs by less than the comparison's own errors."""
+    more = (other.held_out[axis] - one.held_out[axis]) / max(state.regression.rows[axis], 1)
+    return more < SAME_OF_FLOOR * state.noise[axis] ** 2
 
 
 def _evidence(answer: Hypothesis, state: State, independent: Mapping[str, float]) -> float:
@@ -238,7 +276,7 @@ def _of_drives(state: State, reference: Fitted) -> list[Hypothesis]:
 
 def _nominal(reference: Fitted) -> Hypothesis:
     """Nothing but parameters of the model that are a little off; or, where effects are selected, nothing more."""
-    return Hypothesis("nominal", None, None, reference.held_out, reference.prior_cost, 0)
+    return Hypothesis(NOMINAL, None, None, reference.held_out, reference.prior_cost, 0)
 
 
 def _nothing(state: State) -> Hypothesis:
@@ -275,13 +313,15 @@ def _coarse(state: State) -> list[tuple[Found, float]]:
     return [(one, state.regression.evidence(one.fitted) - least) for one in found]
 
 
-def _refine(state: State, coarse_found: Sequence[tuple[Found, float]]) -> list[Found]:
+def _refine(state: State, coarse_found: Sequence[tuple[Found, float]], known_effect: PlacedEffect | None) -> list[Found]:
     regression = state.regression
     best = max((gain for _, gain in coarse_found), default=0.0)
+    promising = [(one, gain) for one, gain in coarse_found if gain >= max(LEAST_GAIN, SHARE_OF_BEST * best)]
+    begun = [found for found, _ in sorted(promising, key=lambda pair: -pair[1])]
+    if known_effect is not None and not isinstance(known_effect.effect, DriveEffect):
+        begun.append(Found(known_effect.axis, known_effect.effect, {}, regression.fit()))
     done: dict[tuple[str, str], Found] = {}
-    for found, gain in sorted(coarse_found, key=lambda pair: -pair[1]):
-        if gain < max(LEAST_GAIN, SHARE_OF_BEST * best):
-            continue
+    for found in begun:
         try:
             predict = predictor(state.comparison, found.axis, found.effect, state.dynamics)
             better = refined(_weighed(state, found.effect, found.axis, predict), found, predict)

@@ -72,7 +72,7 @@ def model_starts(comparison: Comparison, regression: Regression, axis: str, kind
         column = known.column(_made(kind, 1.0, shape))
         if not any(np.abs(rows).max(initial=0.0) > 1e-9 for rows in column.values()):
             continue
-        fitted = regression.fit([column])
+        fitted = regression.fit([column], held=regression.replaced_by(kind.name, axis))
         size = float(fitted.coefficients[-1])
         if size > 0.0:
             scaled = {name: size * rows for name, rows in column.items()}

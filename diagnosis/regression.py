@@ -92,6 +92,12 @@ class Regression:
         changed.scale = dict(scale)
         return changed
 
+    def standing_for(self, effect: str, axis: str, columns: frozenset[int]) -> Regression:
+        """The same, with an effect on an axis taking the place of some columns."""
+        changed = copy.copy(self)
+        changed.stands_for = {**self.stands_for, (effect, axis): columns}
+        return changed
+
     def replaced_by(self, effect: str, axis: str) -> frozenset[int]:
         """Columns that are held at 0 beside an effect, by number."""
         return self.stands_for.get((effect, axis), frozenset())

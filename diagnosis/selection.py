@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.comparison import Comparison
-from diagnosis.hypotheses import PARAMETERS, Hypothesis, State, hypotheses, memory, settled, state_with
+from diagnosis.hypotheses import NOMINAL, PARAMETERS, Hypothesis, State, hypotheses, memory, settled, state_with
 from diagnosis.nominal import Nominal
 from diagnosis.regression import Fitted, Regression
 from diagnosis.result import NONE
@@ -28,7 +28,8 @@ LEAST_OF_FLOOR = 0.5
 LEAST_DRIVE = 20.0
 """Nats that a drive's effect must bring to be looked at beside another effect."""
 STRAIN = 5.0
-"""Nats of the prior from which parameters of the model are further off than usual."""
+"""Nats of the prior from which parameters of the model are further off than usual: no share of the first gap is asked of an
+effect that takes as much from them."""
 FAR_OFF = 2.5
 """Standard deviations from which a nominal parameter counts as off by more than it usually is."""
 ABSORBED = 1.5
@@ -97,7 +98,7 @@ def select_causes(
             break
         progress(f"step {number + 1}: every effect on every axis", 1.0)
         answers = without_refuted(state, worth_telling(state, hypotheses(state)))
-        chosen = _choice(state, answers) if number < MOST_EFFECTS else None
+        chosen = choice(state, answers) if number < MOST_EFFECTS else None
         steps.append(Step(state, answers, chosen))
         if chosen is None or chosen.found is None or chosen.axis is None:
             break
@@ -129,16 +130,21 @@ def reconsidered(
     steps: Sequence[Step],
     selected: tuple[PlacedEffect, ...],
 ) -> tuple[list[Step], tuple[PlacedEffect, ...]]:
-    """Each choice again, beside the others: a first choice may have stood in for two effects."""
+    """Each choice again, beside the others: a first choice may have stood in for two effects, or for one found later."""
     again = list(steps)
     made = [number for number, step in enumerate(steps) if step.chosen is not None]
     for number in made:
         former = again[number].chosen
         assert former is not None
-        others = tuple(one for one in selected if (one.effect.name, one.axis) != (former.effect, former.axis))
+        own = next(one for one in selected if (one.effect.name, one.axis) == (former.effect, former.axis))
+        others = tuple(one for one in selected if one is not own)
         beside = state_with(comparison, nominals, others, noise)
-        answers = worth_telling(beside, hypotheses(beside))
-        chosen = _choice(beside, answers)
+        tried = hypotheses(beside, own)
+        if others and _needless(tried, own):
+            rest = settled(beside, others)
+            return reconsidered(comparison, nominals, noise, _without(again, number), rest)
+        answers = worth_telling(beside, tried)
+        chosen = choice(beside, answers)
         if chosen is None or chosen.found is None or chosen.axis is None:
             continue
         again[number] = Step(again[number].state, _with_evidence_of(again[number].answers, answers), chosen)
@@ -146,6 +152,18 @@ def reconsidered(
             selected = in_order([*others, placed(comparison, chosen.axis, chosen.found.effect)])
             selected = settled(state_with(comparison, nominals, selected, noise), selected)
     return again, selected
+
+
+def _needless(answers: Sequence[Hypothesis], own: PlacedEffect) -> bool:
+    """Whether an effect says less, beside the others, than that nothing more is missing."""
+    plain = max(one.evidence for one in answers if one.found is None)
+    return any((one.effect, one.axis) == (own.effect.name, own.axis) and one.evidence < plain for one in answers)
+
+
+def _without(steps: Sequence[Step], number: int) -> list[Step]:
+    """The steps as if one had not been: those after it take the place of those before them."""
+    rest = [*steps[:number], *steps[number + 1 :]]
+    return [replace(one, state=step.state) for step, one in zip(steps, rest, strict=False)]
 
 
 def _with_evidence_of(former: Sequence[Hypothesis], later: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -183,10 +201,10 @@ def placed(comparison: Comparison, axis: str, effect: Effect) -> PlacedEffect:
     return PlacedEffect(axis, effect, units)
 
 
-def _choice(state: State, answers: Sequence[Hypothesis]) -> Hypothesis | None:
+def choice(state: State, answers: Sequence[Hypothesis]) -> Hypothesis | None:
     """The most evident answer, where it is an effect that beats the model as it is and shrinks enough of what is left."""
-    best = answers[0]
-    if best.found is None:
+    best = next((one for one in answers if one.found is not None), None)
+    if best is None:
         return None
     nothing = max(answer.evidence for answer in answers if answer.found is None)
     if best.evidence < nothing + LEAST_EVIDENCE and not takes_much(state, best, answers):
@@ -200,15 +218,13 @@ def worth_telling(state: State, answers: Sequence[Hypothesis]) -> list[Hypothesi
 
 
 def without_refuted(state: State, answers: Sequence[Hypothesis]) -> Sequence[Hypothesis]:
-    """Without `none` where it is first and the next is an effect that would be chosen and takes much of the gap.
+    """Without `none` where an effect is chosen that stands behind it.
 
     The model to the letter moves no parameter, which costs it nothing; while two strong effects are missing few rows count, and
     that alone can put it before the one that takes most of a gap far above the floor.
     """
-    rest = [one for one in answers if one.effect != NONE]
-    if answers[0].effect != NONE or rest[0].found is None:
-        return answers
-    return rest if _choice(state, rest) is not None and takes_much(state, rest[0], rest) else answers
+    chosen = choice(state, answers)
+    return [one for one in answers if one.effect != NONE or chosen is None or one.evidence < chosen.evidence]
 
 
 def takes_much(state: State, best: Hypothesis, answers: Sequence[Hypothesis]) -> bool:
@@ -217,7 +233,7 @@ def takes_much(state: State, best: Hypothesis, answers: Sequence[Hypothesis]) ->
     While a second strong effect is missing the residual remembers for seconds, and few rows are left to bring evidence: the
     choice is made all the same, and made again beside what is found later (`reconsidered`).
     """
-    plain = next(answer for answer in answers if answer.found is None)
+    plain = next(answer for answer in answers if answer.effect == NOMINAL)
     for axis in state.regression.axes:
         rows = max(state.regression.rows[axis], 1)
         taken = (plain.held_out[axis] - best.held_out[axis]) / rows
@@ -238,8 +254,13 @@ def matters(state: State, best: Hypothesis, answers: Sequence[Hypothesis]) -> bo
         least = max(LEAST_OF_FLOOR * state.noise[axis] ** 2, LEAST_SHARE * first)
         if taken > least:
             return True
-        absorbed = plain.prior_cost - best.prior_cost > ABSORBED
-        if absorbed and best.found is not None and _square(best.found.column.get(axis, NOTHING)) > least:
+        if best.found is None:
+            continue
+        absorbed = plain.prior_cost - best.prior_cost
+        size = _square(best.found.column.get(axis, NOTHING))
+        if absorbed > STRAIN and size > LEAST_OF_FLOOR * state.noise[axis] ** 2:
+            return True
+        if absorbed > ABSORBED and size > least:
             return True
     return False
 

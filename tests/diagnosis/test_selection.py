@@ -1,59 +1,150 @@
-"""Which answer a step goes by: what brings least evidence by having moved nothing must not hide what takes most of a gap."""
+"""Two effects on one axis: each is found beside the other, however little one of them is, and neither is made up."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
-from rig_bench import compared, strokes
+from rig_bench import (
+    ARM,
+    GRAVITY,
+    PERIOD,
+    as_modelled,
+    compared,
+    moved,
+    recording,
+    strokes,
+    written_model,
+)
 
 from diagnosis.comparison import Comparison
-from diagnosis.hypotheses import Hypothesis, State
-from diagnosis.regression import Regression
+from diagnosis.diagnose import diagnose
+from diagnosis.hypotheses import NOMINAL, Hypothesis, State, hypotheses, rated, state_with
+from diagnosis.nominal import nominal_parameters
+from diagnosis.result import NONE, Diagnosis
 from diagnosis.search import Found
-from diagnosis.selection import without_refuted
-from emulator.effects.transmission_error import TransmissionError
+from diagnosis.selection import Step, choice, placed, reconsidered
+from diagnosis.settings import DiagnosisSettings
+from drivetwin.recording.recording import Recording
+from emulator.effects import Effect, library
+from emulator.effects.delay import Delay
+from emulator.effects.torque_ripple import TorqueRipple
 
-NOISE = {"turn": 0.1, "lift": 0.5}
+SECONDS, QUADRATIC = 20.0, 2.5
+NOISE = {"turn": 0.05, "lift": 0.4}
+Record = Callable[[int, str], Recording]
+
+
+def late_and_quadratic(seed: int, name: str) -> Recording:
+    """The column is braked by 2.5 v |v| besides, and read three samples late, which is felt little beside that."""
+    both = moved(seed, SECONDS)
+    turn = both["turn"]
+    torques = as_modelled(both)
+    torques["turn"] = torques["turn"] + QUADRATIC * turn.velocity * np.abs(turn.velocity)
+    read = np.concatenate([np.full(3, turn.position[0]), turn.position[:-3]])
+    return recording(torques, {"turn": read, "lift": both["lift"].position}, seed, name)
+
+
+def loaded_and_rubbing(seed: int, name: str) -> Recording:
+    """The carriage carries 0.25 kg at its middle, three deviations of its own mass, and its friction has a Stribeck level."""
+    both = moved(seed, SECONDS)
+    lift = both["lift"]
+    torques = as_modelled(both)
+    sticks = 9.0 * np.exp(-((lift.velocity / 0.05) ** 2)) * np.sign(lift.velocity)
+    torques["turn"] = torques["turn"] + 0.25 * ARM**2 * both["turn"].acceleration
+    torques["lift"] = torques["lift"] + 0.25 * (GRAVITY + lift.acceleration) + sticks
+    return recording(torques, {axis: at.position for axis, at in both.items()}, seed, name)
+
+
+def diagnosed(folder: Path, record: Record) -> Diagnosis:
+    return diagnose(
+        written_model(folder), [record(1, "fitted")], [record(2, "held")], DiagnosisSettings(), lambda _stage, _share: None
+    )
+
+
+def test_a_small_second_effect_counts_where_else_the_model_would_be_far_off(tmp_path: Path) -> None:
+    found = diagnosed(tmp_path, late_and_quadratic)
+    assert {(one.effect.name, one.axis) for one in found.selected} >= {("viscous_nonlinear", "turn"), ("delay", "turn")}
+    late = next(one.effect for one in found.selected if isinstance(one.effect, Delay))
+    assert late.delay == pytest.approx(3.0 * PERIOD, rel=0.15)
+
+
+def test_a_body_found_heavier_beside_an_effect_may_carry_something(tmp_path: Path) -> None:
+    found = diagnosed(tmp_path, loaded_and_rubbing)
+    assert ("stribeck", "lift") in {(one.effect.name, one.axis) for one in found.selected}
+    told = [one for one in found.causes if one.axis == "lift" and one.effect in ("inertia", "payload")]
+    assert any(one.effect == "payload" or "payload" in one.indistinguishable_from for one in told)
 
 
 @pytest.fixture(scope="module")
-def state(tmp_path_factory: pytest.TempPathFactory) -> State:
-    """On whose column 15 times the noise stand."""
-    comparison = compared(tmp_path_factory.mktemp("rig"), strokes(1, 12.0))
-    target = {axis: np.full(len(rows), 15.0 * NOISE[axis]) for axis, rows in comparison.target.items()}
-    return State(comparison, [], (), comparison.simulation.dynamics(), _plain(comparison, target), NOISE)
+def waving(tmp_path_factory: pytest.TempPathFactory) -> Comparison:
+    """The column's friction varies by 0.8 N·m, one wave in 0.6 rad."""
+    more = {"turn": lambda at: 0.8 * np.sin(2.0 * np.pi * at.position / 0.6 + 0.5) * np.sign(at.velocity)}
+    return compared(tmp_path_factory.mktemp("rig"), strokes(1, SECONDS, more))
 
 
-def _plain(comparison: Comparison, target: dict[str, np.ndarray[tuple[int], np.dtype[np.float64]]]) -> Regression:
-    return Regression(comparison, [], [], target, dict.fromkeys(NOISE, 1.0), NOISE, {})
+def test_an_effect_that_only_stood_in_for_another_is_given_up(waving: Comparison) -> None:
+    """Stribeck friction was chosen first, then what it stood in for."""
+    nominals = nominal_parameters(waving)
+    false = placed(waving, "turn", library()["stribeck"](static_torque=1.9, stribeck_velocity=0.3))
+    true = placed(waving, "turn", library()["position_friction"](amplitude=0.8, period=0.6, phase=0.5))
+    state = state_with(waving, nominals, (), NOISE)
+    beside = state_with(waving, nominals, (false,), NOISE)
+    steps = [step(state, "stribeck"), step(beside, "position_friction")]
+    again, selected = reconsidered(waving, nominals, NOISE, steps, (false, true))
+    assert [(one.effect.name, one.axis) for one in selected] == [("position_friction", "turn")]
+    assert [one.chosen.effect for one in again if one.chosen is not None] == ["position_friction"]
+    assert again[0].state is state
 
 
-def answer(state: State, effect: str, left: float, evidence: float) -> Hypothesis:
-    """One that leaves so many times the noise on the column's held-out rows."""
-    held_out = {axis: state.regression.rows[axis] * NOISE[axis] ** 2 for axis in NOISE}
-    held_out["turn"] *= left**2
-    plain = effect in ("none", "nominal")
-    found = None if plain else Found("turn", TransmissionError(0.001, 2.0, 0.0), {}, state.regression.fit())
-    return Hypothesis(effect, None if plain else "turn", found, held_out, 0.0 if effect == "none" else 20.0, 0, evidence)
+def test_an_effect_far_from_every_start_is_still_known_where_it_was(waving: Comparison) -> None:
+    """A wave so short that no search begins near it."""
+    known = placed(waving, "turn", library()["torque_ripple"](amplitude=0.1, order=2.345, phase=0.0))
+    answers = hypotheses(state_with(waving, nominal_parameters(waving), (), NOISE), known)
+    found = next(one.found for one in answers if one.effect == "torque_ripple" and one.axis == "turn")
+    assert found is not None
+    assert isinstance(found.effect, TorqueRipple)
+    assert found.effect.order == pytest.approx(2.345, rel=0.02)
 
 
-def effects(state: State, left: float, evidence: float) -> list[str]:
-    """What stays of `none`, an effect that leaves so much, and moved parameters that leave 13 times the noise."""
-    answers = [answer(state, "none", 15.0, 100.0), answer(state, "transmission_error", left, evidence)]
-    return [one.effect for one in without_refuted(state, [*answers, answer(state, "nominal", 13.0, 70.0)])]
+def test_a_strong_effect_is_chosen_before_no_effect_at_all(waving: Comparison) -> None:
+    """While another is missing, parameters of the model strain for it, and the model to the letter seems more evident."""
+    state = state_with(waving, nominal_parameters(waving), (), NOISE)
+    ranked = sorted(hypotheses(state), key=lambda one: one.evidence)
+    best = next(one for one in ranked if one.effect == "position_friction")
+    letter = replace(next(one for one in ranked if one.effect == NONE), evidence=best.evidence + 1.0)
+    nominal = next(one for one in ranked if one.effect == NOMINAL)
+    assert choice(state, [letter, best, nominal]) is best
+    assert choice(state, [letter, replace(best, held_out=nominal.held_out), nominal]) is None
 
 
-def test_the_model_to_the_letter_does_not_hide_an_effect_that_takes_much(state: State) -> None:
-    """Without two strong effects few rows count: what is left remembers for seconds."""
-    assert effects(state, 8.0, 99.0) == ["transmission_error", "nominal"]
+def test_play_that_takes_no_more_than_its_flanks_is_rated_behind_their_elasticity(waving: Comparison) -> None:
+    state = state_with(waving, nominal_parameters(waving), (), NOISE)
+    nominal = state.regression.fit()
+    rows, floor = state.regression.rows["turn"], NOISE["turn"] ** 2
+
+    def answer(effect: str, left: float) -> Hypothesis:
+        held_out = {**nominal.held_out, "turn": left * rows * floor}
+        found = Found("turn", placed(waving, "turn", spring(effect)).effect, {}, replace(nominal, held_out=held_out))
+        return Hypothesis(effect, "turn", found, held_out, nominal.prior_cost, 2)
+
+    def order(play: float) -> list[str]:
+        return [one.effect for one in rated(state, [answer("backlash", play), answer("elasticity", 3.0)])]
+
+    assert order(2.7) == ["elasticity", "backlash"]
+    assert order(2.0) == ["backlash", "elasticity"]
 
 
-def test_it_stands_where_the_effect_takes_little_or_beats_moved_parameters_by_nothing(state: State) -> None:
-    assert effects(state, 12.9, 72.0) == ["none", "transmission_error", "nominal"]
-    assert effects(state, 8.0, 69.0) == ["none", "transmission_error", "nominal"]
+def spring(effect: str) -> Effect:
+    """A spring, with or without play."""
+    kind = library()[effect]
+    return kind(stiffness=1e4) if effect == "elasticity" else kind(stiffness=1e4, gap=1e-4)
 
 
-def test_it_stands_where_nothing_is_above_the_floor(state: State) -> None:
-    answers = [answer(state, "none", 1.1, 100.0), answer(state, "transmission_error", 0.9, 99.0)]
-    kept = without_refuted(state, [*answers, answer(state, "nominal", 1.0, 70.0)])
-    assert kept[0].effect == "none"
+def step(state: State, effect: str) -> Step:
+    """A step that chose an effect on the column."""
+    chosen = Hypothesis(effect, "turn", None, {}, 0.0, 1)
+    return Step(state, [chosen, Hypothesis(NOMINAL, None, None, {}, 0.0, 0)], chosen)
