@@ -123,6 +123,13 @@ class Comparison:
         """Torque (N,) that an effect costs on its axis."""
         return self.rows(axis, lambda run, own: run.felt(own, effect.predict(own.motion, dynamics)))
 
+    def cost(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> dict[str, Array]:
+        """Torque that an effect costs on its axis, and on those that feel its joint move otherwise than measured."""
+        costs = [run.cost(axis, effect, dynamics) for run in self.runs]
+        felt = dict.fromkeys(name for cost in costs for name in cost)
+        none = [np.zeros(len(run.recording.time)) for run in self.runs]
+        return {on: self.picked(on, [cost.get(on, zero) for cost, zero in zip(costs, none, strict=True)]) for on in felt}
+
     def starts(self, axis: str, kind: type[AxisEffect], dynamics: AxisDynamics) -> list[Tried]:
         """Where a search for an effect begins, with what its members cost; kept, for every step of a diagnosis asks again."""
         key = (axis, kind.name, dynamics)

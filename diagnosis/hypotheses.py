@@ -137,7 +137,7 @@ def predictor(comparison: Comparison, axis: str, effect: Effect, dynamics: Mappi
 
         def cost(changed: Effect) -> Column:
             assert isinstance(changed, AxisEffect)
-            return {axis: comparison.predicted(axis, changed, dynamics[axis])}
+            return comparison.cost(axis, changed, dynamics[axis])
 
         return cost
     known = polynomial(comparison, axis, type(effect)) if isinstance(effect, ModelEffect) else None

@@ -21,7 +21,8 @@ from drivetwin.motion.axis_motion import (
 )
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
 from drivetwin.recording.recording import Recording
-from emulator.dynamics import Motion
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.effects import AxisEffect
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -32,6 +33,8 @@ RIGID_RATE = 3.0
 """The rigid model is evaluated at so many samples a period of the motion's own cut-off, and joined by a cubic spline."""
 SAMPLED = ("position", "velocity", "acceleration", "torque", "time", "rigid_torque", "inertia")
 """Fields of a motion that are samples."""
+HARDLY_COUPLED = 1e-3
+"""Of the inertias of two axes, that the one between them must be to count."""
 COMPARED_RATE = 2.5
 """Samples that are compared, a period of the cut-off: no more is in them."""
 
@@ -70,7 +73,10 @@ class AxisRun:
 
 @dataclass(frozen=True)
 class Run:
-    """One recording, prepared: every `stride`-th sample is compared; `kinematics` (n, k) of all axes through that filter."""
+    """One recording, prepared: every `stride`-th sample is compared; `kinematics` (n, k) of all axes through that filter.
+
+    `coupling` (n,), by two axes: d torque of the second / d acceleration of the first, where there is any.
+    """
 
     recording: Recording
     period: float
@@ -78,13 +84,26 @@ class Run:
     stride: int
     kinematics: Kinematics
     axes: Mapping[str, AxisRun]
+    coupling: Mapping[tuple[str, str], Array]
 
     def piece(self, span: slice) -> Run:
         """A part of it; what the filter cannot know at the two cuts is not fitted."""
         edge = reach(self.period, self.cutoff_hz)
         axes = {name: axis.piece(span, edge) for name, axis in self.axes.items()}
         recording = replace(self.recording, time=self.recording.time[span])
-        return replace(self, recording=recording, kinematics=self.kinematics.part(span), axes=axes)
+        coupling = {pair: inertia[span] for pair, inertia in self.coupling.items()}
+        return replace(self, recording=recording, kinematics=self.kinematics.part(span), axes=axes, coupling=coupling)
+
+    def cost(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> dict[str, Array]:
+        """Torque (n,), filtered, that an effect costs its axis, and those that feel the joint move otherwise than measured."""
+        motion = self.axes[axis].motion
+        torque, strays = effect.predict_with_joint(motion, dynamics)
+        found = {axis: self.felt(self.axes[axis], torque)}
+        if strays is not None:
+            for (of, other), inertia in self.coupling.items():
+                if of == axis:
+                    found[other] = self.felt(self.axes[other], inertia * strays)
+        return found
 
     def smooth(self, torque: Array) -> Array:
         """The filter that measured torque went through."""
@@ -125,7 +144,7 @@ def prepare(simulation: Simulation, recording: Recording, cutoff_hz: float, stan
             torque=recording.columns[axis]["torque"],
             time=recording.time,
             rigid_torque=rigid[:, k].copy(),
-            inertia=inertia[:, k].copy(),
+            inertia=inertia[:, k, k].copy(),
             rotor_inertia=float(simulation.model.dof_armature[simulation.dof(axis)]),
         )
         chosen = select(narrow[axis], standstill[axis], 0.0)
@@ -135,7 +154,7 @@ def prepare(simulation: Simulation, recording: Recording, cutoff_hz: float, stan
         torque = zero_phase(motion.torque, period, cutoff)
         axes[axis] = AxisRun(axis, motion, torque, base, sticks, chosen.moving, chosen.fitted)
     stride = max(1, int(1.0 / (COMPARED_RATE * cutoff * period)))
-    return Run(recording, period, cutoff, stride, compared, axes)
+    return Run(recording, period, cutoff, stride, compared, axes, _coupling(simulation.axes, inertia))
 
 
 def _sticks(motion: Motion, threshold: float, fitted: Mask, near: int) -> Mask:
@@ -185,7 +204,7 @@ def _rigid(simulation: Simulation, kinematics: Kinematics, stride: int) -> Array
 
 
 def _inertia(simulation: Simulation, kinematics: Kinematics, stride: int) -> Array:
-    """d torque / d acceleration of each axis along the motion, (n, k)."""
+    """d torque / d acceleration along the motion, (n, k, k): of each axis, by each axis."""
     few = kinematics.every(stride)
     rest = np.zeros_like(few.position)
     still = simulation.torques(Kinematics(few.position, rest, rest))
@@ -193,8 +212,20 @@ def _inertia(simulation: Simulation, kinematics: Kinematics, stride: int) -> Arr
     for k in range(few.position.shape[1]):
         unit = rest.copy()
         unit[:, k] = 1.0
-        columns.append((simulation.torques(Kinematics(few.position, rest, unit)) - still)[:, k])
-    return between(np.column_stack(columns), len(kinematics.position), stride)
+        columns.append(simulation.torques(Kinematics(few.position, rest, unit)) - still)
+    whole = [between(column, len(kinematics.position), stride) for column in columns]
+    return np.stack(whole, axis=2)
+
+
+def _coupling(axes: Sequence[str], inertia: Array) -> dict[tuple[str, str], Array]:
+    """Inertia (n,) by which one axis's acceleration is felt on another, where it is."""
+    own = np.abs(np.diagonal(inertia, axis1=1, axis2=2)).max(axis=0)
+    found = {}
+    for k, of in enumerate(axes):
+        for j, on in enumerate(axes):
+            if j != k and np.abs(inertia[:, j, k]).max() > HARDLY_COUPLED * np.sqrt(own[j] * own[k]):
+                found[of, on] = inertia[:, j, k].copy()
+    return found
 
 
 def between(values: Array, count: int, stride: int) -> Array:

@@ -66,8 +66,7 @@ def cost(simulation: Simulation, run: Run, placed: PlacedEffect, dynamics: Mappi
     """Torque (n,) that an effect costs on the axes that it acts on, filtered."""
     effect = placed.effect
     if isinstance(effect, AxisEffect):
-        own = run.axes[placed.axis]
-        return {placed.axis: run.felt(own, effect.predict(own.motion, dynamics[placed.axis]))}
+        return run.cost(placed.axis, effect, dynamics[placed.axis])
     if isinstance(effect, ModelEffect):
         stride = max(1, int(1.0 / (SMOOTH_RATE * run.cutoff_hz * run.period)))
         few = run.kinematics.every(stride)

@@ -28,8 +28,14 @@ def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     A rigid gear of constant ratio: rigid_torque + friction. Else inverse dynamics of the motor, whose motion is measured, and
     forward dynamics of the joint behind it (two-mass system, Spong 1987). Weight and Coriolis torque are those at the motor.
     """
-    load = _through_a_spring(motion, axis) if axis.transmission.elastic else _through_a_rigid_gear(motion, axis)
-    return np.asarray(motion.rotor_inertia * motion.acceleration + load)
+    return replayed(motion, axis)[0]
+
+
+def replayed(motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """`motor_torque` (n,), and the acceleration (n,) of the joint meanwhile."""
+    through = _through_a_spring if axis.transmission.elastic else _through_a_rigid_gear
+    load, acceleration = through(motion, axis)
+    return np.asarray(motion.rotor_inertia * motion.acceleration + load), acceleration
 
 
 def needed_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
@@ -37,16 +43,22 @@ def needed_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     return motion.kept(axis, lambda same: motor_torque(same, axis))
 
 
+def needed_acceleration(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+    """Acceleration (n,) of the joint of the axis on which effects are tried, computed once a motion."""
+    return motion.kept(("joint", axis), lambda same: replayed(same, axis)[1])
+
+
 def _weight(motion: Motion) -> NDArray[np.float64]:
     """What the rigid machine needs beside its inertia, (n,)."""
     return np.asarray(motion.rigid_torque - motion.inertia * motion.acceleration)
 
 
-def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-    """Torque (n,) that the load asks of the motor: virtual work on the joint's motion."""
+def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Torque (n,) that the load asks of the motor, by virtual work on the joint's motion, and the joint's acceleration (n,)."""
     joint, slope = _at_the_joint(motion, axis.transmission, axis.gear_ratio)
     link = motion.inertia - motion.rotor_inertia
-    return np.asarray((_weight(motion) + link * joint.acceleration + axis.friction.resistance(joint)) / slope)
+    torque = (_weight(motion) + link * joint.acceleration + axis.friction.resistance(joint)) / slope
+    return np.asarray(torque), joint.acceleration
 
 
 def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tuple[Motion, NDArray[np.float64]]:
@@ -65,12 +77,12 @@ def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tupl
     return replace(motion, position=position, velocity=velocity, acceleration=acceleration), slope
 
 
-def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-    """Torque (n,) through the spring between a motor that moves as measured and its load."""
+def _through_a_spring(motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Torque (n,) through the spring between a motor that moves as measured and its load, and the load's acceleration (n,)."""
     law, gear, link = axis.friction, axis.transmission, motion.inertia - motion.rotor_inertia
     swing = sqrt((gear.stiffness + law.presliding_stiffness) / float(np.median(link)))
     steps = max(ceil(motion.period / _LONGEST_STEP), ceil(_STEPS_PER_RADIAN * swing * motion.period))
-    torque = np.empty_like(motion.position)
+    torque, speed = np.empty_like(motion.position), np.zeros_like(motion.position)
     _follow(
         records([(law,)])[0],
         records([(gear,)])[0],
@@ -84,8 +96,9 @@ def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]
         motion.period,
         min(_MOST_STEPS, steps),
         torque,
+        speed,
     )
-    return torque
+    return torque, np.gradient(speed, motion.period)
 
 
 @compiled
@@ -118,9 +131,9 @@ def _viscous(law, v):  # type: ignore[no-untyped-def]
 
 @compiled
 def _follow(  # type: ignore[no-untyped-def]
-    law, gear, wave, position, velocity, link, weight, warmth, varying, period, steps, torque
+    law, gear, wave, position, velocity, link, weight, warmth, varying, period, steps, torque, moves
 ) -> None:
-    """Torque (n,) through the spring of a link (n,) whose motor is moved; `wave` [rad a joint rad or m] of the error."""
+    """Torque (n,) through the spring of a link (n,) whose motor is moved, which `moves` (n,); `wave` [rad a joint rad or m]."""
     h = period / steps
     q, torque[0] = _start(law, gear, wave, position[0], weight[0], warmth[0], varying[0])
     v, through = 0.0, torque[0]
@@ -154,6 +167,7 @@ def _follow(  # type: ignore[no-untyped-def]
                 q, v, pushes = _step(last, speed, through, 0.0, 0.0, 0.0, 0.0, link[k], viscous, against, holds, h)
             through = pushes
         torque[k + 1] = through / slope
+        moves[k + 1] = v
 
 
 @compiled

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import motor_torque, needed_torque
+from emulator.dynamics.replay import motor_torque, needed_acceleration, needed_torque, replayed
 from emulator.effects.base import DAMPING, POSITION, STIFFNESS, AxisEffect, Parameter, Start
 from emulator.effects.springs import springs
 from emulator.effects.waves import travel
@@ -48,6 +48,10 @@ class Backlash(AxisEffect):
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return motor_torque(motion, self._on(axis)) - needed_torque(motion, axis)
+
+    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        torque, joint = replayed(motion, self._on(axis))
+        return torque - needed_torque(motion, axis), joint - needed_acceleration(motion, axis)
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

@@ -91,6 +91,12 @@ class AxisEffect(Effect):
         Joint side, N·m or N.
         """
 
+    def predict_with_joint(
+        self, motion: Motion, axis: AxisDynamics
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+        """`predict`, and how much more (n,) the joint accelerates with the effect: other axes feel that. None: as much."""
+        return self.predict(motion, axis), None
+
     @classmethod
     @abstractmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:

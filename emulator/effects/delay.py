@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import needed_torque
+from emulator.dynamics.replay import needed_acceleration, needed_torque
 from emulator.effects.base import TIME, AxisEffect, Parameter, Start
 
 
@@ -31,6 +31,10 @@ class Delay(AxisEffect):
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         torque = needed_torque(motion, axis)
         return np.asarray(np.interp(motion.time + self.delay, motion.time, torque) - torque)
+
+    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        joint = needed_acceleration(motion, axis)
+        return self.predict(motion, axis), np.interp(motion.time + self.delay, motion.time, joint) - joint
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

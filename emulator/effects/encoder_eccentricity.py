@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import motor_torque, needed_torque
+from emulator.dynamics.replay import motor_torque, needed_acceleration, needed_torque, replayed
 from emulator.effects.base import ANGLE, POSITION, AxisEffect, Parameter, Start
 from emulator.effects.waves import amplitude_and_phase
 
@@ -39,6 +39,10 @@ class EncoderEccentricity(AxisEffect):
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return motor_torque(self._truth(motion, axis.gear_ratio), axis) - needed_torque(motion, axis)
+
+    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        torque, joint = replayed(self._truth(motion, axis.gear_ratio), axis)
+        return torque - needed_torque(motion, axis), joint - needed_acceleration(motion, axis)
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

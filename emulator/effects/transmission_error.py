@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import motor_torque, needed_torque
+from emulator.dynamics.replay import motor_torque, needed_acceleration, needed_torque, replayed
 from emulator.effects.base import ANGLE, NUMBER, POSITION, AxisEffect, Parameter, Start
 from emulator.effects.waves import amplitude_and_phase, orders, unexplained
 
@@ -46,6 +46,10 @@ class TransmissionError(AxisEffect):
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return motor_torque(motion, self._on(axis)) - needed_torque(motion, axis)
+
+    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        torque, joint = replayed(motion, self._on(axis))
+        return torque - needed_torque(motion, axis), joint - needed_acceleration(motion, axis)
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:

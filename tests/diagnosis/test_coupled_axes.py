@@ -1,0 +1,123 @@
+"""A cart on a cart: where the upper one moves otherwise than its encoder says, the motor of the lower one feels it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from diagnosis.comparison import Comparison
+from diagnosis.measured import prepare, thresholds
+from diagnosis.result import Array
+from diagnosis.simulation import simulation
+from drivetwin.recording.recording import Recording, RecordingInfo
+from emulator.effects import AxisEffect
+from emulator.effects.backlash import Backlash
+from emulator.effects.delay import Delay
+from emulator.effects.elasticity import Elasticity
+from emulator.effects.encoder_eccentricity import EncoderEccentricity
+from emulator.effects.stribeck import Stribeck
+from emulator.effects.transmission_error import TransmissionError
+
+PERIOD, CUTOFF = 1e-3, 48.0
+LOWER, UPPER, MOTOR, VISCOUS = 5.0, 2.0, 0.5, 4.0
+"""Masses of the carts, and of the upper one's motor on its joint's side [kg]; damping of the upper one [N·s/m]."""
+GEAR, STIFFNESS = 40.0, 9000.0
+MODEL = f"""<mujoco model="carts"><option gravity="0 0 -10"/><worldbody>
+<body><joint name="lower" type="slide" axis="1 0 0"/><inertial pos="0 0 0" mass="{LOWER}" diaginertia="1 1 1"/>
+<body><joint name="upper" type="slide" axis="1 0 0" armature="{MOTOR}" damping="{VISCOUS}"/>
+<inertial pos="0 0 0" mass="{UPPER}" diaginertia="1 1 1"/></body></body></worldbody>
+<actuator><motor name="lower" joint="lower"/><motor name="upper" joint="upper" gear="{GEAR}"/></actuator></mujoco>"""
+TIME = np.arange(12000) * PERIOD
+
+
+@dataclass(frozen=True)
+class Case:
+    """An effect of the upper cart: how its motor stands and what is read, for where the cart is and the force it needs."""
+
+    effect: AxisEffect
+    motor: Callable[[Array, Array], Array]
+    read: Callable[[Array], Array]
+
+
+def slope(values: Array) -> Array:
+    return np.gradient(values, PERIOD)
+
+
+def waves(*of: tuple[float, float, float]) -> Array:
+    """Sum of amplitude sin(2 pi frequency t + phase), (n,); from and to a rest of half a second, within two."""
+    swings = np.sum([size * np.sin(2.0 * np.pi * rate * TIME + phase) for size, rate, phase in of], axis=0)
+    share = np.clip((np.minimum(TIME, TIME[-1] - TIME) - 0.5) / 2.0, 0.0, 1.0)
+    return np.asarray(swings * share**4 * (35.0 - 84.0 * share + 70.0 * share**2 - 20.0 * share**3))
+
+
+CASES = (
+    Case(Elasticity(STIFFNESS), lambda at, force: at + force / STIFFNESS, lambda motor: motor),
+    Case(TransmissionError(2e-4, 2.0, 0.4), lambda at, _: at - 2e-4 * np.sin(2.0 * GEAR * at + 0.4), lambda motor: motor),
+    Case(EncoderEccentricity(3e-4, 0.9), lambda at, _: at, lambda motor: motor + 3e-4 * np.sin(GEAR * motor + 0.9)),
+    Case(Delay(0.003), lambda at, _: at, lambda motor: np.concatenate([np.full(3, motor[0]), motor[:-3]])),
+)
+
+
+def compared(folder: Path, case: Case) -> Comparison:
+    """The carts moved: Newton's second law for both, the lower one's with the true motion of the upper one."""
+    lower = waves((0.15, 0.4, 0.0), (0.01, 2.1, 1.0))
+    upper = waves((0.2, 0.6, 0.5), (0.02, 2.7, 0.0), (0.001, 7.0, 2.0))
+    force = UPPER * (slope(slope(lower)) + slope(slope(upper))) + VISCOUS * slope(upper)
+    motor = case.motor(upper, force)
+    uneven = isinstance(case.effect, TransmissionError)
+    ratio = 1.0 - 4e-4 * GEAR * np.cos(2.0 * GEAR * upper + 0.4) if uneven else 1.0
+    torques = {
+        "lower": (LOWER + UPPER) * slope(slope(lower)) + UPPER * slope(slope(upper)),
+        "upper": MOTOR * slope(slope(motor)) + force / ratio,
+    }
+    read = {"lower": lower, "upper": case.read(motor)}
+    columns = {axis: {"position": read[axis], "torque": torques[axis]} for axis in torques}
+    axes = {
+        axis: {"joint": axis, "actuator": axis, "torque_resolution": 1e-3, "position_resolution": 1e-8, "gear_ratio": gear}
+        for axis, gear in (("lower", 1.0), ("upper", GEAR))
+    }
+    info = RecordingInfo.model_validate({"schema": "recording/1", "machine": "carts", "sample_period": PERIOD, "axes": axes})
+    recording = Recording("waves", info, TIME, columns)
+    path = folder / "carts.xml"
+    path.write_text(MODEL, encoding="utf-8")
+    twin = simulation(path, info.axes)
+    return Comparison(twin, [prepare(twin, recording, CUTOFF, thresholds(twin, [recording], CUTOFF))])
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.effect.name)
+def test_the_other_axis_feels_how_the_joint_truly_moves(case: Case, tmp_path: Path) -> None:
+    comparison = compared(tmp_path, case)
+    cost = comparison.cost("upper", case.effect, comparison.simulation.dynamics()["upper"])
+    for axis, gap in comparison.target.items():
+        assert np.sum((gap - cost[axis]) ** 2) < 0.03 * np.sum(gap**2)
+
+
+def test_nobody_feels_a_joint_that_moves_as_measured(tmp_path: Path) -> None:
+    comparison = compared(tmp_path, CASES[0])
+    dynamics = comparison.simulation.dynamics()
+    assert set(comparison.cost("upper", Stribeck(1.0, 0.1), dynamics["upper"])) == {"upper"}
+
+
+def test_play_lets_the_upper_cart_coast_which_the_lower_one_feels(tmp_path: Path) -> None:
+    """While the flanks part the cart slows by its damping alone: the force on the lower one is -damping times its speed."""
+    comparison = compared(tmp_path, CASES[0])
+    run = comparison.runs[0]
+    motion = run.axes["upper"].motion
+    play = Backlash(0.02, 1e5, 50.0)
+    dynamics = comparison.simulation.dynamics()["upper"]
+    torque, strays = play.predict_with_joint(motion, dynamics)
+    assert strays is not None
+    through = torque + motion.rigid_torque + VISCOUS * motion.velocity - MOTOR * motion.acceleration
+    parted = (np.abs(through) < 1e-9) & (np.abs(motion.velocity) > 0.05)
+    true = motion.acceleration + strays
+    inside = parted & np.roll(parted, 2) & np.roll(parted, -2)
+    assert inside.sum() > 100
+    lower = run.axes["lower"].motion.acceleration
+    speed = np.cumsum(true) * PERIOD
+    force = UPPER * (true + lower)[inside]
+    fitted = np.polyfit(speed[inside], force, 1)
+    assert fitted[0] == pytest.approx(-VISCOUS, rel=0.1)
