@@ -254,7 +254,7 @@ def matters(state: State, best: Hypothesis, answers: Sequence[Hypothesis]) -> bo
         least = max(LEAST_OF_FLOOR * state.noise[axis] ** 2, LEAST_SHARE * first)
         if taken > least:
             return True
-        if best.found is None:
+        if best.found is None or first < state.noise[axis] ** 2:
             continue
         absorbed = plain.prior_cost - best.prior_cost
         size = _square(best.found.column.get(axis, NOTHING))

@@ -26,7 +26,7 @@ from diagnosis.hypotheses import NOMINAL, Hypothesis, State, hypotheses, rated, 
 from diagnosis.nominal import nominal_parameters
 from diagnosis.result import NONE, Diagnosis
 from diagnosis.search import Found
-from diagnosis.selection import Step, choice, placed, reconsidered
+from diagnosis.selection import Step, choice, matters, placed, reconsidered
 from diagnosis.settings import DiagnosisSettings
 from drivetwin.recording.recording import Recording
 from emulator.effects import Effect, library
@@ -136,6 +136,20 @@ def test_play_that_takes_no_more_than_its_flanks_is_rated_behind_their_elasticit
 
     assert order(2.7) == ["elasticity", "backlash"]
     assert order(2.0) == ["backlash", "elasticity"]
+
+
+def test_an_effect_that_spares_the_parameters_of_an_axis_without_a_gap_is_none(waving: Comparison) -> None:
+    state = state_with(waving, nominal_parameters(waving), (), NOISE)
+    fitted = state.regression.fit()
+
+    def sparing(axis: str) -> bool:
+        column = {axis: np.full(state.regression.rows[axis], 20.0 * NOISE[axis])}
+        found = Found(axis, placed(waving, axis, spring("elasticity")).effect, column, fitted)
+        one = Hypothesis("elasticity", axis, found, fitted.held_out, fitted.prior_cost - 8.0, 2)
+        return matters(state, one, [Hypothesis(NOMINAL, None, None, fitted.held_out, fitted.prior_cost, 0)])
+
+    assert sparing("turn")
+    assert not sparing("lift")
 
 
 def spring(effect: str) -> Effect:
