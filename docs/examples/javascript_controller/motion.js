@@ -10,6 +10,7 @@ const Control = { DISABLE: 0, QUICK_STOP: 0x02, SHUTDOWN: 0x06, SWITCH_ON: 0x07,
 const HOMING = 6, INTERPOLATED = 7; // modes of operation
 const TARGET_REACHED = 1 << 10, HOMING_ATTAINED = 1 << 12, HOMING_ERROR = 1 << 13; // of the statusword
 const STATE_TIMEOUT = 1, HOMING_TIMEOUT = 60, RETURN_TIMEOUT = 10; // [s]
+const REST_FOR = 0.02, REST_SPEED = 0.002; // an axis stands that was slower for so long [s] than this share of its full speed
 const STAND = 0.1; // between the way into the travel and the first move [s]
 
 /**
@@ -139,7 +140,24 @@ async function stop(cycle) {
         drive.controlword = Control.DISABLE;
     await step();
     await step(); // and its statusword
-    return cycle.drives.filter((drive) => !drive.answers || !drive.withoutVoltage);
+    const moving = await movingStill(cycle);
+    return cycle.drives.filter((drive) => !drive.answers || !drive.withoutVoltage || moving.includes(drive));
+}
+
+/** Axes that are seen and do not come to rest in time: one without voltage may be taken along by one that brakes. */
+async function movingStill(cycle) {
+    const seen = cycle.drives.filter(({ answers }) => answers);
+    let moving = seen;
+    for (let left = STATE_TIMEOUT / REST_FOR; moving.length && left > 0; --left) {
+        const before = seen.map(({ position }) => position);
+        for (let time = 0; time < REST_FOR; time += cycle.period)
+            await cycle.step();
+        moving = seen.filter((drive, k) => {
+            const way = Math.abs(drive.position - before[k]) * drive.unit;
+            return way > REST_SPEED * drive.axis.speed * REST_FOR;
+        });
+    }
+    return moving;
 }
 
 /** After trouble: stop, and bring up anew what was lost. Throws Trouble where a drive does not come back. */
