@@ -21,6 +21,8 @@ BOOT_UP, OPERATIONAL = 0, 5
 
 SDO_REQUEST, SDO_ANSWER = 0x600, 0x580
 CAN_ID = 0x7FF
+CONSUMERS = bytes.fromhex("1610")
+"""1016h, consumer heartbeat time, as SDO names it."""
 STATUSWORD = (0x6041, 0)
 STATE_BITS = 0x6F
 
@@ -32,6 +34,25 @@ LSS_ANSWER = 0x7E4
 def sent_by_drive(identifier: int, nodes: Iterable[int]) -> bool:
     """Whether a frame comes of one of the drives, by the predefined COB-IDs: on a bus nobody says who sent it."""
     return identifier == LSS_ANSWER or any(identifier - node in OF_DRIVES for node in nodes)
+
+
+def strangers_told_apart(frames: Sequence[BusFrame], nodes: Sequence[int]) -> tuple[BusFrame, ...]:
+    """The frames, of which a node beats that is no drive and that no drive was told to watch (1016h): not the controller's."""
+    watched = {_watched(frame.data) for frame in frames if frame.identifier - SDO_REQUEST in nodes}
+    return tuple(
+        frame._replace(by_controller=False)
+        if 0 < frame.identifier - HEARTBEAT < 0x80 and frame.identifier - HEARTBEAT not in watched
+        else frame
+        for frame in frames
+    )
+
+
+def _watched(request: bytes) -> int | None:
+    """The node whose heartbeat an SDO request lets a drive consume (1016h, bits 16 to 22; CiA 301, 7.5.2.19)."""
+    asked = _request(request)
+    if asked is None or asked.value is None or asked.address[:2] != CONSUMERS:
+        return None
+    return int.from_bytes(asked.value, "little") >> 16 & 0x7F
 
 
 @dataclass(frozen=True)

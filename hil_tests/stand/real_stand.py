@@ -12,7 +12,7 @@ from drivetwin.bus import open_bus
 from hil_tests.bench import Bench
 from hil_tests.evidence import BusFrame, Ending, Evidence, Run, Truth
 from hil_tests.scenario import Scenario
-from hil_tests.stand.bus_reading import read_bus, sent_by_drive
+from hil_tests.stand.bus_reading import read_bus, sent_by_drive, strangers_told_apart
 from hil_tests.stand.controller_process import ControllerProcess
 from hil_tests.stand.controller_start import EXIT_STATUS, ControllerStart
 from hil_tests.stand.watchdog import Watchdog
@@ -85,7 +85,7 @@ class RealStand:
             nodes=self._nodes,
             units=tuple(self._bench.units.values()),
             gears=tuple(axis.gear_ratio for axis in axes.values()),
-            frames=tuple(self._frames),
+            frames=strangers_told_apart(self._frames, self._nodes),
             truth=_no_truth(len(axes)),
             states=reading.states,
             struck=(),

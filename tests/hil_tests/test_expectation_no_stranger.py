@@ -6,6 +6,7 @@ import pytest
 from made_evidence import evidence, frame, judged, standing
 
 from hil_tests.evidence import BusFrame
+from hil_tests.stand.bus_reading import sent_by_drive, strangers_told_apart
 
 BOOTS = frame(0.5, 0x705, b"\x00", by_controller=False)
 
@@ -55,3 +56,28 @@ def test_a_node_of_the_machine_and_the_controllers_own_heartbeat_are_no_stranger
 
 def test_what_was_sent_before_it_was_there_commands_nobody() -> None:
     assert said(frame(0.1, 0x000, b"\x01\x00"), BOOTS) == []
+
+
+# -- of real drives, where nobody says who sent a frame ----------------------------------------------------------------
+
+NODES = (1, 2)
+TO_WATCH_127 = frame(0.2, 0x601, bytes.fromhex("23161001c8007f00"))
+
+
+def heard(*frames: BusFrame) -> tuple[BusFrame, ...]:
+    """As the stand of real drives notes them."""
+    noted = [one._replace(by_controller=not sent_by_drive(one.identifier, NODES)) for one in frames]
+    return strangers_told_apart(noted, NODES)
+
+
+@pytest.mark.parametrize("beat", [b"\x00", b"\x7f"], ids=["boots", "beats"])
+def test_a_stranger_among_real_drives_is_told(beat: bytes) -> None:
+    there = frame(0.5, 0x705, beat, by_controller=False)
+    assert said(*heard(there, frame(0.8, 0x205, bytes(8)))) == [("node 5 is none of the machine's and is commanded", 0.8)]
+
+
+def test_whom_real_drives_were_told_to_watch_is_the_controller() -> None:
+    beats, starts = frame(0.1, 0x77F, b"\x05"), frame(0.8, 0x000, b"\x01\x00")
+    assert said(*heard(beats, TO_WATCH_127, starts)) == []
+    assert [one.by_controller for one in heard(beats, TO_WATCH_127)] == [True, True]
+    assert said(*heard(beats, starts)) == [("node 127 is none of the machine's and is commanded", 0.8)]
