@@ -9,15 +9,15 @@ import subprocess
 import sys
 import time
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
 from drivetwin.errors import UserError
 from hil_tests.bench import Bench
 
-GRACE = 2.0
-"""Between asking a process to end and ending it [s]."""
+GRACE: Mapping[str, float] = {"virtual": 2.0, "real": 10.0}
+"""Between asking a controller to end and ending it [s], by what the bench's drives are: whoever still brings real axes to rest
+is let do so."""
 
 EXITING = 0.5
 """How long the kernel may take to remove the processes of a group that was killed [s]."""
@@ -28,9 +28,9 @@ LAST_LINES = 5
 class ControllerProcess:
     """A running controller, whose stdout and stderr go to `log`. At the end of the block nothing of its group is left."""
 
-    def __init__(self, command: list[str], folder: Path, log: Path) -> None:
-        """Start it in `folder`. Raises OSError where it cannot be started."""
-        self._log = log
+    def __init__(self, command: list[str], folder: Path, log: Path, grace: float = GRACE["virtual"]) -> None:
+        """Start it in `folder`; it has `grace` [s] to end once it is asked to. Raises OSError where it cannot be started."""
+        self._log, self._grace = log, grace
         environment = {**os.environ, "OMP_NUM_THREADS": os.environ.get("OMP_NUM_THREADS", "1")}
         with log.open("ab") as stream:
             self._from = stream.tell()
@@ -61,14 +61,11 @@ class ControllerProcess:
 
     def end(self) -> bool:
         """End what is left of its group, and whether anything was left after it had exited by itself."""
-        exited = self._process.poll() is not None
-        left = exited and self._alive()
-        if not exited:
+        left = self.status() is not None and self._alive(EXITING)
+        if left or self.status() is None:
             self._signal(signal.SIGTERM)
-            with suppress(subprocess.TimeoutExpired):
-                self._process.wait(GRACE)
-        if self._alive():
-            self._signal(signal.SIGKILL)
+            if self._alive(self._grace):
+                self._signal(signal.SIGKILL)
         self._process.wait()
         return left
 
@@ -79,10 +76,10 @@ class ControllerProcess:
             lines = stream.read().decode(errors="replace").strip().splitlines()
         return "\n".join(lines[-LAST_LINES:])
 
-    def _alive(self) -> bool:
-        """Whether a process of its group lives on; who was killed an instant ago does not count."""
-        deadline = time.monotonic() + EXITING
-        while self._signal(0):
+    def _alive(self, seconds: float) -> bool:
+        """Whether a process of its group lives on for so long: it, or one that it started and that stops axes in its place."""
+        deadline = time.monotonic() + seconds
+        while self.status() is None or self._signal(0):
             if time.monotonic() > deadline:
                 return True
             time.sleep(0.01)
