@@ -80,22 +80,26 @@ def _still_moving(cycle: Cycle, drives: Sequence[DriveNode]) -> list[DriveNode]:
     """
     seen = [drive for drive in drives if drive.answers]
     moving = seen
-    for _ in range(round(STATE_TIMEOUT / REST_FOR)):
+    cycles = max(1, round(REST_FOR / cycle.period))
+    seconds = cycles * cycle.period
+    for _ in range(round(STATE_TIMEOUT / seconds)):
         before = [drive.position for drive in seen]
-        for _ in range(round(REST_FOR / cycle.period)):
+        for _ in range(cycles):
             _run(cycle)
-        moving = [drive for drive, was in zip(seen, before, strict=True) if not _stands(drive, was)]
+        moving = [drive for drive, was in zip(seen, before, strict=True) if not _stands(drive, was, seconds)]
         if not moving:
             break
     return moving
 
 
-def _stands(drive: DriveNode, was: int) -> bool:
-    return abs(drive.position - was) * drive.unit <= REST_SPEED * drive.axis.max_speed * REST_FOR
+def _stands(drive: DriveNode, was: int, seconds: float) -> bool:
+    """Whether the axis is where it was so many seconds ago, or not further than its encoder tells apart."""
+    way = abs(drive.position - was) * drive.unit
+    return way <= max(drive.unit, REST_SPEED * drive.axis.max_speed * seconds)
 
 
 REST_FOR, REST_SPEED = 0.02, 0.002
-"""An axis stands that was slower for so long [s] than this share of its full speed."""
+"""An axis stands that was slower for so long [s], and for a cycle at least, than this share of its full speed."""
 
 TRIES = 10
 """How often a drive's state is asked for within `STATE_TIMEOUT`."""
