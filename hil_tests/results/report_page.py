@@ -137,7 +137,7 @@ _SHOWN_KINDS = (Kind.REGRESSION, Kind.IMPROVEMENT, Kind.NOISE_UNKNOWN, Kind.NEW,
 def _trend(trend: Trend) -> str:
     changes = [change for kind in _SHOWN_KINDS for change in trend.of(kind)]
     kept = len(trend.of(Kind.WITHIN_NOISE))
-    head = ["Change", "Case", "Figure", "Before", "Now", "Noise alone"]
+    head = ["Change", "Case", "Figure", "Before", "Now", "Tolerance"]
     figures = table(head, [_change(each) for each in changes], numeric=(3, 4, 5))
     outcomes = table(
         ["Case", "Before", "Now"],
@@ -146,9 +146,11 @@ def _trend(trend: Trend) -> str:
     )
     return (
         f"<section><h2>Against the baseline</h2><p>Baseline: {escape(trend.controller)}, drivetwin {escape(trend.version)}. "
-        f"{kept} figures differ by no more than their noise.</p>{figures if changes else ''}{outcomes if trend.cases else ''}"
-        '<p class="note">Noise alone is 3 standard deviations of the difference of two runs. A figure that is worse by more '
-        "rejects the release; one whose noise is not known is told only.</p></section>"
+        f"{kept} figures differ by no more than their tolerance.</p>"
+        f"{figures if changes else ''}{outcomes if trend.cases else ''}"
+        '<p class="note">The tolerance is 3 standard deviations of the difference of two runs, and no less than what the '
+        "figure is resolved to. A figure that is worse by more rejects the release; one whose noise is not known is told only."
+        "</p></section>"
     )
 
 

@@ -1,4 +1,4 @@
-"""What has changed since an earlier acceptance, and what of it is worse by more than the noise of the quantity."""
+"""What has changed since an earlier acceptance, and what of it is worse by more than noise and resolution of the quantity."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import NamedTuple
 from drivetwin.errors import UserError
 from hil_tests.bench import Bench
 from hil_tests.results.acceptance import Acceptance
+from hil_tests.results.resolution import resolution
 from hil_tests.results.results_file import CasePart, MeasuredPart, Results, bench_part
 from hil_tests.results.wording import case_name, quantity, quantity_name
 from hil_tests.verdict import CaseResult, Measured, Outcome
@@ -19,6 +20,7 @@ TIMES_NOISE = 3.0
 """How many standard deviations of a difference count as a change: one in 740 happens without a cause, for normal noise."""
 
 _ROUNDING = 1e-9
+"""Of two numbers that differ by a step, in shares of it."""
 _MUST_AGREE = ("machine", "profile", "truth", "clock", "bit_rate", "copper", "cycle", "drives")
 
 
@@ -37,7 +39,7 @@ class Kind(StrEnum):
 class Change:
     """One quantity then and now [unit]; infinite where it never came about, None where it was not measured.
 
-    `tolerance` [unit] is what noise alone may change it by, None where that is not known.
+    `tolerance` [unit] is what it may change by without having changed, None where its noise is not known.
     """
 
     case: str
@@ -51,13 +53,13 @@ class Change:
 
     @property
     def words(self) -> str:
-        """`04_moves.single, tracking error, lift: 0.31 mm, now 0.4 mm, noise alone 6 µm`."""
+        """`04_moves.single, tracking error, lift: 0.31 mm, now 0.4 mm, tolerance 6 µm`."""
         said = [f"{label}{quantity(value, self.unit)}" for label, value in self._figures if value is not None]
         return f"{self.case}, {quantity_name(self.name, self.axis)}: {', '.join(said)}"
 
     @property
     def _figures(self) -> tuple[tuple[str, float | None], ...]:
-        return ("", self.before), ("now ", self.now), ("noise alone ", self.tolerance)
+        return ("", self.before), ("now ", self.now), ("tolerance ", self.tolerance)
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ class Trend:
 
     @property
     def rejects(self) -> bool:
-        """Whether a quantity has become worse by more than its noise."""
+        """Whether a quantity has become worse by more than its tolerance."""
         return bool(self.of(Kind.REGRESSION))
 
 
@@ -99,11 +101,12 @@ def compare(acceptance: Acceptance, baseline: Results) -> Trend:
     """Hold an acceptance against an earlier one.
 
     A quantity has changed where it differs by more than 3 standard deviations of the difference, sqrt(noise_before² +
-    noise_now²) each. Raises UserError where the two are of different machines, drive types, clocks, wires, cycles or limits.
+    noise_now²) each, and by more than its `resolution`: what noise does not reach is still no finer than that. Raises UserError
+    where the two are of different machines, drive types, clocks, wires, cycles or limits.
     """
     check_baseline(acceptance.bench, baseline)
     before, now = _quantities(baseline.cases), _quantities(acceptance.cases)
-    changes = [_change(key, before.get(key), now.get(key)) for key in dict.fromkeys((*now, *before))]
+    changes = [_change(acceptance.bench, key, before.get(key), now.get(key)) for key in dict.fromkeys((*now, *before))]
     cases = _changed_cases(_outcomes(baseline.cases), _outcomes(acceptance.cases))
     return Trend(baseline.bench.controller, baseline.version, tuple(changes), cases)
 
@@ -137,13 +140,13 @@ def _quantities(cases: Iterable[CaseResult | CasePart]) -> dict[_Key, Measured |
     }
 
 
-def _change(key: _Key, before: Measured | MeasuredPart | None, now: Measured | MeasuredPart | None) -> Change:
+def _change(bench: Bench, key: _Key, before: Measured | MeasuredPart | None, now: Measured | MeasuredPart | None) -> Change:
     values = [None if measured is None else _value(measured) for measured in (before, now)]
     tolerance = None
     if before is None or now is None:
         kind = Kind.NEW if before is None else Kind.GONE
     else:
-        tolerance = _tolerance(before, now)
+        tolerance = _tolerance(before, now, resolution(bench, key.unit, key.axis, _value(before)))
         kind = _kind(_value(before), _value(now), tolerance)
     return Change(*key, before=values[0], now=values[1], tolerance=tolerance, kind=kind)
 
@@ -153,13 +156,12 @@ def _value(measured: Measured | MeasuredPart) -> float:
     return measured.value if measured.value is not None and isfinite(measured.value) else inf
 
 
-def _tolerance(before: Measured | MeasuredPart, now: Measured | MeasuredPart) -> float | None:
+def _tolerance(before: Measured | MeasuredPart, now: Measured | MeasuredPart, least: float) -> float | None:
     """Where one of the two noises is not known, the other stands for it."""
     known = [measured.noise for measured in (before, now) if measured.noise is not None]
     if not known:
         return None
-    rounding = _ROUNDING * abs(before.value or 0.0)
-    return TIMES_NOISE * hypot(known[0], known[-1]) + rounding
+    return max(TIMES_NOISE * hypot(known[0], known[-1]), least) * (1.0 + _ROUNDING)
 
 
 def _kind(before: float, now: float, tolerance: float | None) -> Kind:

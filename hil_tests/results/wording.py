@@ -8,10 +8,12 @@ from typing import Protocol
 from hil_tests.results.acceptance import Acceptance
 from hil_tests.verdict import Failure, Measured, Outcome
 
+DIGITS = 4
+"""Of a quantity that are shown."""
+
 _NO_UNIT = "1"
 _SCALED = frozenset({"m", "rad", "s", "m/s", "rad/s"})
 _PREFIXES = ((0.1, 1.0, ""), (1e-4, 1e3, "m"), (1e-7, 1e6, "µ"), (0.0, 1e9, "n"))
-_DIGITS = 4
 _WORLDS_APART = 0.01
 
 
@@ -62,7 +64,7 @@ def _together(values: Iterable[float], unit: str) -> list[str]:
     if unit in _SCALED and largest > 0.0:
         factor, prefix = next((factor, prefix) for least, factor, prefix in _PREFIXES if largest >= least)
     shown = "" if unit == _NO_UNIT else f" {prefix}{unit}"
-    return [f"{factor * value:.{_DIGITS}g}{shown}".rstrip() for value in values]
+    return [f"{factor * value:.{DIGITS}g}{shown}".rstrip() for value in values]
 
 
 def quantity_name(name: str, axis: str | None) -> str:

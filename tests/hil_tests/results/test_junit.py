@@ -95,7 +95,7 @@ def test_what_has_become_worse_fails_a_case_of_its_own(tmp_path: Path) -> None:
         root = ET.parse(tmp_path / "junit.xml").getroot()
         assert (root.get("tests"), root.get("failures")) == ("2", str(failures))
     (failure,) = root.iter("failure")
-    said = "04_moves.single, tracking error, lift: 0.31 mm, now 0.41 mm, noise alone 4.243 µm"
+    said = "04_moves.single, tracking error, lift: 0.31 mm, now 0.41 mm, tolerance 4.243 µm"
     assert failure.get("message") == said
     assert "Worse than reference & <co> by more than noise" in (failure.text or "")
 

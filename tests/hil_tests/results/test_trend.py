@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf, nan
+from math import inf, nan, pi
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from hil_tests.bench import Bench
 from hil_tests.results.acceptance import Acceptance
 from hil_tests.results.results_file import Results, read_results, write_results
 from hil_tests.results.trend import CaseChange, Change, Kind, Trend, compare
-from hil_tests.verdict import CaseResult, Outcome
+from hil_tests.verdict import CaseResult, Measured, Outcome
 
 
 @pytest.fixture
@@ -69,9 +69,41 @@ def test_noise_alone_hardly_ever_rejects(folder: Path) -> None:
     assert 0 < len(compare(now, baseline).of(Kind.REGRESSION)) < 18
 
 
-def test_a_quantity_without_noise_may_not_become_worse_at_all(folder: Path) -> None:
-    assert kind(folder, BOOT, with_value(BOOT, 0.43, 0.0)) is Kind.REGRESSION
-    assert kind(folder, BOOT, with_value(BOOT, 0.42 * (1 + 1e-12), 0.0)) is Kind.WITHIN_NOISE
+STEPS = [
+    ("rad", "rotate", 2 * pi / 2**20 / 50),  # the encoder's increments, behind a gear of 50 : 1
+    ("rad/s", "stretch", 2 * pi / 2**20 / 50 / 0.001),  # one of them in a cycle
+    ("N·m", "rotate", 0.0005 * 0.4 * 50),  # the current sensor's step of 0.0005 of rated torque 0.4 N·m
+    ("s", None, 0.001),  # the cycle, of which time in lockstep is made
+]
+
+
+@pytest.mark.parametrize(("unit", "axis", "step"), STEPS)
+def test_a_quantity_without_noise_may_become_worse_by_what_it_is_resolved_to(
+    folder: Path, unit: str, axis: str | None, step: float
+) -> None:
+    def of(value: float) -> CaseResult:
+        return replace(MOVE, measured=(Measured("figure", value, unit, axis, noise=0.0),))
+
+    assert kind(folder, of(0.3 * step), of(1.3 * step)) is Kind.WITHIN_NOISE
+    assert kind(folder, of(0.3 * step), of(1.31 * step)) is Kind.REGRESSION
+    assert kind(folder, of(0.0), of(1.01 * step)) is Kind.REGRESSION
+
+
+def test_figures_that_are_shown_alike_are_alike(folder: Path) -> None:
+    """Without noise and without a step of its own the last of four digits counts."""
+    assert kind(folder, BOOT, with_value(BOOT, 0.42009, 0.0)) is Kind.WITHIN_NOISE
+    assert kind(folder, BOOT, with_value(BOOT, 0.42011, 0.0)) is Kind.REGRESSION
+    tracking = with_value(MOVE, 1.51354e-3, 0.0)
+    assert kind(folder, tracking, with_value(MOVE, 1.5144e-3, 0.0)) is Kind.WITHIN_NOISE
+    assert kind(folder, tracking, with_value(MOVE, 1.5147e-3, 0.0)) is Kind.REGRESSION
+
+
+def test_on_the_wall_clock_a_time_is_as_fine_as_it_was_taken(folder: Path) -> None:
+    """SYNC's jitter is a small part of a cycle."""
+    bench = BENCH.model_copy(update={"clock": "realtime"})
+    before, now = (replace(MOVE, measured=(Measured("SYNC jitter, 99 %", value, "s", noise=0.0),)) for value in (5e-5, 8e-5))
+    write_results(Acceptance(bench, (before,), digest=""), folder / "results.json")
+    assert compare(Acceptance(bench, (now,), digest=""), read_results(folder / "results.json")).rejects
 
 
 def test_a_change_whose_noise_nobody_knows_is_told_and_does_not_reject(folder: Path) -> None:
