@@ -190,7 +190,9 @@ def _check_real(bench: Bench, path: Path, real: bool) -> None:
     if bench.bus == EMBEDDED:
         raise UserError(f"{path}: bus: {EMBEDDED} is made for a case, and real drives are on none; write for example can0")
     if not (is_copper(bench.bus) or bench.real.any_bus):
-        raise UserError(f"{path}: bus: {bench.bus} is not the name of copper, as can0 is; where it is meant, say real: any_bus")
+        raise UserError(
+            f"{path}: bus: {bench.bus} is not the name of copper, as can0 is; where it is meant, add any_bus: true to real"
+        )
     if bench.clock != "realtime":
         raise UserError(f"{path}: clock: real drives keep time by themselves; write clock: realtime")
     if bench.copper or bench.truth is not None:

@@ -12,7 +12,7 @@ from hil_tests.task import Task, TaskName
 _MOVES: Mapping[TaskName, str] = {
     "boot": "nothing moves",
     "enable": "every axis is enabled and holds where it stands",
-    "home": "every axis goes to its switch",
+    "home": "every axis goes to its switch, and from there into its limits",
     "identify": "every axis goes to its switch, then to and fro within its limits",
     "feed_forward": "every axis goes to its switch, then to and fro within its limits",
     "soak": "every axis goes to its switch, then to and fro within its limits",

@@ -24,11 +24,11 @@ LISTEN = 0.02
 class RealStand:
     """Real drives on a bus that is there, and the controller's starts on it. Time is the wall clock's since the case began."""
 
-    def __init__(self, bench: Bench, scenario: Scenario, folder: Path, bus: can.BusABC) -> None:
-        """`folder` gets controller.log and what the controller writes."""
+    def __init__(self, bench: Bench, scenario: Scenario, folder: Path, bus: can.BusABC, began: float) -> None:
+        """`folder` gets controller.log and what the controller writes; `began` [s] is before `bus` was joined."""
         self._bench, self._scenario, self._folder, self._bus = bench, scenario, folder, bus
         self._nodes = tuple(axis.node_id for axis in bench.virtual.axes.values())
-        self._began = time.time()
+        self._began = began
         self._frames: list[BusFrame] = []
         self._left_behind: list[str] = []
 
@@ -110,8 +110,9 @@ def run_real_case(bench: Bench, scenario: Scenario, folder: Path) -> Evidence:
 
     Raises UserError where the bus is not there or the controller cannot be started.
     """
+    began = time.time()
     bus = open_bus(bench.bus)
     try:
-        return RealStand(bench, scenario, folder, bus).run()
+        return RealStand(bench, scenario, folder, bus, began).run()
     finally:
         bus.shutdown()

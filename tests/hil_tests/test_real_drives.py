@@ -37,7 +37,7 @@ SCARA = Path("hil_tests/benches/scara.yaml")
     ("changes", "said"),
     [
         ({"bus": "embedded"}, "embedded is made for a case, and real drives are on none"),
-        ({"real": {"limits": "limits.yaml"}}, "unix:/nowhere is not the name of copper, as can0 is; .* say real: any_bus"),
+        ({"real": {"limits": "limits.yaml"}}, "unix:/nowhere is not the name of copper, .* add any_bus: true to real"),
         ({"clock": "sync"}, "clock: real drives keep time by themselves"),
         ({"copper": True}, "copper: their wire is not modelled where drives are real"),
         ({"truth": "own.json"}, "truth: their plant is not modelled|no effects file"),
@@ -145,7 +145,7 @@ def test_what_moves_is_said_in_the_order_of_the_cases(tmp_path: Path) -> None:
         "Homing leaves this travel: it ends at the switch.",
         "01_boot.configured: nothing moves",
         "02_enable.enable: every axis is enabled and holds where it stands",
-        "03_homing.home: every axis goes to its switch",
+        "03_homing.home: every axis goes to its switch, and from there into its limits",
         "04_moves.to_and_fro: every axis goes to its switch, then slide -0.05 .. 0.1 m",
     ]
 
