@@ -97,7 +97,7 @@ def select_causes(
         if number > 0 and not something_left(state) and not _drive_left(steps[-1]) and not strained(state):
             break
         progress(f"step {number + 1}: every effect on every axis", 1.0)
-        answers = without_refuted(state, worth_telling(state, hypotheses(state)))
+        answers = worth_telling(state, hypotheses(state))
         chosen = choice(state, answers) if number < MOST_EFFECTS else None
         steps.append(Step(state, answers, chosen))
         if chosen is None or chosen.found is None or chosen.axis is None:
@@ -213,11 +213,11 @@ def choice(state: State, answers: Sequence[Hypothesis]) -> Hypothesis | None:
 
 
 def worth_telling(state: State, answers: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Without effects that hardly cost anything: they are but another name for nothing more."""
-    return [one for one in answers if one.found is None or matters(state, one, answers)]
+    """Without effects that hardly cost anything: they are but another name for nothing more. Nor a `none` that is refuted."""
+    return without_refuted(state, [one for one in answers if one.found is None or matters(state, one, answers)])
 
 
-def without_refuted(state: State, answers: Sequence[Hypothesis]) -> Sequence[Hypothesis]:
+def without_refuted(state: State, answers: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Without `none` where an effect is chosen that stands behind it.
 
     The model to the letter moves no parameter, which costs it nothing; while two strong effects are missing few rows count, and

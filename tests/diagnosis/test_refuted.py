@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from rig_bench import compared, strokes
 
+from diagnosis import selection
 from diagnosis.comparison import Comparison
 from diagnosis.hypotheses import Hypothesis, State
 from diagnosis.regression import Regression
 from diagnosis.search import Found
-from diagnosis.selection import without_refuted
+from diagnosis.selection import Step, placed, reconsidered, without_refuted
 from emulator.effects.transmission_error import TransmissionError
 
 NOISE = {"turn": 0.1, "lift": 0.5}
@@ -57,3 +58,13 @@ def test_it_stands_where_nothing_is_above_the_floor(state: State) -> None:
     answers = [answer(state, "none", 1.1, 100.0), answer(state, "transmission_error", 0.9, 99.0)]
     kept = without_refuted(state, [*answers, answer(state, "nominal", 1.0, 70.0)])
     assert kept[0].effect == "none"
+
+
+def test_nor_does_it_where_the_only_choice_is_made_again(state: State, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The answers are told in the order of their evidence: with `none` first, the step would tell that nothing is missing."""
+    answers = [answer(state, "none", 15.0, 100.0), answer(state, "transmission_error", 8.0, 99.0)]
+    answers.append(answer(state, "nominal", 13.0, 70.0))
+    monkeypatch.setattr(selection, "hypotheses", lambda _state, _known: answers)
+    own = placed(state.comparison, "turn", TransmissionError(0.001, 2.0, 0.0))
+    again, _ = reconsidered(state.comparison, [], NOISE, [Step(state, answers[1:], answers[1])], (own,))
+    assert again[0].answers[0].effect == "transmission_error"
