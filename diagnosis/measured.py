@@ -31,7 +31,7 @@ WIDE = 2.5
 """The motion that effects see is filtered this many times wider than what is compared: their torque is filtered once more."""
 RIGID_RATE = 3.0
 """The rigid model is evaluated at so many samples a period of the motion's own cut-off, and joined by a cubic spline."""
-SAMPLED = ("position", "velocity", "acceleration", "torque", "time", "rigid_torque", "inertia")
+SAMPLED = ("position", "velocity", "acceleration", "torque", "time", "rigid_torque", "inertia", "from_others")
 """Fields of a motion that are samples."""
 HARDLY_COUPLED = 1e-3
 """Of the inertias of two axes, that the one between them must be to count."""
@@ -146,6 +146,7 @@ def prepare(simulation: Simulation, recording: Recording, cutoff_hz: float, stan
             rigid_torque=rigid[:, k].copy(),
             inertia=inertia[:, k, k].copy(),
             rotor_inertia=float(simulation.model.dof_armature[simulation.dof(axis)]),
+            from_others=_from_others(inertia[:, k], kinematics.acceleration, k),
         )
         chosen = select(narrow[axis], standstill[axis], 0.0)
         sticks = _sticks(motion, standstill[axis], chosen.fitted, round(STANDSTILL_REACH * reach(period, cutoff)))
@@ -215,6 +216,11 @@ def _inertia(simulation: Simulation, kinematics: Kinematics, stride: int) -> Arr
         columns.append(simulation.torques(Kinematics(few.position, rest, unit)) - still)
     whole = [between(column, len(kinematics.position), stride) for column in columns]
     return np.stack(whole, axis=2)
+
+
+def _from_others(inertia: Array, acceleration: Array, k: int) -> Array:
+    """Torque (n,) of axis k that the others' accelerations cost; both (n, axes)."""
+    return np.asarray(np.einsum("nj,nj->n", inertia, acceleration) - inertia[:, k] * acceleration[:, k])
 
 
 def _coupling(axes: Sequence[str], inertia: Array) -> dict[tuple[str, str], Array]:

@@ -132,7 +132,8 @@ def _of_timing(comparison: Comparison) -> list[Nominal]:
 
 
 def _slope(dynamics: AxisDynamics, run: Run, own: AxisRun) -> Array:
-    simulated = own.motion.rigid_torque + own.motion.kept(dynamics.friction, dynamics.friction.resistance)
+    friction = own.motion.kept(dynamics.friction, dynamics.friction.resistance)
+    simulated = own.motion.rigid_torque - own.motion.from_others + friction
     return run.felt(own, derivative(simulated, run.period))
 
 

@@ -15,7 +15,8 @@ class Motion:
 
     Position, as the encoder tells it, and its derivatives; `torque` is the motor's as the drive reports it, times the gear
     ratio. `rigid_torque` is what the frictionless rigid machine needs for this motion, `inertia` its d torque / d acceleration,
-    both with the motor; `rotor_inertia` is the motor's share of it. Samples stand in equal steps.
+    both with the motor; `rotor_inertia` is the motor's share of it. `from_others`: what of `rigid_torque` the other axes'
+    accelerations cost. Samples stand in equal steps.
     """
 
     position: NDArray[np.float64]
@@ -26,6 +27,7 @@ class Motion:
     rigid_torque: NDArray[np.float64]
     inertia: NDArray[np.float64]
     rotor_inertia: float
+    from_others: NDArray[np.float64] | float = 0.0
     _kept: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def kept(self, key: Hashable, made: Callable[[Motion], NDArray[np.float64]]) -> NDArray[np.float64]:

@@ -29,8 +29,9 @@ class Delay(AxisEffect):
         return replace(axis, encoder=replace(axis.encoder, delay=self.delay))
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        torque = needed_torque(motion, axis)
-        return np.asarray(np.interp(motion.time + self.delay, motion.time, torque) - torque)
+        """The torque goes with the axis's own, later position; the other axes were read when they were there."""
+        own = needed_torque(motion, axis) - motion.from_others
+        return np.asarray(np.interp(motion.time + self.delay, motion.time, own) - own)
 
     def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         joint = needed_acceleration(motion, axis)
