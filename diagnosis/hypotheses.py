@@ -16,7 +16,7 @@ from diagnosis.model_search import model_starts, polynomial
 from diagnosis.nominal import Nominal, like
 from diagnosis.regression import Fitted, Regression
 from diagnosis.result import NONE
-from diagnosis.search import Found, Predict, coarse, less, moved, refined, tangents
+from diagnosis.search import Found, Predict, coarse, less, moved, tangents
 from diagnosis.side_by_side import side_by_side
 from drivetwin.errors import UserError
 from emulator.dynamics import AxisDynamics
@@ -63,7 +63,7 @@ LEAST_MEMORY = 10.0
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """One answer: an effect on an axis with what it costs, or `none` (axis None). `evidence` in nats.
+    """One answer: an effect on an axis with what it costs, or `none` or "nominal" (axis None). `evidence` in nats.
 
     Of a drive's effect, `drive_gain` is what the drive's law brings to the evidence, `drive_left` the share of its squared
     error that stays.
@@ -111,7 +111,7 @@ def state_with(
     for number, placed in enumerate(selected):
         if isinstance(placed.effect, DriveEffect):
             continue
-        predict = predictor(comparison, placed.axis, placed.effect, before(comparison, selected[:number]))
+        predict = predictor(comparison, placed.axis, placed.effect, comparison.simulation.dynamics(selected[:number]))
         for axis, rows in predict(placed.effect).items():
             target[axis] = target[axis] - rows
         free = tangents(placed.effect, predict)
@@ -124,11 +124,6 @@ def state_with(
         residual = regression.residual(regression.fit())
         regression = regression.rescaled(scales(comparison, residual, noise))
     return State(comparison, nominals, selected, dynamics, regression, noise)
-
-
-def before(comparison: Comparison, selected: tuple[PlacedEffect, ...]) -> Mapping[str, AxisDynamics]:
-    """What each axis is with some effects."""
-    return comparison.simulation.dynamics(selected)
 
 
 def predictor(comparison: Comparison, axis: str, effect: Effect, dynamics: Mapping[str, AxisDynamics]) -> Predict:
@@ -178,7 +173,7 @@ def memory(comparison: Comparison, axis: str, residual: Array) -> float:
 def hypotheses(state: State, known: PlacedEffect | None = None) -> list[Hypothesis]:
     """Every answer of this step, most evident first; among them an effect that is known, searched from where it is."""
     reference = state.regression.fit()
-    tried = _refine(state, _coarse(_sample_of(state)), known)
+    tried = _refine(state, [*_promising(_coarse(_sample_of(state))), *_start_at(state, known)])
     answers = [_of(found) for found in tried]
     answers.extend(_of_drives(state, reference))
     answers.append(_nominal(reference))
@@ -193,8 +188,7 @@ def in_place_of(state: State, kind: type[ModelEffect], axis: str, parameters: fr
     None where the axis cannot have it, or nothing of it is felt.
     """
     changed = replace(state, regression=state.regression.standing_for(kind.name, axis, parameters))
-    begun = [(found, LEAST_GAIN) for found in model_starts(state.comparison, changed.regression, axis, kind)]
-    tried = [_of(found) for found in _refine(changed, begun, None)]
+    tried = [_of(found) for found in _refine(changed, model_starts(state.comparison, changed.regression, axis, kind))]
     if not tried:
         return None
     answers = rated(changed, [*tried, _nominal(state.regression.fit())])
@@ -313,48 +307,58 @@ def _coarse(state: State) -> list[tuple[Found, float]]:
     return [(one, state.regression.evidence(one.fitted) - least) for one in found]
 
 
-def _refine(state: State, coarse_found: Sequence[tuple[Found, float]], known_effect: PlacedEffect | None) -> list[Found]:
-    regression = state.regression
+def _promising(coarse_found: Sequence[tuple[Found, float]]) -> list[Found]:
+    """Starts that bring enough to be refined, best first."""
     best = max((gain for _, gain in coarse_found), default=0.0)
-    promising = [(one, gain) for one, gain in coarse_found if gain >= max(LEAST_GAIN, SHARE_OF_BEST * best)]
-    begun = [found for found, _ in sorted(promising, key=lambda pair: -pair[1])]
-    if known_effect is not None and not isinstance(known_effect.effect, DriveEffect):
-        begun.append(Found(known_effect.axis, known_effect.effect, {}, regression.fit()))
+    enough = [(one, gain) for one, gain in coarse_found if gain >= max(LEAST_GAIN, SHARE_OF_BEST * best)]
+    return [found for found, _ in sorted(enough, key=lambda pair: -pair[1])]
+
+
+def _start_at(state: State, known: PlacedEffect | None) -> list[Found]:
+    """A known effect as a start; a drive's is no matter of a local search."""
+    if known is None or isinstance(known.effect, DriveEffect):
+        return []
+    return [Found(known.axis, known.effect, {}, state.regression.fit())]
+
+
+def _refine(state: State, begun: Sequence[Found]) -> list[Found]:
+    """Each effect on each axis as the best of its local searches leaves it, but for those that make no mechanism."""
+    regression = state.regression
     done: dict[tuple[str, str], Found] = {}
-    for found in begun:
+    for start in begun:
         try:
-            predict = predictor(state.comparison, found.axis, found.effect, state.dynamics)
-            better = refined(_weighed(state, found.effect, found.axis, predict), found, predict)
-            better = _again(_weighed(state, better.effect, found.axis, predict), better)
-            state.comparison.simulation.dynamics((*state.selected, PlacedEffect(found.axis, better.effect, {})))
+            better = _searched(state, start.effect, start.axis)
+            state.comparison.simulation.dynamics((*state.selected, PlacedEffect(start.axis, better.effect, {})))
         except UserError:
             continue
         if isinstance(better.effect, TemperatureDrift) and better.effect.time_constant > MOST_DRIFT * state.comparison.span:
             continue
-        key = (found.effect.name, found.axis)
+        key = (start.effect.name, start.axis)
         known = done.get(key)
         if known is None or regression.evidence(better.fitted) > regression.evidence(known.fitted):
             done[key] = better
     return list(done.values())
 
 
-def _weighed(state: State, effect: Effect, axis: str, predict: Predict) -> Regression:
+def _searched(state: State, start: Effect, axis: str) -> Found:
+    """An effect moved to where least is left, and everything else fitted beside it."""
+    predict = predictor(state.comparison, axis, start, state.dynamics)
+    held = state.regression.replaced_by(start.name, axis)
+    effect = moved(_weighed(state, predict(start), held), start, predict, held)
+    column = predict(effect)
+    fitted = _weighed(state, column, held).fit(target=less(state.regression.target, column), held=held)
+    return Found(axis, effect, column, fitted)
+
+
+def _weighed(state: State, column: Column, held: frozenset[int]) -> Regression:
     """The regression, its rows weighed by what an effect leaves: nominal parameters move as far as beside a selected one.
 
     By what is left without it, they would hardly move where the effect is large, and another that looks like their deviation
     would be taken in its place.
     """
-    regression = state.regression
-    target = less(regression.target, predict(effect))
-    fitted = regression.fit(target=target, held=regression.replaced_by(effect.name, axis))
-    left = regression.residual(fitted, target=target)
-    return regression.rescaled(scales(state.comparison, left, state.noise))
-
-
-def _again(regression: Regression, found: Found) -> Found:
-    """The same effect, everything else fitted anew."""
-    held = regression.replaced_by(found.effect.name, found.axis)
-    return replace(found, fitted=regression.fit(target=less(regression.target, found.column), held=held))
+    target = less(state.regression.target, column)
+    left = state.regression.residual(state.regression.fit(target=target, held=held), target=target)
+    return state.regression.rescaled(scales(state.comparison, left, state.noise))
 
 
 def settled(
@@ -383,11 +387,6 @@ def settled(
                 continue
             selected = changed
     return selected
-
-
-def column_of(state: State, placed: PlacedEffect) -> Column:
-    """What a selected effect costs on the compared rows."""
-    return predictor(state.comparison, placed.axis, placed.effect, state.dynamics)(placed.effect)
 
 
 def _rms(values: Array) -> float:

@@ -9,7 +9,7 @@ from math import exp, log
 import numpy as np
 
 from diagnosis.comparison import Array, Comparison
-from diagnosis.hypotheses import State
+from diagnosis.hypotheses import NOMINAL, State
 from diagnosis.result import NONE, UNKNOWN, Prediction
 from diagnosis.selection import Deviation, Selection, Step, costliest
 
@@ -93,7 +93,7 @@ def answers_of(step: Step, selection: Selection, unseen: Unseen) -> list[Answer]
     told: list[Answer] = [Answer(UNKNOWN, worst_axis(selection.final), unknown, None)]
     for number, (one, share) in enumerate(zip(step.answers, shares, strict=True)):
         part = float(share) * (1.0 - unknown)
-        if one.effect == "nominal":
+        if one.effect == NOMINAL:
             told.append(_parameters(step, selection, part))
         else:
             told.append(Answer(one.effect, one.axis, part, number))

@@ -70,14 +70,6 @@ def coarse(
     return sorted(found, key=lambda one: -regression.evidence(one.fitted))[:STARTS_REFINED]
 
 
-def refined(regression: Regression, found: Found, predict: Predict) -> Found:
-    """The effect with its own parameters moved to where least is left, coefficients of everything else fitted along."""
-    held = regression.replaced_by(found.effect.name, found.axis)
-    effect = moved(regression, found.effect, predict, held)
-    column = predict(effect)
-    return Found(found.axis, effect, column, regression.fit(target=less(regression.target, column), held=held))
-
-
 def moved(regression: Regression, effect: Effect, predict: Predict, held: frozenset[int]) -> Effect:
     """The local search: least squares in a trust region (Branch, Coleman, Li 1999) within bounds, all else projected out."""
     movable = movable_fields(effect)
