@@ -31,7 +31,7 @@ from diagnosis.wording import fitted_note
 from drivetwin.errors import UserError
 from drivetwin.motion.axis_motion import measured_position
 from drivetwin.recording.recording import Recording
-from emulator.effects import DriveEffect, PlacedEffect
+from emulator.effects import PlacedEffect
 from emulator.effects.payload import Payload
 from emulator.effects.stribeck import Stribeck
 
@@ -250,23 +250,10 @@ class _Judge:
             one.axis,
             one.probability,
             intervals(self.selection.final, step.state, tried, chosen),
-            self._shrink(before, tried),
+            self._closed(Patch(before), Patch(in_order([*before, tried])), tried.axis),
             others,
             tell_apart(one.effect, others),
         )
-
-    def _shrink(self, before: tuple[PlacedEffect, ...], tried: PlacedEffect) -> Shrink | None:
-        if self.found[tried.axis].on_fitted_only:  # nothing to close on the validation data
-            return None
-        with_it = Patch(in_order([*before, tried]))
-        try:
-            earlier = self._predicted(Patch(before))
-            if isinstance(tried.effect, DriveEffect):
-                earlier = [replace_after(each) for each in self._predicted(with_it)]
-            later = self._predicted(with_it)
-        except UserError:  # no mechanism together with what was selected before
-            return None
-        return shrink(earlier, later, tried.axis, self.noise[tried.axis].floor, self.settings.seed)
 
     def _parameter(self, number: int, one: Answer, before: Patch, state: State) -> Cause:
         """A parameter of the model as a cause; one that was not found off, with what a fit of the step's state gives."""
@@ -285,11 +272,11 @@ class _Judge:
         return Cause(number, one.effect, one.axis, one.probability, parameters, closed, others, told)
 
     def _closed(self, before: Patch, later: Patch, axis: str) -> Shrink | None:
-        if self.found[axis].on_fitted_only:
+        if self.found[axis].on_fitted_only:  # nothing to close on the validation data
             return None
         try:
             first, last = self._predicted(before), self._predicted(later)
-        except UserError:  # friction lowered beside the effects could push
+        except UserError:  # no mechanism with what was selected before: friction lowered beside the effects could push
             return None
         return shrink(first, last, axis, self.noise[axis].floor, self.settings.seed)
 
@@ -358,12 +345,6 @@ def _verdict(found: Diagnosis) -> Verdict:
 def _torque_rms(predictions: Sequence[Prediction], axis: str) -> float:
     torque = np.concatenate([each.axes[axis].measured[each.axes[axis].used] for each in predictions])
     return float(np.sqrt(np.mean(torque**2))) if torque.size else 0.0
-
-
-def replace_after(prediction: Prediction) -> Prediction:
-    """What is predicted before, as if it were what is predicted after."""
-    axes = {name: replace(one, after=one.before) for name, one in prediction.axes.items()}
-    return replace(prediction, axes=axes)
 
 
 def patch_of(comparison: Comparison, selection: Selection) -> Patch:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,8 @@ def shrink(
     are drawn anew (Carlstein 1986), twice over, once for what was seen and once for what will be, and BETWEEN_MOTIONS is added,
     for other motion has other regimes. None where the axis never moves or has no gap.
     """
-    first, last = _block_sums(before, axis), _block_sums(with_it, axis)
+    asked = [_asked(each, later, axis) for each, later in zip(before, with_it, strict=True)]
+    first, last = _block_sums(asked, axis), _block_sums(with_it, axis)
     if first.sum() <= 0.0 or len(first) < 2:
         return None
     count = sum(int(each.axes[axis].used.sum()) for each in before)
@@ -43,6 +45,12 @@ def shrink(
     factor = float(np.exp(TWO_SIDED_90 * deviation))
     interval = (float(1.0 - left * factor), float(1.0 - left / factor))
     return Shrink(float(closed), interval, float(min(1.0, of_explainable)))
+
+
+def _asked(before: Prediction, with_it: Prediction, axis: str) -> Prediction:
+    """What is predicted before one more effect; of a drive's, with what the drive withheld, for its law asked for that."""
+    own, later = before.axes[axis], with_it.axes[axis]
+    return replace(before, axes={axis: replace(own, after=own.after + later.before - own.before)})
 
 
 def _block_sums(predictions: Sequence[Prediction], axis: str) -> Array:

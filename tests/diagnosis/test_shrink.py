@@ -98,3 +98,14 @@ def _still(prediction: Prediction) -> Prediction:
 def _width(found: Shrink) -> float:
     """Of the interval, on the logarithm of what is left."""
     return float(np.log((1.0 - found.ci90[0]) / (1.0 - found.ci90[1])))
+
+
+def test_a_drives_effect_closes_what_the_drive_withheld_and_not_what_an_effect_before_it_costs() -> None:
+    """That costs 3; the drive gave 1 less than its law asks for; 0.2 is what nothing explains."""
+    own = axis_of(TIME, 3.2 * ONES, after=0.2 * ONES)
+    before, later = (
+        [recording_of(TIME, {"rotate": replace(own, before=own.before + withheld)})] for withheld in (0.0, 1.0)
+    )
+    found = shrink(before, later, "rotate", 0.0, 0)
+    assert found is not None
+    assert found.validation == pytest.approx(1.0 - 0.2**2 / (3.2 - 3.0 - 1.0) ** 2)
