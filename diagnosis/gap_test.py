@@ -11,13 +11,17 @@ from scipy import stats
 from diagnosis.prediction import gap_rms
 from diagnosis.result import Prediction
 
-NAME = "one-sided chi-square test of the gap's mean square against the noise's; twice the less of validation and fitted motion"
+NAME = (
+    "one-sided chi-square test of the gap's mean square against the noise's, on the validation and on the fitted motion; "
+    "p is twice the smaller of the two"
+)
 
 NOISE_KNOWN_TO = 0.25
 """Relative error of a noise level that is told from a spectrum or a few repetitions; the test allows for it."""
 SMALLEST_SHARE_OF_TORQUE = 0.002
 """Of the torque's rms: a gap below is no machine's but arithmetic's, a filter's or a rounding's."""
 SIGNIFICANT = 0.01
+"""p-value below which there is a gap."""
 BANDWIDTH = 1.0
 """Statistical bandwidth of the zero-phase filter in cut-offs, (int S)² / int S²: two passes of a 4th-order Butterworth."""
 

@@ -108,7 +108,7 @@ def _causes(diagnosis: Diagnosis) -> str:
     outcome = f"<b>patched.xml</b> with <b>effects.json</b> adds {escape(added)}." if added else "No effect is added."
     return (
         f'<section class="causes"><h2>What causes it</h2>{"".join(steps)}<p>{outcome}</p>'
-        '<p class="note">The answers of a step share one probability, given the effects selected before. Parameters and gap '
+        '<p class="note">The answers of a step share one probability, given the other effects selected. Parameters and gap '
         "closed with 90 % intervals; gap closed is the share of the gap's energy on the validation data that the effect takes "
         "away.</p></section>"
     )
