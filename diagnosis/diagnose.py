@@ -20,12 +20,24 @@ from diagnosis.nominal import nominal_parameters
 from diagnosis.patterns import patterns
 from diagnosis.prediction import Patch, gap_rms, predict
 from diagnosis.probability import Answer, Unseen, answers_of, answers_of_deviation
-from diagnosis.result import NONE, UNKNOWN, AxisGap, Cause, Diagnosis, Estimate, FittedGap, Prediction, Shrink, Verdict
+from diagnosis.result import (
+    NONE,
+    TWO_SIDED_90,
+    UNKNOWN,
+    AxisGap,
+    Cause,
+    Diagnosis,
+    Estimate,
+    FittedGap,
+    Prediction,
+    Shrink,
+    Verdict,
+)
 from diagnosis.selection import Deviation, Off, Selection, Step, as_effects, deviations, groups, in_order, placed, select_causes
 from diagnosis.settings import DiagnosisSettings
 from diagnosis.shrink import shrink
 from diagnosis.simulation import Simulation, simulation
-from diagnosis.spread import TWO_SIDED_90, intervals
+from diagnosis.spread import intervals
 from diagnosis.where import regimes
 from diagnosis.wording import fitted_note
 from drivetwin.errors import UserError

@@ -14,7 +14,7 @@ from diagnosis.comparison import Column, Comparison
 from diagnosis.drive_search import drive_effects
 from diagnosis.model_search import model_starts, polynomial
 from diagnosis.nominal import Nominal, like
-from diagnosis.regression import Fitted, Regression
+from diagnosis.regression import FIRST_MEMORY, Fitted, Regression
 from diagnosis.result import NONE
 from diagnosis.search import Found, Predict, coarse, less, moved, tangents
 from diagnosis.side_by_side import side_by_side
@@ -35,6 +35,8 @@ OF_POSITION = frozenset(
     | {"torque_ripple", "transmission_error"}
 )
 """Effects that are a function of the absolute position, or of the moment at which it was counted."""
+SELECTED_SPREAD = 0.5
+"""Standard deviation of a selected effect's parameter about its value, in its own size: it may move beside another."""
 MOST_DRIFT = 1.5
 """Times what was recorded, beyond which a time constant is no drift but another level."""
 LEAST_GAIN = 2.0
@@ -53,8 +55,6 @@ DRIVE_MEMORY = 20.0
 """Rows of a drive's law that count as one."""
 LONGEST_MEMORY = 2.0
 """Residuals further apart than this are taken as independent [s]."""
-FIRST_MEMORY = 10.0
-"""Rows that count as one, before any residual is known."""
 ROUNDS = 2
 """In which effects are moved in turn beside each other."""
 LEAST_MEMORY = 10.0
@@ -116,8 +116,8 @@ def state_with(
             target[axis] = target[axis] - rows
         free = tangents(placed.effect, predict)
         columns.extend(free)
-        spreads.extend([0.5] * len(free))
-    scale = {axis: max(_rms(rows), 1e-12) * np.sqrt(10.0) for axis, rows in target.items()}
+        spreads.extend([SELECTED_SPREAD] * len(free))
+    scale = {axis: max(_rms(rows), 1e-12) * np.sqrt(FIRST_MEMORY) for axis, rows in target.items()}
     stands_for = {("delay", one.axis): frozenset({k}) for k, one in enumerate(nominals) if one.timing and one.axis}
     regression = Regression(comparison, columns, spreads, target, scale, noise, stands_for)
     for _ in range(2):

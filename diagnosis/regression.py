@@ -17,6 +17,8 @@ from diagnosis.comparison import FOLDS, Column, Comparison
 
 Array = NDArray[np.float64]
 
+FIRST_MEMORY = 10.0
+"""Rows that count as one, before any residual is known."""
 HELD = 1e30
 """Inverse variance of a coefficient that may not move."""
 
@@ -107,7 +109,7 @@ class Regression:
         told = -fitted.prior_cost
         for axis, rows in self.rows.items():
             if rows:
-                independent = rows / (rows_as_one[axis] if rows_as_one else 10.0)
+                independent = rows / (rows_as_one[axis] if rows_as_one else FIRST_MEMORY)
                 told -= 0.5 * independent * float(np.log(fitted.held_out[axis] / rows + self.floor[axis] ** 2))
         return told
 

@@ -14,6 +14,8 @@ from emulator.effects import PlacedEffect
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+TWO_SIDED_90 = 1.645
+"""Standard deviations to either side of a normal 90 % interval."""
 UNKNOWN, NONE = "unknown", "none"
 """Answers beside the effects: a gap that no effect explains, and no gap (more)."""
 

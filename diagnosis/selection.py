@@ -34,8 +34,8 @@ FAR_OFF = 2.5
 """Standard deviations from which a nominal parameter counts as off by more than it usually is."""
 ABSORBED = 1.5
 """Nats by which parameters of the model must be further off without an effect, to count as standing in for it."""
-MUCH = 0.12
-"""Share of the squared residual that is much."""
+MUCH, MUCH_OF_FLOOR = 0.12, 4.0
+"""Shares of the squared residual and of the squared floor that are much."""
 PARAMETER_EVIDENCE = 4.0
 """Nats that a nominal parameter must bring to be named."""
 LEAST_FELT = 0.3
@@ -116,10 +116,10 @@ def select_causes(
         off = forward(state)
         nominals = freed
     kept = [nominals[number] for group in off for number in group.numbers] + [one for one in nominals if one.timing]
-    if selected and len(kept) < len(nominals):
-        state = state_with(comparison, kept, selected, noise)
-        selected = settled(state, selected, state.regression.scale)
     state = state_with(comparison, kept, selected, noise)
+    if selected:
+        selected = settled(state, selected, state.regression.scale)
+        state = state_with(comparison, kept, selected, noise)
     return Selection(steps, selected, deviations(state, renumbered(off)), state)
 
 
@@ -237,7 +237,7 @@ def takes_much(state: State, best: Hypothesis, answers: Sequence[Hypothesis]) ->
     for axis in state.regression.axes:
         rows = max(state.regression.rows[axis], 1)
         taken = (plain.held_out[axis] - best.held_out[axis]) / rows
-        if taken > max(MUCH * plain.held_out[axis] / rows, 4.0 * state.noise[axis] ** 2):
+        if taken > max(MUCH * plain.held_out[axis] / rows, MUCH_OF_FLOOR * state.noise[axis] ** 2):
             return best.evidence > plain.evidence
     return False
 

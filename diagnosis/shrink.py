@@ -8,14 +8,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.result import Prediction, Shrink
+from diagnosis.result import TWO_SIDED_90, Prediction, Shrink
 
 Array = NDArray[np.float64]
 
 BLOCK = 1.0
 """Of contiguous time that is drawn together [s]."""
 DRAWS = 400
-TWO_SIDED_90 = 1.645
 BETWEEN_MOTIONS = 0.35
 """Standard deviation of the logarithm of the share that is left, from one motion to another: measured (docs/diagnosis.md)."""
 

@@ -7,20 +7,21 @@ from collections.abc import Mapping
 import numpy as np
 
 from diagnosis.hypotheses import State, state_with
-from diagnosis.result import Estimate
+from diagnosis.result import TWO_SIDED_90, Estimate
 from diagnosis.search import movable_fields
 from diagnosis.selection import covariance, in_order
 from drivetwin.errors import UserError
 from emulator.effects import DriveEffect, PlacedEffect
 
-TWO_SIDED_90 = 1.645
+DRIVE_DEVIATION = 0.02
+"""Of a drive's parameter, in its own size: a convention, for no curvature tells it."""
 
 
 def intervals(final: State, tried_in: State, one: PlacedEffect, selected: bool) -> Mapping[str, Estimate]:
     """Every parameter with its 90 % interval; `selected`: the final state has the effect in it."""
     if isinstance(one.effect, DriveEffect):
         return {
-            parameter.name: _estimate(one, parameter.name, 0.02 * abs(getattr(one.effect, parameter.name)))
+            parameter.name: _estimate(one, parameter.name, DRIVE_DEVIATION * abs(getattr(one.effect, parameter.name)))
             for parameter in type(one.effect).parameters
         }
     if selected:
