@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import motor_torque, needed_acceleration, needed_torque, replayed
-from emulator.effects.base import DAMPING, POSITION, STIFFNESS, AxisEffect, Parameter, Start
+from emulator.dynamics.replay import replayed
+from emulator.effects.base import DAMPING, POSITION, STIFFNESS, Parameter, ReplayedEffect, Start
 from emulator.effects.springs import springs
 from emulator.effects.waves import travel
 
@@ -24,7 +24,7 @@ _GAPS = 20
 
 
 @dataclass(frozen=True)
-class Backlash(AxisEffect):
+class Backlash(ReplayedEffect):
     """Torque = 0 while |m - q| < gap / 2, else stiffness (|m - q| - gap / 2) sgn(m - q) + damping (m' - q'), which never pulls.
 
     m, q and the sides of armature and friction as with `elasticity`, whose compliance adds. `gap` is the whole lost motion.
@@ -46,12 +46,8 @@ class Backlash(AxisEffect):
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         return self._on(axis)
 
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return motor_torque(motion, self._on(axis)) - needed_torque(motion, axis)
-
-    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        torque, joint = replayed(motion, self._on(axis))
-        return torque - needed_torque(motion, axis), joint - needed_acceleration(motion, axis)
+    def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return replayed(motion, self._on(axis))
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from emulator.dynamics.replay import needed_acceleration, needed_torque
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,22 @@ class AxisEffect(Effect):
     @abstractmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
         """Where to look for the effect in a motion: near enough to each other that a local search finds the rest."""
+
+
+@dataclass(frozen=True)
+class ReplayedEffect(AxisEffect):
+    """An effect with which the joint moves otherwise than measured: the axis replayed with it, less the axis without."""
+
+    @abstractmethod
+    def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Motor torque (n,) that the axis costs with the effect, N·m or N, and acceleration (n,) of its joint."""
+
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return self.replay(motion, axis)[0] - needed_torque(motion, axis)
+
+    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        torque, joint = self.replay(motion, axis)
+        return torque - needed_torque(motion, axis), joint - needed_acceleration(motion, axis)
 
 
 @dataclass(frozen=True)

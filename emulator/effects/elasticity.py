@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import motor_torque, needed_acceleration, needed_torque, replayed
-from emulator.effects.base import DAMPING, STIFFNESS, AxisEffect, Parameter, Start
+from emulator.dynamics.replay import replayed
+from emulator.effects.base import DAMPING, STIFFNESS, Parameter, ReplayedEffect, Start
 from emulator.effects.springs import springs
 
 
 @dataclass(frozen=True)
-class Elasticity(AxisEffect):
+class Elasticity(ReplayedEffect):
     """Torque = stiffness (m - q) + damping (m' - q'), m the motor's angle by the gear ratio, q the joint's.
 
     The joint's armature is the motor's side of the spring, its friction stays on the joint's. Spong, ASME J. Dyn. Sys. Meas.
@@ -38,12 +38,8 @@ class Elasticity(AxisEffect):
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         return self._on(axis)
 
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return motor_torque(motion, self._on(axis)) - needed_torque(motion, axis)
-
-    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        torque, joint = replayed(motion, self._on(axis))
-        return torque - needed_torque(motion, axis), joint - needed_acceleration(motion, axis)
+    def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return replayed(motion, self._on(axis))
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import motor_torque, needed_acceleration, needed_torque, replayed
-from emulator.effects.base import ANGLE, POSITION, AxisEffect, Parameter, Start
+from emulator.dynamics.replay import replayed
+from emulator.effects.base import ANGLE, POSITION, Parameter, ReplayedEffect, Start
 from emulator.effects.waves import amplitude_and_phase
 
 
 @dataclass(frozen=True)
-class EncoderEccentricity(AxisEffect):
+class EncoderEccentricity(ReplayedEffect):
     """Reading = position + amplitude sin(motor angle + phase), on the joint side; on the motor's, gear ratio times that.
 
     A disc of radius r that sits e off errs by e / r on the motor's shaft: HEIDENHAIN, Rotary Encoders, accuracy.
@@ -37,12 +37,8 @@ class EncoderEccentricity(AxisEffect):
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, encoder=replace(axis.encoder, eccentricity=self.amplitude, phase=self.phase))
 
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return motor_torque(self._truth(motion, axis.gear_ratio), axis) - needed_torque(motion, axis)
-
-    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        torque, joint = replayed(self._truth(motion, axis.gear_ratio), axis)
-        return torque - needed_torque(motion, axis), joint - needed_acceleration(motion, axis)
+    def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return replayed(self._truth(motion, axis.gear_ratio), axis)
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import motor_torque, needed_acceleration, needed_torque, replayed
-from emulator.effects.base import ANGLE, NUMBER, POSITION, AxisEffect, Parameter, Start
+from emulator.dynamics.replay import replayed
+from emulator.effects.base import ANGLE, NUMBER, POSITION, Parameter, ReplayedEffect, Start
 from emulator.effects.waves import amplitude_and_phase, orders, unexplained
 
 _SMALL = 0.02
@@ -22,7 +22,7 @@ _MOST = 0.9
 
 
 @dataclass(frozen=True)
-class TransmissionError(AxisEffect):
+class TransmissionError(ReplayedEffect):
     """q = motor angle / gear ratio + amplitude sin(order * gear ratio * q + phase); rigid, or behind `elasticity`.
 
     `order` is in waves a motor turn, 2 for a strain wave gear. Torque and rotor inertia act by the ratio of the moment (virtual
@@ -44,12 +44,8 @@ class TransmissionError(AxisEffect):
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         return self._on(axis)
 
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return motor_torque(motion, self._on(axis)) - needed_torque(motion, axis)
-
-    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        torque, joint = replayed(motion, self._on(axis))
-        return torque - needed_torque(motion, axis), joint - needed_acceleration(motion, axis)
+    def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return replayed(motion, self._on(axis))
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
