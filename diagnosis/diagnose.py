@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from diagnosis.comparison import Comparison
+from diagnosis.deviations import Deviation, Off, as_effects, deviations, groups
 from diagnosis.distinguish import alike, tell_apart
 from diagnosis.gap_test import NAME, gap_of
 from diagnosis.hypotheses import State, in_place_of
@@ -18,6 +19,7 @@ from diagnosis.measured import Run, prepare, thresholds
 from diagnosis.noise import Noise, noise_of
 from diagnosis.nominal import nominal_parameters
 from diagnosis.patterns import patterns
+from diagnosis.placing import in_order, placed
 from diagnosis.prediction import Patch, gap_rms, predict
 from diagnosis.probability import Answer, Unseen, answers_of, answers_of_deviation
 from diagnosis.result import (
@@ -33,7 +35,7 @@ from diagnosis.result import (
     Shrink,
     Verdict,
 )
-from diagnosis.selection import Deviation, Off, Selection, Step, as_effects, deviations, groups, in_order, placed, select_causes
+from diagnosis.selection import Selection, Step, select_causes
 from diagnosis.settings import DiagnosisSettings
 from diagnosis.shrink import shrink
 from diagnosis.simulation import Simulation, simulation

@@ -9,9 +9,10 @@ from math import exp, log
 import numpy as np
 
 from diagnosis.comparison import Array, Comparison
+from diagnosis.deviations import Deviation, costliest
 from diagnosis.hypotheses import NOMINAL, State
 from diagnosis.result import NONE, UNKNOWN, Prediction
-from diagnosis.selection import Deviation, Selection, Step, costliest
+from diagnosis.selection import Selection, Step
 
 TEMPERATURE = 4.0
 """Nats of evidence that count as one: residuals err in common, so that rows tell less than they seem to."""

@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 FIRST_MEMORY = 10.0
 """Rows that count as one, before any residual is known."""
+HARDLY_KNOWN = 100.0
+"""Standard deviation of an effect's parameter that no data tell, in its own size."""
 HELD = 1e30
 """Inverse variance of a coefficient that may not move."""
 
@@ -149,6 +151,21 @@ class Regression:
 
     def _folded_square(self, axis: str, values: Array) -> Array:
         return np.array([float(values[rows] @ values[rows]) for rows in self.folds[axis]])
+
+
+def covariance(regression: Regression, without_prior_from: int | None = None) -> Array:
+    """Of the coefficients: rows weighted by residual and memory, priors included but for those from a number on."""
+    size = len(regression.spreads)
+    spreads = regression.spreads.copy()
+    if without_prior_from is not None:
+        spreads[without_prior_from:] = HARDLY_KNOWN
+    gram = np.diag(1.0 / spreads**2)
+    for axis in regression.axes:
+        weighted = regression.matrix[axis] / regression.scale[axis]
+        gram = gram + weighted.T @ weighted
+    scale = np.sqrt(np.diag(gram))
+    scale[scale == 0.0] = 1.0
+    return np.asarray(np.linalg.inv(gram / np.outer(scale, scale) + 1e-12 * np.eye(size)) / np.outer(scale, scale))
 
 
 def _matrix(columns: Sequence[Column], axis: str, rows: int) -> Array:

@@ -6,16 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from diagnosis.comparison import Comparison
-from diagnosis.hypotheses import NOMINAL, PARAMETERS, Hypothesis, State, hypotheses, memory, settled, state_with
+from diagnosis.deviations import Deviation, deviations, forward, freed_where_far_off, mean_square, renumbered
+from diagnosis.hypotheses import NOMINAL, Hypothesis, State, hypotheses, settled, state_with
 from diagnosis.nominal import Nominal
-from diagnosis.regression import Fitted, Regression
+from diagnosis.placing import in_order, placed
 from diagnosis.result import NONE
-from emulator.effects import Effect, PlacedEffect, library
-
-Array = NDArray[np.float64]
+from emulator.effects import PlacedEffect
 
 MOST_EFFECTS = 3
 """Beside parameters of the model: what more would be needed is not an explanation."""
@@ -30,20 +28,10 @@ LEAST_DRIVE = 20.0
 STRAIN = 5.0
 """Nats of the prior from which parameters of the model are further off than usual: no share of the first gap is asked of an
 effect that takes as much from them."""
-FAR_OFF = 2.5
-"""Standard deviations from which a nominal parameter counts as off by more than it usually is."""
 ABSORBED = 1.5
 """Nats by which parameters of the model must be further off without an effect, to count as standing in for it."""
 MUCH, MUCH_OF_FLOOR = 0.12, 4.0
 """Shares of the squared residual and of the squared floor that are much."""
-PARAMETER_EVIDENCE = 4.0
-"""Nats that a nominal parameter must bring to be named."""
-LEAST_FELT = 0.3
-"""Of the squared floor, that the torque of a parameter's deviation must be to be named."""
-HARDLY_KNOWN = 100.0
-"""Standard deviation of an effect's parameter that no data tell, in its own size."""
-ORDER = {"friction": 0, "rigid body": 1, "motor and drive": 2, "transmission": 3, "sensing and timing": 4}
-"""In which torque and motion pass the effects: each is predicted on an axis that has those before it."""
 
 NOTHING = np.zeros(1)
 
@@ -55,25 +43,6 @@ class Step:
     state: State
     answers: Sequence[Hypothesis]
     chosen: Hypothesis | None
-
-
-@dataclass(frozen=True)
-class Off:
-    """One nominal parameter, by how much it is off, and the standard deviation of that."""
-
-    nominal: Nominal
-    amount: float
-    deviation: float
-
-
-@dataclass(frozen=True)
-class Deviation:
-    """Parameters of the model found off that are named together: `coulomb`, `viscous` or `inertia` of an axis."""
-
-    effect: str
-    axis: str
-    members: tuple[Off, ...]
-    evidence: float
 
 
 @dataclass(frozen=True)
@@ -174,33 +143,6 @@ def _with_evidence_of(former: Sequence[Hypothesis], later: Sequence[Hypothesis])
     return [*later, *rest]
 
 
-def freed_where_far_off(
-    nominals: Sequence[Nominal], found: Sequence[Deviation], off: Sequence[Group]
-) -> Sequence[Nominal]:
-    """The nominal parameters, those without a prior worth the name that are off by more than a few per cent."""
-    far = {
-        number
-        for group, one in zip(off, found, strict=True)
-        for number, member in zip(group.numbers, one.members, strict=True)
-        if abs(member.amount) > FAR_OFF * member.nominal.spread
-    }
-    if not far:
-        return nominals
-    return [replace(one, spread=10.0 * one.spread) if number in far else one for number, one in enumerate(nominals)]
-
-
-def in_order(effects: Sequence[PlacedEffect]) -> tuple[PlacedEffect, ...]:
-    """Effects in the order in which torque passes them, what the model has first."""
-    return tuple(sorted(effects, key=lambda one: (ORDER[one.effect.family], one.effect.name not in PARAMETERS)))
-
-
-def placed(comparison: Comparison, axis: str, effect: Effect) -> PlacedEffect:
-    """An effect on an axis, its parameters' units filled in."""
-    joint = comparison.simulation.model.joint(comparison.simulation.drives[axis].joint)
-    units = {parameter.name: parameter.unit.on(int(joint.type[0])) for parameter in type(effect).parameters}
-    return PlacedEffect(axis, effect, units)
-
-
 def choice(state: State, answers: Sequence[Hypothesis]) -> Hypothesis | None:
     """The most evident answer, where it is an effect that beats the model as it is and shrinks enough of what is left."""
     best = next((one for one in answers if one.found is not None), None)
@@ -250,14 +192,14 @@ def matters(state: State, best: Hypothesis, answers: Sequence[Hypothesis]) -> bo
     for axis in state.regression.axes:
         rows = max(state.regression.rows[axis], 1)
         taken = (plain.held_out[axis] - best.held_out[axis]) / rows
-        first = _square(state.comparison.target[axis])
+        first = mean_square(state.comparison.target[axis])
         least = max(LEAST_OF_FLOOR * state.noise[axis] ** 2, LEAST_SHARE * first)
         if taken > least:
             return True
         if best.found is None or first < state.noise[axis] ** 2:
             continue
         absorbed = plain.prior_cost - best.prior_cost
-        size = _square(best.found.column.get(axis, NOTHING))
+        size = mean_square(best.found.column.get(axis, NOTHING))
         if absorbed > STRAIN and size > LEAST_OF_FLOOR * state.noise[axis] ** 2:
             return True
         if absorbed > ABSORBED and size > least:
@@ -268,71 +210,10 @@ def matters(state: State, best: Hypothesis, answers: Sequence[Hypothesis]) -> bo
 def something_left(state: State) -> bool:
     """Whether any axis still has a gap worth a search."""
     for axis in state.regression.axes:
-        left = _square(state.residual[axis]) - state.noise[axis] ** 2
-        if left > max(LEAST_OF_FLOOR * state.noise[axis] ** 2, LEAST_SHARE * _square(state.comparison.target[axis])):
+        left = mean_square(state.residual[axis]) - state.noise[axis] ** 2
+        if left > max(LEAST_OF_FLOOR * state.noise[axis] ** 2, LEAST_SHARE * mean_square(state.comparison.target[axis])):
             return True
     return False
-
-
-@dataclass(frozen=True)
-class Group:
-    """Nominal parameters by their numbers that are named together, and the nats that letting them go brought."""
-
-    effect: str
-    axis: str
-    numbers: tuple[int, ...]
-    evidence: float = 0.0
-
-
-def groups(nominals: Sequence[Nominal]) -> list[Group]:
-    """Friction of each axis by itself; inertia with the bodies that load this axis most."""
-    found: dict[tuple[str, str], list[int]] = {}
-    for number, nominal in enumerate(nominals):
-        if not nominal.timing:
-            found.setdefault((nominal.effect or "inertia", nominal.loaded_axis), []).append(number)
-    return [Group(effect, axis, tuple(numbers)) for (effect, axis), numbers in found.items()]
-
-
-def costliest(state: State) -> Group:
-    """The group whose deviations, where nothing but parameters may be off, cost most against the floor."""
-    fitted = state.regression.fit()
-    return max(groups(state.nominals), key=lambda group: cost(state, group, fitted))
-
-
-def cost(state: State, group: Group, fitted: Fitted) -> float:
-    """Mean square of the torque that a group's deviations are, in squares of the floor, over all axes."""
-    total = 0.0
-    for axis, rows in state.regression.rows.items():
-        columns = [fitted.coefficients[k] * state.nominals[k].column.get(axis, np.zeros(rows)) for k in group.numbers]
-        total += _square(np.sum(columns, axis=0)) / state.noise[axis] ** 2
-    return total
-
-
-def forward(state: State) -> list[Group]:
-    """Groups of nominal parameters that are off, the one that brings most at each step first."""
-    regression, nominals = state.regression, state.nominals
-    as_one = {axis: memory(state.comparison, axis, state.residual[axis]) for axis in regression.axes}
-    waiting, taken = groups(nominals), list[Group]()
-
-    def evidence(active: Sequence[Group]) -> float:
-        free = {number for group in active for number in group.numbers}
-        held = frozenset(n for n, one in enumerate(nominals) if n not in free and not one.timing)
-        return regression.evidence(regression.fit(held=held), as_one)
-
-    def felt(group: Group) -> bool:
-        free = {number for each in (*taken, group) for number in each.numbers}
-        held = frozenset(n for n, one in enumerate(nominals) if n not in free and not one.timing)
-        return cost(state, group, regression.fit(held=held)) > LEAST_FELT
-
-    known = evidence(taken)
-    while waiting:
-        gains = [(evidence([*taken, group]) - known, number) for number, group in enumerate(waiting)]
-        gain, best = max(gains)
-        if gain < PARAMETER_EVIDENCE or not felt(waiting[best]):
-            break
-        known += gain
-        taken.append(replace(waiting.pop(best), evidence=gain))
-    return taken
 
 
 def strained(state: State) -> bool:
@@ -343,64 +224,3 @@ def strained(state: State) -> bool:
 def _drive_left(step: Step) -> bool:
     """Whether a drive gave another torque than its law asks for, beside what was chosen."""
     return any(one.drive_gain > LEAST_DRIVE and one is not step.chosen for one in step.answers)
-
-
-def deviations(state: State, off: Sequence[Group]) -> list[Deviation]:
-    """The groups with the amounts that a fit of the state's nominal parameters gives; numbers are of these."""
-    fitted = state.regression.fit()
-    spread = _standard_deviations(state.regression)
-    return [
-        Deviation(
-            group.effect,
-            group.axis,
-            tuple(Off(state.nominals[k], float(fitted.coefficients[k]), float(spread[k])) for k in group.numbers),
-            group.evidence,
-        )
-        for group in off
-    ]
-
-
-def renumbered(off: Sequence[Group]) -> list[Group]:
-    """The same groups where nothing but they and the timing is left, in their order."""
-    found, at = [], 0
-    for group in off:
-        found.append(replace(group, numbers=tuple(range(at, at + len(group.numbers)))))
-        at += len(group.numbers)
-    return found
-
-
-def _standard_deviations(regression: Regression) -> Array:
-    return np.sqrt(np.maximum(np.diag(covariance(regression)), 0.0))
-
-
-def covariance(regression: Regression, without_prior_from: int | None = None) -> Array:
-    """Of the coefficients: rows weighted by residual and memory, priors included but for those from a number on."""
-    size = len(regression.spreads)
-    spreads = regression.spreads.copy()
-    if without_prior_from is not None:
-        spreads[without_prior_from:] = HARDLY_KNOWN
-    gram = np.diag(1.0 / spreads**2)
-    for axis in regression.axes:
-        weighted = regression.matrix[axis] / regression.scale[axis]
-        gram = gram + weighted.T @ weighted
-    scale = np.sqrt(np.diag(gram))
-    scale[scale == 0.0] = 1.0
-    return np.asarray(np.linalg.inv(gram / np.outer(scale, scale) + 1e-12 * np.eye(size)) / np.outer(scale, scale))
-
-
-def _square(values: Array) -> float:
-    return float(np.mean(values**2)) if len(values) else 0.0
-
-
-def as_effects(comparison: Comparison, found: Sequence[Deviation]) -> list[PlacedEffect]:
-    """Deviations of friction and of an axis's inertia as the effects that correct them."""
-    kinds = library()
-    corrected = []
-    for off in (member for one in found for member in one.members):
-        nominal = off.nominal
-        if nominal.effect is None or nominal.axis is None:
-            continue
-        value = off.amount if nominal.effect == "inertia" else max(0.0, nominal.value + off.amount)
-        parameter = kinds[nominal.effect].parameters[0]
-        corrected.append(placed(comparison, nominal.axis, kinds[nominal.effect](**{parameter.name: value})))
-    return corrected

@@ -10,6 +10,7 @@ import pytest
 from rig_bench import compared, strokes
 
 from diagnosis.comparison import Comparison
+from diagnosis.deviations import Deviation
 from diagnosis.hypotheses import Hypothesis, State
 from diagnosis.probability import (
     DOUBT,
@@ -27,7 +28,7 @@ from diagnosis.probability import (
 )
 from diagnosis.regression import Regression
 from diagnosis.result import AxisPrediction, Prediction
-from diagnosis.selection import Deviation, Selection, Step
+from diagnosis.selection import Selection, Step
 
 NOISE = {"turn": 0.1, "lift": 0.5}
 

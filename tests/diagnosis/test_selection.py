@@ -24,9 +24,10 @@ from diagnosis.comparison import Comparison
 from diagnosis.diagnose import diagnose
 from diagnosis.hypotheses import NOMINAL, Hypothesis, State, hypotheses, rated, state_with
 from diagnosis.nominal import nominal_parameters
+from diagnosis.placing import placed
 from diagnosis.result import NONE, Diagnosis
 from diagnosis.search import Found
-from diagnosis.selection import Step, choice, matters, placed, reconsidered
+from diagnosis.selection import Step, choice, matters, reconsidered
 from diagnosis.settings import DiagnosisSettings
 from drivetwin.recording.recording import Recording
 from emulator.effects import Effect, library
