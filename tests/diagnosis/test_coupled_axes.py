@@ -120,4 +120,4 @@ def test_play_lets_the_upper_cart_coast_which_the_lower_one_feels(tmp_path: Path
     speed = np.cumsum(true) * PERIOD
     force = UPPER * (true + lower)[inside]
     fitted = np.polyfit(speed[inside], force, 1)
-    assert fitted[0] == pytest.approx(-VISCOUS, rel=0.1)
+    assert fitted[0] == pytest.approx(-VISCOUS, rel=0.01)

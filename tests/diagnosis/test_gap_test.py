@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from gap_bench import CUTOFF, axis_of, coloured_noise, recording_of, time_of
+from scipy.optimize import brentq
 
 from diagnosis.gap_test import NOISE_KNOWN_TO, gap_of, significance
 from diagnosis.result import Prediction
@@ -88,3 +90,13 @@ def test_two_looks_call_noise_a_gap_no_more_often_than_one() -> None:
     edge = (1.0 + NOISE_KNOWN_TO) * 0.05
     tries = ((of_noise(rng, edge, 3.0), of_noise(rng, edge, 3.0)) for _ in range(TRIES))
     assert np.mean([gap_of(unseen, fitted, "rotate", 0.05, CUTOFF).significant for unseen, fitted in tries]) <= 0.02
+
+
+def test_the_lesser_p_value_counts_twice() -> None:
+    """Noise told so that one look at the unseen motion says 0.7 %, and the fitted motion nothing."""
+    rng = np.random.default_rng(10)
+    unseen, fitted = of_noise(rng, 0.065), of_noise(rng, 0.03)
+    told = brentq(lambda noise: significance(unseen, "rotate", noise, CUTOFF) - 0.007, 0.03, 0.065)
+    found = gap_of(unseen, fitted, "rotate", told, CUTOFF)
+    assert found.p_value == pytest.approx(0.014, rel=1e-3)
+    assert not found.significant

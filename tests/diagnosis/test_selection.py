@@ -70,7 +70,7 @@ def test_a_small_second_effect_counts_where_else_the_model_would_be_far_off(tmp_
     found = diagnosed(tmp_path, late_and_quadratic)
     assert {(one.effect.name, one.axis) for one in found.selected} >= {("viscous_nonlinear", "turn"), ("delay", "turn")}
     late = next(one.effect for one in found.selected if isinstance(one.effect, Delay))
-    assert late.delay == pytest.approx(3.0 * PERIOD, rel=0.15)
+    assert late.delay == pytest.approx(3.0 * PERIOD, rel=0.02)
 
 
 def test_a_body_found_heavier_beside_an_effect_may_carry_something(tmp_path: Path) -> None:
