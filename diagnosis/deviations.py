@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.comparison import Comparison
+from diagnosis.corrections import corrections
 from diagnosis.hypotheses import State, memory
 from diagnosis.nominal import Nominal
-from diagnosis.placing import placed
 from diagnosis.regression import Fitted, covariance
-from emulator.effects import PlacedEffect, library
+from emulator.effects import PlacedEffect
 
 Array = NDArray[np.float64]
 
@@ -144,18 +144,10 @@ def renumbered(off: Sequence[Group]) -> list[Group]:
     return found
 
 
-def as_effects(comparison: Comparison, found: Sequence[Deviation]) -> list[PlacedEffect]:
+def as_effects(comparison: Comparison, found: Sequence[Deviation]) -> tuple[PlacedEffect, ...]:
     """Deviations of friction and of an axis's inertia as the effects that correct them."""
-    kinds = library()
-    corrected = []
-    for off in (member for one in found for member in one.members):
-        nominal = off.nominal
-        if nominal.effect is None or nominal.axis is None:
-            continue
-        value = off.amount if nominal.effect == "inertia" else max(0.0, nominal.value + off.amount)
-        parameter = kinds[nominal.effect].parameters[0]
-        corrected.append(placed(comparison, nominal.axis, kinds[nominal.effect](**{parameter.name: value})))
-    return corrected
+    members = [off for one in found for off in one.members]
+    return corrections(comparison, [off.nominal for off in members], [off.amount for off in members])
 
 
 def mean_square(values: Array) -> float:

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
 from diagnosis.comparison import Column, Comparison
+from diagnosis.corrections import corrections
 from diagnosis.drive_search import drive_effects
 from diagnosis.model_search import model_starts, polynomial
 from diagnosis.nominal import Nominal, like
+from diagnosis.placing import PARAMETERS
 from diagnosis.regression import FIRST_MEMORY, Fitted, Regression
 from diagnosis.result import NONE
 from diagnosis.search import Found, Predict, coarse, less, moved, tangents
@@ -25,10 +27,10 @@ from emulator.effects.temperature_drift import TemperatureDrift
 
 Array = NDArray[np.float64]
 
-PARAMETERS = ("coulomb", "viscous", "inertia")
-"""Effects that change a parameter which the model has."""
 NOMINAL = "nominal"
 """The answer that nothing but parameters of the model is off."""
+INNER = "transmission"
+"""Family of the effects behind which an axis moves otherwise than its motor, by its own friction and inertia."""
 NOT_SEARCHED = ("belt_elasticity",)
 OF_POSITION = frozenset(
     {"delay", "encoder_eccentricity", "gravity", "payload", "position_friction", "spring"}
@@ -90,6 +92,8 @@ class State:
     dynamics: Mapping[str, AxisDynamics]
     regression: Regression
     noise: Mapping[str, float]
+    corrected: tuple[PlacedEffect, ...] = ()
+    """Friction and inertia as fitted beside springs and gaps, whose own motion goes by them."""
 
     @cached_property
     def residual(self) -> dict[str, Array]:
@@ -104,14 +108,31 @@ def state_with(
 
     `noise` is each axis's noise [N·m or N]: improvements below it count less and less.
     """
-    dynamics = comparison.simulation.dynamics(selected)
+    state = _state(comparison, nominals, selected, noise, ())
+    if not any(placed.effect.family == INNER for placed in selected):
+        return state
+    try:
+        return _state(comparison, nominals, selected, noise, _corrected(state, state.regression.fit()))
+    except UserError:
+        return state
+
+
+def _state(
+    comparison: Comparison,
+    nominals: Sequence[Nominal],
+    selected: tuple[PlacedEffect, ...],
+    noise: Mapping[str, float],
+    corrected: tuple[PlacedEffect, ...],
+) -> State:
+    dynamics = comparison.simulation.dynamics((*corrected, *selected))
     target = {axis: rows.copy() for axis, rows in comparison.target.items()}
     columns = [nominal.column for nominal in nominals]
     spreads = [nominal.spread for nominal in nominals]
     for number, placed in enumerate(selected):
         if isinstance(placed.effect, DriveEffect):
             continue
-        predict = predictor(comparison, placed.axis, placed.effect, comparison.simulation.dynamics(selected[:number]))
+        before = comparison.simulation.dynamics((*corrected, *selected[:number]))
+        predict = predictor(comparison, placed.axis, placed.effect, before)
         for axis, rows in predict(placed.effect).items():
             target[axis] = target[axis] - rows
         free = tangents(placed.effect, predict)
@@ -123,7 +144,14 @@ def state_with(
     for _ in range(2):
         residual = regression.residual(regression.fit())
         regression = regression.rescaled(scales(comparison, residual, noise))
-    return State(comparison, nominals, selected, dynamics, regression, noise)
+    return State(comparison, nominals, selected, dynamics, regression, noise, corrected)
+
+
+def _corrected(state: State, fitted: Fitted) -> tuple[PlacedEffect, ...]:
+    """Friction and inertia as a fit has them, but for what an effect is selected for."""
+    chosen = {(placed.effect.name, placed.axis) for placed in state.selected}
+    found = corrections(state.comparison, state.nominals, fitted.coefficients[: len(state.nominals)].tolist())
+    return tuple(one for one in found if (one.effect.name, one.axis) not in chosen)
 
 
 def predictor(comparison: Comparison, axis: str, effect: Effect, dynamics: Mapping[str, AxisDynamics]) -> Predict:
@@ -327,7 +355,9 @@ def _refine(state: State, begun: Sequence[Found]) -> list[Found]:
     done: dict[tuple[str, str], Found] = {}
     for start in begun:
         try:
-            better = _searched(state, start.effect, start.axis)
+            better = _searched(state, start.effect, start.axis, state.dynamics)
+            if better.effect.family == INNER:
+                better = _with_corrections(state, better)
             state.comparison.simulation.dynamics((*state.selected, PlacedEffect(start.axis, better.effect, {})))
         except UserError:
             continue
@@ -340,14 +370,21 @@ def _refine(state: State, begun: Sequence[Found]) -> list[Found]:
     return list(done.values())
 
 
-def _searched(state: State, start: Effect, axis: str) -> Found:
+def _searched(state: State, start: Effect, axis: str, dynamics: Mapping[str, AxisDynamics]) -> Found:
     """An effect moved to where least is left, and everything else fitted beside it."""
-    predict = predictor(state.comparison, axis, start, state.dynamics)
+    predict = predictor(state.comparison, axis, start, dynamics)
     held = state.regression.replaced_by(start.name, axis)
     effect = moved(_weighed(state, predict(start), held), start, predict, held)
     column = predict(effect)
     fitted = _weighed(state, column, held).fit(target=less(state.regression.target, column), held=held)
     return Found(axis, effect, column, fitted)
+
+
+def _with_corrections(state: State, found: Found) -> Found:
+    """The same behind which the axis moves by its friction and inertia as fitted, where that leaves less."""
+    dynamics = state.comparison.simulation.dynamics((*_corrected(state, found.fitted), *state.selected))
+    again = _searched(state, found.effect, found.axis, dynamics)
+    return max(found, again, key=lambda one: state.regression.evidence(one.fitted))
 
 
 def _weighed(state: State, column: Column, held: frozenset[int]) -> Regression:
@@ -376,8 +413,9 @@ def settled(
                 continue
             others = selected[:number] + selected[number + 1 :]
             beside = state_with(comparison, nominals, others, state.noise)
-            predict = predictor(comparison, placed.axis, placed.effect, beside.dynamics)
             try:
+                dynamics = comparison.simulation.dynamics((*state.corrected, *others))
+                predict = predictor(comparison, placed.axis, placed.effect, dynamics)
                 weighed = beside.regression.rescaled(scale or beside.regression.scale)
                 held = weighed.replaced_by(placed.effect.name, placed.axis)
                 effect = moved(weighed, placed.effect, predict, held)

@@ -34,7 +34,7 @@ def patch_of_deviations(comparison: Comparison, found: Sequence[Deviation]) -> P
     """Parameters that were found off, as what corrects them."""
     members = [member for one in found for member in one.members]
     heavier = {one.nominal.body: one.amount for one in members if one.nominal.body is not None}
-    return Patch(tuple(as_effects(comparison, found)), heavier)
+    return Patch(as_effects(comparison, found), heavier)
 
 
 def together(one: Patch, other: Patch) -> Patch:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from diagnosis.comparison import Comparison
-from diagnosis.hypotheses import PARAMETERS
 from emulator.effects import Effect, PlacedEffect
 
+PARAMETERS = ("coulomb", "viscous", "inertia")
+"""Effects that change a parameter which the model has."""
 ORDER = {"friction": 0, "rigid body": 1, "motor and drive": 2, "transmission": 3, "sensing and timing": 4}
 """In which torque and motion pass the effects: each is predicted on an axis that has those before it."""
 
