@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from controller.drive_node import DriveNode
 from controller.error_control import set_error_control
+from controller.limits import Limits, apply_torque_limits
 from controller.link import Link
 from controller.machine import Machine
 from drive_profiles import DriveProfile
@@ -49,8 +50,8 @@ def connect(link: Link, machine: Machine, profile: DriveProfile) -> list[DriveNo
     return [DriveNode(link, name, axis, profile) for name, axis in machine.axes.items()]
 
 
-def bring_up(link: Link, drives: Sequence[DriveNode], cycle_time: float) -> None:
-    """Reset communication, check who is there, configure every drive and start it.
+def bring_up(link: Link, drives: Sequence[DriveNode], cycle_time: float, limits: Limits | None = None) -> None:
+    """Reset communication, check who is there, configure every drive, with no more torque than `limits`, and start it.
 
     Raises UserError naming the axis and the object for a missing node, one that is there twice, another device, a refused or
     silently changed value.
@@ -67,6 +68,8 @@ def bring_up(link: Link, drives: Sequence[DriveNode], cycle_time: float) -> None
     for drive in drives:
         _check_device(drive)
         _configure(drive, cycle_time)
+    if limits is not None:
+        apply_torque_limits(drives, limits)
     _check_each_booted_once(drives)
     for drive in drives:
         drive.start_operation()

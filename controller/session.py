@@ -21,7 +21,7 @@ from controller.drive_node import DriveNode
 from controller.error_control import BEAT_EVERY, NODE_BEATS_EVERY, release_error_control
 from controller.excitation import with_held
 from controller.joint_path import limits_of
-from controller.limits import Limits, apply_torque_limits
+from controller.limits import Limits
 from controller.link import Link
 from controller.machine import Machine
 from controller.motion import Offsets, enable_streaming, follow, hold, home, positions_now, stream
@@ -106,10 +106,8 @@ class Session:
 
     def configure(self, drives: Sequence[DriveNode]) -> None:
         """Bring drives up, after power-on or anew, and see that they are this machine's. Raises UserError as `bring_up`."""
-        bring_up(self.link, drives, self.cycle.period)
+        bring_up(self.link, drives, self.cycle.period, self.limits)
         check_motors(drives, self.machine)
-        if self.limits is not None:
-            apply_torque_limits(drives, self.limits)
         self.axes |= describe(drives)
         for drive in drives:
             loops = self.axes[drive.name].drive

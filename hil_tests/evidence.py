@@ -57,6 +57,14 @@ class StateChange(NamedTuple):
     after: State
 
 
+class TorqueLimit(NamedTuple):
+    """Torque or force that 6072h lets a real drive give from time [s] on, joint side [N·m or N]; None: nobody said it."""
+
+    time: float
+    axis: str
+    torque: float | None
+
+
 @dataclass(frozen=True)
 class Struck:
     """A fault as it happened, at simulated time [s]; None: its condition never held."""
@@ -143,6 +151,8 @@ class Evidence:
     left_behind: tuple[str, ...]
     timed: bool
     """Whether frames have a time of their own, by wall clock or wire (`BusFrame.heard`)."""
+    torque_limits: tuple[TorqueLimit, ...] = ()
+    """Of real drives, at each start of their nodes and each change afterwards."""
 
     @property
     def fault_time(self) -> float | None:

@@ -17,6 +17,7 @@ from hil_tests.conditions import Condition, read_condition
 from hil_tests.expectations.base import Expectation
 from hil_tests.expectations.outcome import Outcome
 from hil_tests.expectations.reading import expectation_kind, read_expectation
+from hil_tests.expectations.torque_limit_kept import TorqueLimitKept
 from hil_tests.real_cases import why_not_on_real_drives
 from hil_tests.strict import Strict, read_yaml, typed
 from hil_tests.task import Task
@@ -169,9 +170,10 @@ def _seconds(key: str, value: object) -> float | None:
 
 
 def _expectations(given: Sequence[Any], kinds: Sequence[type[Expectation]], bench: Bench) -> tuple[Expectation, ...]:
-    """Those that the bench's drives let be judged, read with its limits."""
+    """Those that the bench's drives let be judged, read with its limits; real drives have a torque limit in every case."""
     judged = [one for one, kind in zip(given, kinds, strict=True) if bench.drives == "virtual" or not kind.needs_truth]
     read = tuple(read_expectation(one, bench) for one in judged)
     if Outcome not in kinds:
         raise UserError("expect: says nothing of how the controller ends; add for example: - outcome: done")
-    return read
+    always = (TorqueLimitKept(),) if bench.drives == "real" and TorqueLimitKept not in kinds else ()
+    return read + always

@@ -9,8 +9,9 @@ from typing import NamedTuple
 from drive_profiles import DataType, DriveProfile
 from emulator.canopen.data_types import decode, size
 from emulator.drive.state_machine import State
+from emulator.machine import Axis
 from hil_tests.bench import Bench
-from hil_tests.evidence import BusFrame, Configuration, StateChange
+from hil_tests.evidence import BusFrame, Configuration, StateChange, TorqueLimit
 from hil_tests.stand.configuration import PDO_INVALID, configuration
 
 NMT, HEARTBEAT = 0x000, 0x700
@@ -25,6 +26,8 @@ CONSUMERS = bytes.fromhex("1610")
 """1016h, consumer heartbeat time, as SDO names it."""
 STATUSWORD = (0x6041, 0)
 STATE_BITS = 0x6F
+MAX_TORQUE, RATED_TORQUE = (0x6072, 0), (0x6076, 0)
+"""Thousandths of the rated torque; mN·m of the motor (CiA 402-2)."""
 
 OF_DRIVES = (0x080, 0x180, 0x280, 0x380, 0x480, SDO_ANSWER, HEARTBEAT)
 """COB-IDs, less the node-ID, of EMCY, TPDOs, SDO answers and heartbeats (CiA 301, 7.3.3)."""
@@ -62,6 +65,7 @@ class BusReading:
     states: tuple[StateChange, ...]
     configured: dict[str, Configuration]
     operational: frozenset[str]
+    torque_limits: tuple[TorqueLimit, ...]
 
 
 def read_bus(frames: Sequence[BusFrame], bench: Bench, end: float) -> BusReading:
@@ -69,7 +73,7 @@ def read_bus(frames: Sequence[BusFrame], bench: Bench, end: float) -> BusReading
 
     A node is operational at the end by its first heartbeat after it, or where there is none by its last.
     """
-    nodes = {axis.node_id: _Node(name, axis.node_id, bench.drive_type) for name, axis in bench.virtual.axes.items()}
+    nodes = {axis.node_id: _Node(name, axis, bench.drive_type) for name, axis in bench.virtual.axes.items()}
     for frame in frames:
         if frame.identifier == NMT:
             for node in nodes.values():
@@ -80,6 +84,7 @@ def read_bus(frames: Sequence[BusFrame], bench: Bench, end: float) -> BusReading
         states=tuple(sorted((change for node in nodes.values() for change in node.changes), key=lambda change: change.time)),
         configured={node.axis: node.configured for node in nodes.values() if node.configured is not None},
         operational=frozenset(node.axis for node in nodes.values() if node.beat == OPERATIONAL),
+        torque_limits=tuple(limit for node in nodes.values() for limit in node.torque_limits),
     )
 
 
@@ -93,13 +98,15 @@ class _Write(NamedTuple):
 class _Node:
     """One drive, as the bus tells of it. What it said before a reset no longer holds."""
 
-    def __init__(self, axis: str, node_id: int, profile: DriveProfile) -> None:
-        self.axis = axis
+    def __init__(self, name: str, axis: Axis, profile: DriveProfile) -> None:
+        self.axis = name
         self.changes: list[StateChange] = []
+        self.torque_limits: list[TorqueLimit] = []
         self.configured: Configuration | None = None
         self.beat: int | None = None
         self._ended = False
-        self._node_id, self._profile = node_id, profile
+        self._node_id, self._profile = axis.node_id, profile
+        self._gear, self._commissioned_torque = axis.gear_ratio, axis.motor.rated_torque
         self._types = {(entry.index, entry.subindex): entry.data_type for entry in profile.objects}
         self._known: dict[tuple[int, int], float] = {}
         self._asked: _Write | None = None
@@ -113,6 +120,7 @@ class _Node:
         if frame.data[0] == START:
             if not self._started:
                 self.configured = configuration(self._profile, self._read, frame.time)
+                self.torque_limits.append(TorqueLimit(frame.time, self.axis, self._torque_limit()))
             self._started = True
         elif frame.data[0] in (STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION):
             self._started = False
@@ -127,7 +135,9 @@ class _Node:
             case 0x580:
                 self._answer(frame)
             case 0x180 | 0x280 | 0x380 | 0x480 as base:
-                self._process_data(frame, (base - 0x180) // 0x100)
+                self._process_data(frame, 0x1800 + (base - 0x180) // 0x100)
+            case 0x200 | 0x300 | 0x400 | 0x500 as base:
+                self._process_data(frame, 0x1400 + (base - 0x200) // 0x100)
 
     def _beat(self, frame: BusFrame, end: float) -> None:
         if len(frame.data) != 1 or self._ended:
@@ -151,20 +161,44 @@ class _Node:
         data_type = self._types.get(address, DataType.DOMAIN)
         number = decode(data_type, value) if size(data_type) == len(value) else int.from_bytes(value, "little")
         self._known[address] = float(number)
-        if address == STATUSWORD:
-            self._now(_state(int(number)), frame.time)
+        self._hear_value(address, int(number), frame.time)
 
-    def _process_data(self, frame: BusFrame, place: int) -> None:
-        """A TPDO: the statusword in it, by the mapping that was written or read back."""
-        cob_id, count = self._known.get((0x1800 + place, 1)), self._known.get((0x1A00 + place, 0))
+    def _process_data(self, frame: BusFrame, communication: int) -> None:
+        """A PDO: the values in it, by the mapping that was written or read back; `communication` is its 1400h or 1800h."""
+        mapping = communication + 0x200
+        cob_id, count = self._known.get((communication, 1)), self._known.get((mapping, 0))
         if cob_id is None or int(cob_id) & PDO_INVALID or int(cob_id) & CAN_ID != frame.identifier:
             return
-        bit = 0
+        content, bit = int.from_bytes(frame.data, "little"), 0
         for number in range(int(count or 0)):
-            entry = int(self._known.get((0x1A00 + place, number + 1), 0))
-            if (entry >> 16, entry >> 8 & 0xFF) == STATUSWORD and len(frame.data) * 8 >= bit + 16:
-                self._now(_state(int.from_bytes(frame.data, "little") >> bit & 0xFFFF), frame.time)
-            bit += entry & 0xFF
+            entry = int(self._known.get((mapping, number + 1), 0))
+            bits = entry & 0xFF
+            if len(frame.data) * 8 >= bit + bits:
+                self._hear_value((entry >> 16, entry >> 8 & 0xFF), content >> bit & (1 << bits) - 1, frame.time)
+            bit += bits
+
+    def _hear_value(self, address: tuple[int, int], value: int, time: float) -> None:
+        """An object's value, by SDO or PDO, as unsigned as a PDO has it."""
+        match address:
+            case (0x6041, 0):
+                self._now(_state(value), time)
+            case (0x6072, 0) | (0x6076, 0):
+                self._known[address] = float(value)
+                self._may_give(time)
+
+    def _may_give(self, time: float) -> None:
+        """The torque limit of a node that has started has perhaps changed."""
+        limit = self._torque_limit()
+        if self._started and self.torque_limits[-1].torque != limit:
+            self.torque_limits.append(TorqueLimit(time, self.axis, limit))
+
+    def _torque_limit(self) -> float | None:
+        """What 6072h lets it give, joint side [N·m or N]; where nobody said its rated torque, of the motor that it has."""
+        share, rated = self._known.get(MAX_TORQUE), self._known.get(RATED_TORQUE)
+        if share is None:
+            return None
+        motor = self._commissioned_torque if rated is None else rated * 1e-3
+        return share * 1e-3 * motor * self._gear
 
     def _now(self, state: State | None, time: float) -> None:
         if state is not None and state is not self._state:

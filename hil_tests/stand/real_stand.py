@@ -95,6 +95,7 @@ class RealStand:
             friction={},
             left_behind=tuple(self._left_behind),
             timed=True,
+            torque_limits=reading.torque_limits,
         )
 
 

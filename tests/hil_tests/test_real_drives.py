@@ -18,7 +18,7 @@ from stage_bench import LIMITS, REFERENCE, bench_file, scenario_file
 from drivetwin.bus import host_bus
 from drivetwin.errors import UserError
 from hil_tests.bench import Bench, read_bench
-from hil_tests.evidence import Evidence
+from hil_tests.evidence import BusFrame, Evidence
 from hil_tests.motion_plan import what_moves
 from hil_tests.run import run_one
 from hil_tests.scenario import read_scenario
@@ -126,7 +126,7 @@ def test_what_needs_the_truth_is_not_judged_and_needs_no_limit(tmp_path: Path) -
     expect = [{"outcome": "done"}, "no_emergency", {"synchronised": {"apart": "no_such_limit"}}, "limits"]
     case = read(tmp_path, task=MOVE, expect=expect)
     assert case.skipped_because is None
-    assert [one.name for one in case.expectations] == ["outcome", "no_emergency"]
+    assert [one.name for one in case.expectations] == ["outcome", "no_emergency", "torque_limit_kept"]
     assert case.not_judged == ("synchronised", "limits")
 
 
@@ -195,6 +195,39 @@ def test_what_was_said_before_a_reset_does_not_hold_after_it(seen_from_inside: E
     assert told.configured["lift"].unknown_pdos == ()
 
 
+def sdo(node: int, request: str, answer: str, time: float) -> list[BusFrame]:
+    """A request and its answer, in hexadecimal."""
+    asked = BusFrame(time, 0x600 + node, bytes.fromhex(request), True, False, time)
+    return [asked, BusFrame(time, 0x580 + node, bytes.fromhex(answer), False, False, time)]
+
+
+STARTS = BusFrame(1.0, 0x000, b"\x01\x00", True, False, 1.0)
+RATED_OF_500_MNM = sdo(1, "4076600000000000", "43766000f4010000", 0.1)
+LOWERED_TO_1000 = sdo(1, "2b726000e8030000", "6072600000000000", 0.2)
+RAISED_TO_3000 = "2b726000b80b0000"
+LIFT_GEAR = 628.3185307179587
+
+
+@pytest.mark.parametrize(
+    ("frames", "told"),
+    [
+        ([STARTS], [None]),
+        ([*LOWERED_TO_1000, STARTS], [1000]),
+        ([*sdo(1, "4072600000000000", "4b726000e8030000", 0.2), STARTS], [1000]),
+        ([*sdo(1, RAISED_TO_3000, "8072600011000906", 0.2), STARTS], [None]),
+        ([*LOWERED_TO_1000, STARTS, *sdo(1, RAISED_TO_3000, "6072600000000000", 2.0)], [1000, 3000]),
+        ([*LOWERED_TO_1000, BusFrame(0.5, 0x701, b"\x00", False, False, 0.5), STARTS], [None]),
+    ],
+    ids=["not said", "written", "read back", "refused", "raised later", "before a reset"],
+)
+def test_what_the_drives_may_give_is_read_of_6072h(frames: list[BusFrame], told: list[int | None]) -> None:
+    """On the lift with a motor of 0.5 N·m: thousandths of it, on the joint's side."""
+    bench = read_bench(SCARA)
+    assert bench.virtual.axes["lift"].gear_ratio == pytest.approx(LIFT_GEAR)
+    seen = [one.torque for one in read_bus([*RATED_OF_500_MNM, *frames], bench, 3.0).torque_limits if one.axis == "lift"]
+    assert seen == [None if one is None else pytest.approx(one * 1e-3 * 0.5 * LIFT_GEAR) for one in told]
+
+
 # -- on a bus whose drives are another's ---------------------------------------------------------------------------------
 
 
@@ -243,12 +276,14 @@ def test_a_sound_controller_is_accepted_by_what_the_bus_shows(tmp_path: Path, dr
         ("maps_pdo_in_the_wrong_order", "01_boot.configured", "pdo_mapping"),
         ("leaves_out_switching_on", "02_enable.enable", "state_sequence"),
         ("leaves_drives_enabled", "02_enable.enable", "state_sequence"),
+        (None, "01_boot.configured", "torque_limit_kept"),
     ],
 )
 def test_a_broken_controller_is_rejected_there_too(
-    tmp_path: Path, drives: str, mutant: str, case: str, expectation: str
+    tmp_path: Path, drives: str, mutant: str | None, case: str, expectation: str
 ) -> None:
-    broken = [*KEEPS_LIMITS[:2], "mutants", mutant, *KEEPS_LIMITS[3:]]
+    """Without a mutant: the reference controller that is not told its limits."""
+    broken = [*KEEPS_LIMITS[:2], "mutants", mutant, *KEEPS_LIMITS[3:]] if mutant else [*REFERENCE, "--log", "{limits}.log"]
     done = accept(real_bench(tmp_path, drives, command=broken), tmp_path / "out", case, "03_homing.home")
     assert done.status == 1, done.out
     cases = results(tmp_path / "out")
@@ -266,4 +301,6 @@ def test_the_judge_sends_nothing(tmp_path: Path) -> None:
     finally:
         hosted.close()
     assert result.outcome is Outcome.REJECTED
-    assert {failure.expectation for failure in result.failures} == {"operational", "pdo_mapping", "heartbeat"}
+    assert {failure.expectation for failure in result.failures} == {
+        *("operational", "pdo_mapping", "heartbeat", "torque_limit_kept")
+    }
