@@ -151,12 +151,23 @@ class Bench(Strict):
         return self.limits[name]
 
 
+class UnmeantError(UserError):
+    """A bench of real drives, sound in all else, of which nobody has said that they are meant."""
+
+    def __init__(self, bench: Bench) -> None:
+        super().__init__(
+            f"{bench.path}: its drives are real, and a machine will move: add --real to `drivetwin accept`, once it is clear"
+        )
+        self.bench = bench
+
+
 def read_bench(path: Path, real: bool = False, changes: Mapping[str, object] | None = None) -> Bench:
     """Read and check a bench; `changes` are keys whose values replace those of the file.
 
     Raises UserError naming the file and the key for what is missing, unknown or wrong, a machine, drive type or truth that is
-    not there, and a limit of an axis that the machine has not. A bench of real drives is refused unless `real` says that
-    somebody means it and its limits are narrower than the machine's; one of virtual drives, on a bus that may have real ones.
+    not there, and a limit of an axis that the machine has not. A bench of real drives is refused unless its limits are narrower
+    than the machine's, and as UnmeantError unless `real` says that somebody means it; one of virtual drives, on a bus that may
+    have real ones.
     """
     bench = typed(Bench, {**read_yaml(path), **(changes or {}), "path": path.absolute()}, path)
     if bench.drives == "virtual":
@@ -167,7 +178,9 @@ def read_bench(path: Path, real: bool = False, changes: Mapping[str, object] | N
             known = ", ".join(axes)
             raise UserError(f"{path}: limits.{name}: machine {bench.machine} has no axis {unknown[0]!r}, only {known}")
     if bench.drives == "real":
-        _check_real(bench, path, real)
+        _check_real(bench, path)
+        if not real:
+            raise UnmeantError(bench)
     return bench
 
 
@@ -183,10 +196,8 @@ def _check_virtual(bench: Bench, path: Path, real: bool) -> None:
         raise UserError(f"{path}: real: is for drives: real, and these are virtual")
 
 
-def _check_real(bench: Bench, path: Path, real: bool) -> None:
-    """All that has to hold before axes move that can hurt somebody."""
-    if not real:
-        raise UserError(f"{path}: its drives are real, and a machine will move: `drivetwin accept --real`, once it is clear")
+def _check_real(bench: Bench, path: Path) -> None:
+    """All that has to hold before axes move that can hurt somebody, but that somebody is there."""
     if bench.bus == EMBEDDED:
         raise UserError(f"{path}: bus: {EMBEDDED} is made for a case, and real drives are on none; write for example can0")
     if not (is_copper(bench.bus) or bench.real.any_bus):

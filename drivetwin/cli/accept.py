@@ -15,7 +15,7 @@ from rich.table import Table
 
 from drivetwin.errors import UserError
 from drivetwin.files import own_directory
-from hil_tests.bench import Bench, read_bench
+from hil_tests.bench import Bench, UnmeantError, read_bench
 from hil_tests.folder import digest
 from hil_tests.motion_plan import what_moves
 from hil_tests.results import Acceptance, Trend, check_baseline, compare, read_results, write_junit, write_report, write_results
@@ -61,14 +61,19 @@ def accept_command(
     controller said.
 
     On a bench of real drives it only listens to their bus: what will move is said first, cases with faults and what only the
-    plant's truth tells are left out, and the first rejected case is the last.
+    plant's truth tells are left out, and the first rejected case is the last. Without --real it says that, and no more.
 
     Exit status: 0 accepted, 1 rejected, 2 a wrong bench or case.
 
     Example: drivetwin accept --bench hil_tests/benches/scara.yaml --select 4 --out out/accept
     """
-    chosen = read_bench(bench, real, _instead(clock, seed))
-    scenarios = find_cases(chosen, [CASES, *(cases or ())], select or ())
+    folders = [CASES, *(cases or ())]
+    try:
+        chosen = read_bench(bench, real, _instead(clock, seed))
+    except UnmeantError as refusal:
+        _warn(refusal.bench, find_cases(refusal.bench, folders, select or ()))
+        raise
+    scenarios = find_cases(chosen, folders, select or ())
     before = None if baseline is None else read_results(baseline)
     if before is not None:
         check_baseline(chosen, before)

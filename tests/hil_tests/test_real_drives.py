@@ -70,7 +70,7 @@ def test_real_drives_are_moved_only_where_somebody_says_so(tmp_path: Path) -> No
     """Whoever reads a bench without saying it, as the pytest plugin and the mutants' table do, is refused."""
     path = real_bench(tmp_path, "can0", real={"limits": "limits.yaml"})
     assert read_bench(path, real=True).bus == "can0"
-    with pytest.raises(UserError, match="its drives are real, and a machine will move: `drivetwin accept --real`"):
+    with pytest.raises(UserError, match="a machine will move: add --real to `drivetwin accept`, once it is clear"):
         read_bench(path)
     with pytest.raises(UserError, match="clock: real drives keep time by themselves"):
         read_bench(path, real=True, changes={"clock": "sync"})
@@ -148,6 +148,24 @@ def test_what_moves_is_said_in_the_order_of_the_cases(tmp_path: Path) -> None:
         "03_homing.home: every axis goes to its switch, and from there into its limits",
         "04_moves.to_and_fro: every axis goes to its switch, then slide -0.05 .. 0.1 m",
     ]
+
+
+def test_what_would_move_is_said_before_it_is_refused(tmp_path: Path) -> None:
+    """Whoever adds --real has read the plan."""
+    bench, out = real_bench(tmp_path, "unix:/nowhere"), tmp_path / "out"
+    done = drivetwin("accept", "--bench", bench, "--select", "03_homing.home", "--out", out)
+    assert done.status == 2
+    assert "slide: -0.15 .. 0.15 m, at most 0.2 m/s and 400 N" in done.out
+    assert "03_homing.home: every axis goes to its switch, and from there into its limits" in done.out
+    assert "its drives are real, and a machine will move: add --real to `drivetwin accept`, once it is clear" in done.err
+    assert not out.exists()
+
+
+def test_limits_that_are_too_wide_are_refused_without_a_plan(tmp_path: Path) -> None:
+    bench = real_bench(tmp_path, "unix:/nowhere", slide=SLOWER | {"speed": 1.1})
+    done = drivetwin("accept", "--bench", bench, "--out", tmp_path / "out")
+    assert (done.status, done.out) == (2, "")
+    assert "slide: speed 1.1 is more than 1 of limits in bench.yaml" in done.err
 
 
 # -- what a bus tells ----------------------------------------------------------------------------------------------------
