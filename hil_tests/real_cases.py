@@ -14,9 +14,14 @@ from hil_tests.task import Task
 def why_not_on_real_drives(
     task: Task, faults: Sequence[str], expected: Sequence[type[Expectation]], bench: Bench
 ) -> str | None:
-    """Why a case is not run on real drives: its `faults`, its targets, or that there is nothing to judge; None: it is."""
+    """Why a case is not run on real drives; None: it is.
+
+    For its `faults`, that it goes on by itself after one, its targets, or that there is nothing to judge.
+    """
     if faults:
         return f"faults strike virtual drives and their plant, and here drives are real: {', '.join(faults)}"
+    if task.resume:
+        return "resume lets a controller reset a drive's fault and enable it again by itself, and here drives are real"
     if not any(not kind.needs_truth and kind is not Outcome for kind in expected):
         names = ", ".join(kind.name for kind in expected if kind.needs_truth) or "nothing"
         return f"beside how the controller ends it judges what only the plant's truth tells, and here drives are real: {names}"

@@ -101,6 +101,10 @@ FAULT = {"fault": "sto", "node": 1, "when": {"time": 1.0}}
     ("changes", "because"),
     [
         ({"faults": [FAULT], "expect": [{"outcome": "stopped"}, "no_emergency"]}, "faults strike virtual drives .*: sto"),
+        (
+            {"task": {"task": "home", "resume": True}, "expect": [{"outcome": "done"}, "no_emergency"]},
+            "resume lets a controller reset a drive's fault and enable it again by itself, and here drives are real",
+        ),
         ({"expect": [{"outcome": "done"}, "limits", "no_jump"]}, "only the plant's truth tells, .*: limits, no_jump"),
         ({"expect": [{"outcome": "done"}]}, "only the plant's truth tells, and here drives are real: nothing"),
         (
