@@ -153,6 +153,8 @@ class Evidence:
     """Whether frames have a time of their own, by wall clock or wire (`BusFrame.heard`)."""
     torque_limits: tuple[TorqueLimit, ...] = ()
     """Of real drives, at each start of their nodes and each change afterwards."""
+    told: frozenset[str] | None = None
+    """Axes whose real drives have told their state since they booted; None: drives are virtual, and asked from within."""
 
     @property
     def fault_time(self) -> float | None:

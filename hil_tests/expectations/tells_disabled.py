@@ -1,4 +1,4 @@
-"""When the controller has gone each drive tells that it is not enabled."""
+"""When the controller has gone each drive tells that it is not enabled; one that tells nothing does not."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ class TellsDisabled(Expectation):
 
     def judge(self, evidence: Evidence) -> Finding:
         finding = MET
-        for axis in evidence.axes:
+        for axis, node in zip(evidence.axes, evidence.nodes, strict=True):
+            if evidence.told is not None and axis not in evidence.told:
+                finding += self.fails(f"no frame told the state of node {node} since it booted", axis, evidence.end)
+                continue
             changes = [change for change in evidence.states if change.axis == axis]
             last = [change for change in changes if change.time <= evidence.end][-1:]
             for change in last + [change for change in changes if change.time > evidence.end]:

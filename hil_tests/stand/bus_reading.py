@@ -60,12 +60,14 @@ def _watched(request: bytes) -> int | None:
 
 @dataclass(frozen=True)
 class BusReading:
-    """What was read: changes of state, the configuration of each axis's node, axes that were operational at the end."""
+    """What was read: changes of state, the configuration of each axis's node, axes that were operational at the end, what
+    drives may give, and axes whose drives have told their state since they booted."""
 
     states: tuple[StateChange, ...]
     configured: dict[str, Configuration]
     operational: frozenset[str]
     torque_limits: tuple[TorqueLimit, ...]
+    told: frozenset[str]
 
 
 def read_bus(frames: Sequence[BusFrame], bench: Bench, end: float) -> BusReading:
@@ -85,6 +87,7 @@ def read_bus(frames: Sequence[BusFrame], bench: Bench, end: float) -> BusReading
         configured={node.axis: node.configured for node in nodes.values() if node.configured is not None},
         operational=frozenset(node.axis for node in nodes.values() if node.beat == OPERATIONAL),
         torque_limits=tuple(limit for node in nodes.values() for limit in node.torque_limits),
+        told=frozenset(node.axis for node in nodes.values() if node.told),
     )
 
 
@@ -104,6 +107,7 @@ class _Node:
         self.torque_limits: list[TorqueLimit] = []
         self.configured: Configuration | None = None
         self.beat: int | None = None
+        self.told = False
         self._ended = False
         self._node_id, self._profile = axis.node_id, profile
         self._gear, self._commissioned_torque = axis.gear_ratio, axis.motor.rated_torque
@@ -146,7 +150,7 @@ class _Node:
         self._ended = frame.time > end
         if self.beat == BOOT_UP:
             self._known.clear()
-            self._started = False
+            self._started = self.told = False
             self._now(State.SWITCH_ON_DISABLED, frame.time)
 
     def _answer(self, frame: BusFrame) -> None:
@@ -181,7 +185,9 @@ class _Node:
         """An object's value, by SDO or PDO, as unsigned as a PDO has it."""
         match address:
             case (0x6041, 0):
-                self._now(_state(value), time)
+                state = _state(value)
+                self.told = self.told or state is not None
+                self._now(state, time)
             case (0x6072, 0) | (0x6076, 0):
                 self._known[address] = float(value)
                 self._may_give(time)

@@ -96,6 +96,7 @@ class RealStand:
             left_behind=tuple(self._left_behind),
             timed=True,
             torque_limits=reading.torque_limits,
+            told=reading.told,
         )
 
 

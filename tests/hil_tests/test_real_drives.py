@@ -223,6 +223,32 @@ def sdo(node: int, request: str, answer: str, time: float) -> list[BusFrame]:
     return [asked, BusFrame(time, 0x580 + node, bytes.fromhex(answer), False, False, time)]
 
 
+TELLS_DISABLED = sdo(1, "4041600000000000", "4b41600050020000", 0.1)
+BOOTS = BusFrame(0.5, 0x701, b"\x00", False, False, 0.5)
+MAPPED = [
+    *sdo(1, "2300180181010000", "6000180100000000", 0.1),
+    *sdo(1, "2f001a0001000000", "60001a0000000000", 0.1),
+    *sdo(1, "23001a0110004160", "60001a0100000000", 0.1),
+]
+BY_TPDO = BusFrame(0.2, 0x181, b"\x50\x02", False, False, 0.2)
+
+
+@pytest.mark.parametrize(
+    ("frames", "told"),
+    [
+        ([BOOTS], False),
+        (TELLS_DISABLED, True),
+        ([*MAPPED, BY_TPDO], True),
+        ([BY_TPDO], False),
+        ([*TELLS_DISABLED, BOOTS], False),
+    ],
+    ids=["boots", "SDO", "TPDO", "TPDO whose mapping nobody said", "before a reset"],
+)
+def test_a_drive_tells_its_state_by_a_statusword(frames: list[BusFrame], told: bool) -> None:
+    """Also where it is the state that is taken for granted, so that nothing changes."""
+    assert ("lift" in read_bus(frames, read_bench(SCARA), 3.0).told) is told
+
+
 STARTS = BusFrame(1.0, 0x000, b"\x01\x00", True, False, 1.0)
 RATED_OF_500_MNM = sdo(1, "4076600000000000", "43766000f4010000", 0.1)
 LOWERED_TO_1000 = sdo(1, "2b726000e8030000", "6072600000000000", 0.2)
@@ -238,7 +264,7 @@ LIFT_GEAR = 628.3185307179587
         ([*sdo(1, "4072600000000000", "4b726000e8030000", 0.2), STARTS], [1000]),
         ([*sdo(1, RAISED_TO_3000, "8072600011000906", 0.2), STARTS], [None]),
         ([*LOWERED_TO_1000, STARTS, *sdo(1, RAISED_TO_3000, "6072600000000000", 2.0)], [1000, 3000]),
-        ([*LOWERED_TO_1000, BusFrame(0.5, 0x701, b"\x00", False, False, 0.5), STARTS], [None]),
+        ([*LOWERED_TO_1000, BOOTS, STARTS], [None]),
     ],
     ids=["not said", "written", "read back", "refused", "raised later", "before a reset"],
 )
