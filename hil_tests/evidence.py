@@ -155,6 +155,8 @@ class Evidence:
     """Of real drives, at each start of their nodes and each change afterwards."""
     told: frozenset[str] | None = None
     """Axes whose real drives have told their state since they booted; None: drives are virtual, and asked from within."""
+    homed: frozenset[str] | None = None
+    """Axes whose real drives were seen to home since they booted; None: drives are virtual."""
 
     @property
     def fault_time(self) -> float | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -15,6 +15,8 @@ from emulator.faults.library import read_fault
 from hil_tests.bench import Bench
 from hil_tests.conditions import Condition, read_condition
 from hil_tests.expectations.base import Expectation
+from hil_tests.expectations.homed import Homed
+from hil_tests.expectations.homing_attained import HomingAttained
 from hil_tests.expectations.outcome import Outcome
 from hil_tests.expectations.reading import expectation_kind, read_expectation
 from hil_tests.expectations.torque_limit_kept import TorqueLimitKept
@@ -170,10 +172,17 @@ def _seconds(key: str, value: object) -> float | None:
 
 
 def _expectations(given: Sequence[Any], kinds: Sequence[type[Expectation]], bench: Bench) -> tuple[Expectation, ...]:
-    """Those that the bench's drives let be judged, read with its limits; real drives have a torque limit in every case."""
+    """Those that the bench's drives let be judged, read with its limits, and what real drives are asked beside."""
     judged = [one for one, kind in zip(given, kinds, strict=True) if bench.drives == "virtual" or not kind.needs_truth]
     read = tuple(read_expectation(one, bench) for one in judged)
     if Outcome not in kinds:
         raise UserError("expect: says nothing of how the controller ends; add for example: - outcome: done")
-    always = (TorqueLimitKept(),) if bench.drives == "real" and TorqueLimitKept not in kinds else ()
-    return read + always
+    return read if bench.drives == "virtual" else read + tuple(_of_real_drives(kinds))
+
+
+def _of_real_drives(kinds: Sequence[type[Expectation]]) -> Iterator[Expectation]:
+    """A torque limit in every case, and that axes have homed in the place of where their zero truly is."""
+    if TorqueLimitKept not in kinds:
+        yield TorqueLimitKept()
+    if Homed in kinds and HomingAttained not in kinds:
+        yield HomingAttained()

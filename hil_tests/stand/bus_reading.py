@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from drive_profiles import DataType, DriveProfile
 from emulator.canopen.data_types import decode, size
-from emulator.drive.state_machine import State
+from emulator.drive.state_machine import State, Statusword
 from emulator.machine import Axis
 from hil_tests.bench import Bench
 from hil_tests.evidence import BusFrame, Configuration, StateChange, TorqueLimit
@@ -26,6 +26,10 @@ CONSUMERS = bytes.fromhex("1610")
 """1016h, consumer heartbeat time, as SDO names it."""
 STATUSWORD = (0x6041, 0)
 STATE_BITS = 0x6F
+HOMING_MODE = 6
+"""Mode of operation 6060h (CiA 402-2)."""
+START_HOMING = 0x1F
+"""Controlword: enable operation, and bit 4."""
 MAX_TORQUE, RATED_TORQUE = (0x6072, 0), (0x6076, 0)
 """Thousandths of the rated torque; mN·m of the motor (CiA 402-2)."""
 
@@ -61,13 +65,14 @@ def _watched(request: bytes) -> int | None:
 @dataclass(frozen=True)
 class BusReading:
     """What was read: changes of state, the configuration of each axis's node, axes that were operational at the end, what
-    drives may give, and axes whose drives have told their state since they booted."""
+    drives may give, and axes whose drives have told their state, and have homed, since they booted."""
 
     states: tuple[StateChange, ...]
     configured: dict[str, Configuration]
     operational: frozenset[str]
     torque_limits: tuple[TorqueLimit, ...]
     told: frozenset[str]
+    homed: frozenset[str]
 
 
 def read_bus(frames: Sequence[BusFrame], bench: Bench, end: float) -> BusReading:
@@ -88,6 +93,7 @@ def read_bus(frames: Sequence[BusFrame], bench: Bench, end: float) -> BusReading
         operational=frozenset(node.axis for node in nodes.values() if node.beat == OPERATIONAL),
         torque_limits=tuple(limit for node in nodes.values() for limit in node.torque_limits),
         told=frozenset(node.axis for node in nodes.values() if node.told),
+        homed=frozenset(node.axis for node in nodes.values() if node.homing.attained),
     )
 
 
@@ -96,6 +102,32 @@ class _Write(NamedTuple):
 
     address: bytes
     value: bytes | None
+
+
+class _Homing:
+    """Homing of one drive, as the bus tells of it (CiA 402-2, clause 'Homing mode')."""
+
+    def __init__(self) -> None:
+        self.attained = False
+        self._mode: int | None = None
+        self._started = False
+        self._bit_12 = False
+
+    def mode(self, mode: int) -> None:
+        """6060h as it was written, or either as the drive shows it: another mode ends homing."""
+        self._started = self._started and mode == HOMING_MODE
+        self._mode = mode
+
+    def controlword(self, word: int) -> None:
+        """Enabled and bit 4: homing starts."""
+        self._started = self._started or (self._mode == HOMING_MODE and word & START_HOMING == START_HOMING)
+
+    def statusword(self, word: int) -> None:
+        """Attained where bit 12 rises once homing has started: a drive that was homed before may show it until then."""
+        risen = bool(word & Statusword.MODE_BIT_12) and not self._bit_12
+        self._bit_12 = bool(word & Statusword.MODE_BIT_12)
+        if self._started and risen and not word & Statusword.MODE_BIT_13:
+            self.attained = True
 
 
 class _Node:
@@ -108,6 +140,7 @@ class _Node:
         self.configured: Configuration | None = None
         self.beat: int | None = None
         self.told = False
+        self.homing = _Homing()
         self._ended = False
         self._node_id, self._profile = axis.node_id, profile
         self._gear, self._commissioned_torque = axis.gear_ratio, axis.motor.rated_torque
@@ -151,6 +184,7 @@ class _Node:
         if self.beat == BOOT_UP:
             self._known.clear()
             self._started = self.told = False
+            self.homing = _Homing()
             self._now(State.SWITCH_ON_DISABLED, frame.time)
 
     def _answer(self, frame: BusFrame) -> None:
@@ -188,6 +222,11 @@ class _Node:
                 state = _state(value)
                 self.told = self.told or state is not None
                 self._now(state, time)
+                self.homing.statusword(value)
+            case (0x6040, 0):
+                self.homing.controlword(value)
+            case (0x6060, 0) | (0x6061, 0):
+                self.homing.mode(value)
             case (0x6072, 0) | (0x6076, 0):
                 self._known[address] = float(value)
                 self._may_give(time)

@@ -97,6 +97,7 @@ class RealStand:
             timed=True,
             torque_limits=reading.torque_limits,
             told=reading.told,
+            homed=reading.homed,
         )
 
 

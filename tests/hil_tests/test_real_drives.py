@@ -298,12 +298,14 @@ def results(out: Path) -> dict[str, Any]:
 def test_a_sound_controller_is_accepted_by_what_the_bus_shows(tmp_path: Path, drives: str) -> None:
     scenario_file(tmp_path / "own", "08_faults/sto", faults=[FAULT], expect=[{"outcome": "stopped"}, "stopped"])
     bench = real_bench(tmp_path, drives)
-    words = ("--cases", str(tmp_path / "own"), "--select", "01_boot.configured", "--select", "*.enable", "--select", "*.sto")
+    selected = [word for case in ("01_boot.configured", "*.enable", "*.home", "*.sto") for word in ("--select", case)]
+    words = ("--cases", str(tmp_path / "own"), *selected)
     done = drivetwin("accept", "--bench", bench, "--real", "--out", tmp_path / "out", *words)
     assert (done.status, done.err) == (0, ""), done.out
     cases = results(tmp_path / "out")
     outcomes = {name: case["outcome"] for name, case in cases.items()}
-    assert outcomes == {"01_boot.configured": "accepted", "02_enable.enable": "accepted", "08_faults.sto": "skipped"}
+    accepted = dict.fromkeys(("01_boot.configured", "02_enable.enable", "03_homing.home"), "accepted")
+    assert outcomes == accepted | {"08_faults.sto": "skipped"}
     assert cases["08_faults.sto"]["skipped_because"].startswith("faults strike virtual drives and their plant")
     assert cases["01_boot.configured"]["not_judged"] == ["nothing_moves"]
     assert cases["02_enable.enable"]["not_judged"] == ["no_jump", "holds", "nothing_moves", "limits", "disabled_at_end"]
@@ -325,6 +327,7 @@ def test_a_sound_controller_is_accepted_by_what_the_bus_shows(tmp_path: Path, dr
         ("leaves_out_switching_on", "02_enable.enable", "state_sequence"),
         ("leaves_drives_enabled", "02_enable.enable", "state_sequence"),
         (None, "01_boot.configured", "torque_limit_kept"),
+        ("skips_homing", "03_homing.home", "homing_attained"),
     ],
 )
 def test_a_broken_controller_is_rejected_there_too(
@@ -332,11 +335,11 @@ def test_a_broken_controller_is_rejected_there_too(
 ) -> None:
     """Without a mutant: the reference controller that is not told its limits."""
     broken = [*KEEPS_LIMITS[:2], "mutants", mutant, *KEEPS_LIMITS[3:]] if mutant else [*REFERENCE, "--log", "{limits}.log"]
-    done = accept(real_bench(tmp_path, drives, command=broken), tmp_path / "out", case, "03_homing.home")
+    done = accept(real_bench(tmp_path, drives, command=broken), tmp_path / "out", case, "11_soak.to_and_fro")
     assert done.status == 1, done.out
     cases = results(tmp_path / "out")
     assert expectation in [failure["expectation"] for failure in cases[case]["failures"]]
-    assert cases["03_homing.home"]["skipped_because"] == f"{case} was rejected, and drives are real: nothing more is run"
+    assert cases["11_soak.to_and_fro"]["skipped_because"] == f"{case} was rejected, and drives are real: nothing more is run"
 
 
 def test_the_judge_sends_nothing(tmp_path: Path) -> None:
