@@ -34,6 +34,7 @@ class Ending(StrEnum):
     HANGS = "hangs"
     FLOODS = "floods"
     NEVER_ENDS = "never ends"
+    BUS_LOST = "bus lost"
 
 
 class BusFrame(NamedTuple):
@@ -71,6 +72,13 @@ class Struck:
 
     text: str
     time: float | None
+
+
+class BusLost(NamedTuple):
+    """The stand heard no more of the bus from time [s] on, and why."""
+
+    time: float
+    reason: str
 
 
 @dataclass(frozen=True)
@@ -157,6 +165,7 @@ class Evidence:
     """Axes whose real drives have told their state since they booted; None: drives are virtual, and asked from within."""
     homed: frozenset[str] | None = None
     """Axes whose real drives were seen to home since they booted; None: drives are virtual."""
+    bus_lost: BusLost | None = None
 
     @property
     def fault_time(self) -> float | None:

@@ -28,15 +28,22 @@ def skipped(scenario: Scenario, because: str) -> CaseResult:
     return _result(scenario, Outcome.SKIPPED, (), (), because, 0.0, 0.0, None)
 
 
+def not_run(scenario: Scenario, because: str) -> CaseResult:
+    """The verdict of a case that others were run before, and that could not be run itself."""
+    failure = Failure("bus", f"it was not run: {because}")
+    return _result(scenario, Outcome.REJECTED, (failure,), (), "", 0.0, 0.0, None)
+
+
 def _always(evidence: Evidence) -> list[Failure]:
-    """Every fault struck, and the controller left nothing behind."""
+    """Every fault struck, the controller left nothing behind, and all was heard."""
     never = [
         Failure("fault", f"{struck.text} never struck: what it waits for never came", time=evidence.end)
         for struck in evidence.struck
         if struck.time is None
     ]
     left = [Failure("leaves nothing", f"the controller left behind, at {what}") for what in evidence.left_behind]
-    return never + left
+    lost = evidence.bus_lost
+    return never + left + ([] if lost is None else [Failure("bus", f"the bus was lost: {lost.reason}", time=lost.time)])
 
 
 def _with_noise(measured: Measured, bench: Bench) -> Measured:

@@ -13,7 +13,7 @@ from pathlib import Path
 from drivetwin.errors import UserError
 from hil_tests.bench import EMBEDDED, Bench
 from hil_tests.folder import write_case
-from hil_tests.judge import judge, skipped
+from hil_tests.judge import judge, not_run, skipped
 from hil_tests.scenario import Scenario
 from hil_tests.stand.real_stand import run_real_case
 from hil_tests.stand.stand import run_case
@@ -57,13 +57,22 @@ def run_all(
 
 
 def _one_by_one(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Path]) -> Iterator[CaseResult]:
-    """In their order; real drives go no further once the controller was rejected: what comes next builds on it."""
-    rejected = None
+    """In their order; real drives go no further once the controller was rejected: what comes next builds on it.
+
+    Raises UserError as `run_one`; once a case has run on real drives, what then cannot be run is rejected and the rest kept.
+    """
+    rejected, has_run = None, False
     for scenario, place in zip(scenarios, places, strict=True):
         if rejected is not None and bench.drives == "real" and scenario.skipped_because is None:
             yield skipped(scenario, f"{rejected} was rejected, and drives are real: nothing more is run")
             continue
-        result = run_one(bench, scenario, place)
+        try:
+            result = run_one(bench, scenario, place)
+        except UserError as error:
+            if bench.drives != "real" or not has_run:
+                raise
+            result = not_run(scenario, str(error))
+        has_run = has_run or result.outcome is not Outcome.SKIPPED
         if result.outcome is Outcome.REJECTED:
             rejected = rejected or scenario.identity
         yield result

@@ -10,7 +10,7 @@ import numpy as np
 
 from drivetwin.bus import open_bus
 from hil_tests.bench import Bench
-from hil_tests.evidence import BusFrame, Ending, Evidence, Run, Truth
+from hil_tests.evidence import BusFrame, BusLost, Ending, Evidence, Run, Truth
 from hil_tests.scenario import Scenario
 from hil_tests.stand.bus_reading import read_bus, sent_by_drive, strangers_told_apart
 from hil_tests.stand.controller_process import ControllerProcess
@@ -31,6 +31,7 @@ class RealStand:
         self._began = began
         self._frames: list[BusFrame] = []
         self._left_behind: list[str] = []
+        self._lost: BusLost | None = None
 
     def run(self) -> Evidence:
         """Everything from the controller's start to the aftermath. Raises UserError where its command cannot be started."""
@@ -40,6 +41,8 @@ class RealStand:
             run, left = start.run(self._bench.bus, self._now, self._serve)
             runs.append(run)
             self._left_behind += left
+            if self._lost is not None:
+                break
             self._listen(self._scenario.aftermath)
         return self._evidence(tuple(runs))
 
@@ -51,6 +54,8 @@ class RealStand:
             if status is not None:
                 self._listen(LISTEN)
                 return EXIT_STATUS.get(status, Ending.CRASHED)
+            if self._lost is not None:
+                return Ending.BUS_LOST
             own = frame is not None and frame.by_controller
             concern = watchdog.frame(self._now()) if own else watchdog.silence(self._now())
             if concern is not None:
@@ -62,8 +67,15 @@ class RealStand:
             self._take(left)
 
     def _take(self, pause: float) -> BusFrame | None:
-        """The next frame, noted; one that tells of an error on the wire is none."""
-        message = self._bus.recv(pause)
+        """The next frame, noted; one that tells of an error on the wire is none. A bus that is lost stays so."""
+        if self._lost is not None:
+            time.sleep(pause)
+            return None
+        try:
+            message = self._bus.recv(pause)
+        except can.CanError as error:
+            self._lost = BusLost(self._now(), str(error))
+            return None
         if message is None or message.is_error_frame:
             return None
         heard = message.timestamp - self._began  # by the kernel where it stamps frames, else when they were taken
@@ -98,6 +110,7 @@ class RealStand:
             torque_limits=reading.torque_limits,
             told=reading.told,
             homed=reading.homed,
+            bus_lost=self._lost,
         )
 
 

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
-from processes import Ended, drivetwin, emulator
+from processes import Ended, drivetwin, emulator, start
 from real_bench import KEEPS_LIMITS, SLOWER, real_bench
 from stage_bench import LIMITS, REFERENCE, bench_file, scenario_file
 
@@ -19,8 +20,10 @@ from drivetwin.bus import host_bus
 from drivetwin.errors import UserError
 from hil_tests.bench import Bench, read_bench
 from hil_tests.evidence import BusFrame, Evidence
+from hil_tests.judge import skipped
 from hil_tests.motion_plan import what_moves
-from hil_tests.run import run_one
+from hil_tests.results import Acceptance, write_junit, write_report, write_results
+from hil_tests.run import run_all, run_one
 from hil_tests.scenario import read_scenario
 from hil_tests.stand.bus_reading import read_bus, sent_by_drive
 from hil_tests.stand.stand import run_case
@@ -355,3 +358,55 @@ def test_the_judge_sends_nothing(tmp_path: Path) -> None:
     assert {failure.expectation for failure in result.failures} == {
         *("operational", "pdo_mapping", "heartbeat", "torque_limit_kept")
     }
+
+
+# -- a bus that goes away ------------------------------------------------------------------------------------------------
+
+RESULTS = ("results.json", "junit.xml", "report.html")
+
+LEAVES_THE_BUS_DEAD = """
+import os, pathlib, signal, sys, time
+os.kill(int(sys.argv[1]), signal.SIGKILL)
+time.sleep(60)
+"""
+
+
+def test_a_bus_lost_in_a_case_rejects_it_and_what_was_found_before_is_written(tmp_path: Path) -> None:
+    """The controller of this test kills the bus's host, and lives on."""
+    host = start("emulate", "--machine", "stage", "--bus", f"unix:{tmp_path}/bus")
+    assert host.stdout is not None
+    assert "unix:" in host.stdout.readline()
+    kills = ["{python}", "-c", LEAVES_THE_BUS_DEAD, str(host.pid), "{limits}"]
+    try:
+        bench = real_bench(tmp_path, f"unix:{tmp_path}/bus", command=kills)
+        done = accept(bench, tmp_path / "out", "01_boot.configured", "02_enable.enable")
+    finally:
+        host.kill()
+        host.communicate()
+    assert (done.status, done.err) == (1, ""), done.out
+    cases = results(tmp_path / "out")
+    said = {one["expectation"]: one["message"] for one in cases["01_boot.configured"]["failures"]}
+    assert "the bus was lost: the bus at unix:" in said["bus"]
+    assert "the controller ended as 'bus lost'" in said["outcome"]
+    assert "01_boot.configured was rejected" in cases["02_enable.enable"]["skipped_because"]
+    assert all("the bus was lost" in (tmp_path / "out" / name).read_text(encoding="utf-8") for name in RESULTS)
+
+
+def test_a_bus_lost_between_two_cases_rejects_the_next(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was found until then is not lost with it."""
+    bench = read_bench(real_bench(tmp_path, f"unix:{tmp_path}/bus", command=["true", "{limits}"]), real=True)
+    first, second = find_cases(bench, [CASES], ["01_boot.configured", "02_enable.enable"])
+    accepted = replace(skipped(first, ""), outcome=Outcome.ACCEPTED)
+    run = {first.identity: lambda: accepted}
+    kept = run_one
+    monkeypatch.setattr("hil_tests.run.run_one", lambda *given: run.get(given[1].identity, lambda: kept(*given))())
+    found = run_all(bench, [first, second], tmp_path / "cases", 1, lambda _: None)
+    assert [one.outcome for one in found] == [Outcome.ACCEPTED, Outcome.REJECTED]
+    assert found[1].failures[0].message.startswith("it was not run: no bus at unix:")
+    acceptance = Acceptance(bench, tuple(found), "")
+    write_results(acceptance, tmp_path / "results.json", [])
+    write_junit(acceptance, tmp_path / "junit.xml", tmp_path, None)
+    write_report(acceptance, tmp_path / "report.html", None)
+    assert all("it was not run: no bus" in (tmp_path / name).read_text(encoding="utf-8") for name in RESULTS)
+    with pytest.raises(UserError, match="no bus at unix:"):
+        run_all(bench, [second], tmp_path / "cases", 1, lambda _: None)
