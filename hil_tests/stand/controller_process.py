@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
 
@@ -28,9 +28,19 @@ LAST_LINES = 5
 class ControllerProcess:
     """A running controller, whose stdout and stderr go to `log`. At the end of the block nothing of its group is left."""
 
-    def __init__(self, command: list[str], folder: Path, log: Path, grace: float = GRACE["virtual"]) -> None:
-        """Start it in `folder`; it has `grace` [s] to end once it is asked to. Raises OSError where it cannot be started."""
-        self._log, self._grace = log, grace
+    def __init__(
+        self,
+        command: list[str],
+        folder: Path,
+        log: Path,
+        grace: float = GRACE["virtual"],
+        meanwhile: Callable[[float], None] = time.sleep,
+    ) -> None:
+        """Start it in `folder`; it has `grace` [s] to end once it is asked to, and `meanwhile` passes seconds until then.
+
+        Raises OSError where it cannot be started.
+        """
+        self._log, self._grace, self._meanwhile = log, grace, meanwhile
         environment = {**os.environ, "OMP_NUM_THREADS": os.environ.get("OMP_NUM_THREADS", "1")}
         with log.open("ab") as stream:
             self._from = stream.tell()
@@ -82,7 +92,7 @@ class ControllerProcess:
         while self.status() is None or self._signal(0):
             if time.monotonic() > deadline:
                 return True
-            time.sleep(0.01)
+            self._meanwhile(0.01)
         return False
 
     def _signal(self, number: int) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -25,8 +26,13 @@ class ControllerStart:
     def __init__(self, bench: Bench, scenario: Scenario, folder: Path, number: int) -> None:
         self._bench, self._scenario, self._folder, self._number = bench, scenario, folder, number
 
-    def run(self, bus: str, now: Callable[[], float], serve: Serve) -> tuple[Run, list[str]]:
-        """How it ended, by the clock `now` [s], and what it left behind. Raises UserError where it cannot be started."""
+    def run(
+        self, bus: str, now: Callable[[], float], serve: Serve, meanwhile: Callable[[float], None] = time.sleep
+    ) -> tuple[Run, list[str]]:
+        """How it ended, by the clock `now` [s], and what it left behind; `meanwhile` for some seconds while it is being ended.
+
+        Raises UserError where it cannot be started.
+        """
         out = self._folder / ("controller" if self._number == 0 else f"controller_{self._number + 1}")
         out.mkdir()
         task_file = out / "task.json"
@@ -38,7 +44,7 @@ class ControllerStart:
         command = command_line(self._bench, places)
         left = []
         log, grace = self._folder / "controller.log", GRACE[self._bench.drives]
-        with ControllerProcess(command, self._bench.path.parent, log, grace) as process:
+        with ControllerProcess(command, self._bench.path.parent, log, grace, meanwhile) as process:
             ending = serve(process, watchdog)
             ended = now()
             if process.end():

@@ -38,7 +38,7 @@ class RealStand:
         runs = []
         for number in range(self._scenario.starts):
             start = ControllerStart(self._bench, self._scenario, self._folder, number)
-            run, left = start.run(self._bench.bus, self._now, self._serve)
+            run, left = start.run(self._bench.bus, self._now, self._serve, self._listen)
             runs.append(run)
             self._left_behind += left
             if self._lost is not None:

@@ -26,6 +26,7 @@ from hil_tests.results import Acceptance, write_junit, write_report, write_resul
 from hil_tests.run import run_all, run_one
 from hil_tests.scenario import read_scenario
 from hil_tests.stand.bus_reading import read_bus, sent_by_drive
+from hil_tests.stand.real_stand import run_real_case
 from hil_tests.stand.stand import run_case
 from hil_tests.suite import CASES, find_cases
 from hil_tests.verdict import Outcome
@@ -358,6 +359,32 @@ def test_the_judge_sends_nothing(tmp_path: Path) -> None:
     assert {failure.expectation for failure in result.failures} == {
         *("operational", "pdo_mapping", "heartbeat", "torque_limit_kept")
     }
+
+
+SAYS_MUCH_WHEN_ASKED_TO_END = """
+import signal, sys, time
+from drivetwin.bus import open_bus
+import can
+bus = open_bus(sys.argv[1])
+def stop(*_):
+    for number in range(2000):
+        bus.send(can.Message(arbitration_id=0x123, data=number.to_bytes(2, "little"), is_extended_id=False))
+        time.sleep(0.001)
+    sys.exit(3)
+signal.signal(signal.SIGTERM, stop)
+time.sleep(60)
+"""
+
+
+def test_what_a_controller_sends_while_it_is_ended_is_heard(tmp_path: Path, drives: str) -> None:
+    """More frames than the bus keeps for one who does not listen, which would lose what comes late."""
+    said = {"start": 0.5, "silence": 0.5, "simulated": 60.0}
+    command = ["{python}", "-c", SAYS_MUCH_WHEN_ASKED_TO_END, "{bus}", "{limits}"]
+    bench = read_bench(real_bench(tmp_path, drives, command=command, timeouts=said), real=True)
+    (tmp_path / "case").mkdir()
+    seen = run_real_case(bench, read_scenario(CASES / "01_boot/configured.yaml", bench), tmp_path / "case")
+    numbers = [int.from_bytes(frame.data, "little") for frame in seen.frames if frame.identifier == 0x123]
+    assert numbers == list(range(2000))
 
 
 # -- a bus that goes away ------------------------------------------------------------------------------------------------
