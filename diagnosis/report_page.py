@@ -94,7 +94,7 @@ def _overview(name: str, diagnosis: Diagnosis) -> list[str]:
 def _answer(name: str, diagnosis: Diagnosis) -> str:
     if not diagnosis.axes[name].significant:
         return '<span class="in">no</span>'
-    return f'<span class="out">{"yes, on the fitted motion" if name in diagnosis.fitted else "yes"}</span>'
+    return f'<span class="out">{"yes (fitted)" if name in diagnosis.fitted else "yes"}</span>'
 
 
 def _p_value(gap: AxisGap) -> str:

@@ -63,7 +63,7 @@ def test_the_answer_is_on_the_page_with_its_figures_and_units(tmp_path: Path) ->
 def test_a_gap_that_only_the_fitted_motion_shows_is_drawn_and_told_of_it(tmp_path: Path) -> None:
     found = died_out_case()
     page = page_of(found, tmp_path)
-    assert "yes, on the fitted motion" in page.text
+    assert "yes (fitted)" in page.text
     assert "Those of rotate are of the fitted recordings." in page.text
     assert page.figures == 4 + 2
     assert f"{found.fitted['rotate'].gap_rms:.3g} (" in page.text
