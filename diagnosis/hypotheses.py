@@ -45,6 +45,8 @@ LEAST_GAIN = 2.0
 """Nats below which the coarse search is not refined."""
 SHARE_OF_BEST = 0.35
 """Of the best coarse gain that another must have to be refined."""
+NEARLY = 0.5
+"""Of the best gain, from which a spring or a gap is searched once more with corrected parameters, which takes its time."""
 MOST_TOLD = 3
 """Parameters of one effect that data tell apart: of a payload, its weight, its inertia and where it hangs."""
 SEARCH_COST = 2.0
@@ -356,8 +358,6 @@ def _refine(state: State, begun: Sequence[Found]) -> list[Found]:
     for start in begun:
         try:
             better = _searched(state, start.effect, start.axis, state.dynamics)
-            if better.effect.family == INNER:
-                better = _with_corrections(state, better)
             state.comparison.simulation.dynamics((*state.selected, PlacedEffect(start.axis, better.effect, {})))
         except UserError:
             continue
@@ -367,7 +367,18 @@ def _refine(state: State, begun: Sequence[Found]) -> list[Found]:
         known = done.get(key)
         if known is None or regression.evidence(better.fitted) > regression.evidence(known.fitted):
             done[key] = better
-    return list(done.values())
+    return _corrected_where_near(state, list(done.values()))
+
+
+def _corrected_where_near(state: State, found: Sequence[Found]) -> list[Found]:
+    """Springs and gaps that bring nearly as much as the best, with the axis's friction and inertia as fitted behind them."""
+    least = state.regression.evidence(state.regression.fit())
+    gains = [state.regression.evidence(one.fitted) - least for one in found]
+    near = max(LEAST_GAIN, NEARLY * max(gains, default=0.0))
+    return [
+        _with_corrections(state, one) if one.effect.family == INNER and gain >= near else one
+        for one, gain in zip(found, gains, strict=True)
+    ]
 
 
 def _searched(state: State, start: Effect, axis: str, dynamics: Mapping[str, AxisDynamics]) -> Found:
@@ -382,8 +393,12 @@ def _searched(state: State, start: Effect, axis: str, dynamics: Mapping[str, Axi
 
 def _with_corrections(state: State, found: Found) -> Found:
     """The same behind which the axis moves by its friction and inertia as fitted, where that leaves less."""
-    dynamics = state.comparison.simulation.dynamics((*_corrected(state, found.fitted), *state.selected))
-    again = _searched(state, found.effect, found.axis, dynamics)
+    corrected = _corrected(state, found.fitted)
+    try:
+        again = _searched(state, found.effect, found.axis, state.comparison.simulation.dynamics((*corrected, *state.selected)))
+        state.comparison.simulation.dynamics((*corrected, *state.selected, PlacedEffect(found.axis, again.effect, {})))
+    except UserError:
+        return found
     return max(found, again, key=lambda one: state.regression.evidence(one.fitted))
 
 
