@@ -24,6 +24,8 @@ Column = Mapping[str, Array]
 FOLDS = 5
 BLOCK = 2.0
 """Of contiguous time that goes into a fold together [s]: longer than what a filter or an axis remembers."""
+SAME_AXIS = 1e-3
+"""Of each of its numbers, by which an axis may differ for a search to begin at the same place."""
 ENOUGH, PIECE = 72.0, 12.0
 """Of recordings that a coarse search is given, in pieces of so long [s]."""
 
@@ -44,7 +46,7 @@ class Comparison:
     runs: Sequence[Run]
     relative: frozenset[str] = frozenset()
     """Axes whose position is known from where a recording began, not absolutely."""
-    _starts: dict[tuple[str, str, AxisDynamics], list[Tried]] = field(default_factory=dict)
+    _starts: dict[tuple[str, str], list[tuple[AxisDynamics, list[Tried]]]] = field(default_factory=dict)
     nominals: list[Any] = field(default_factory=list)
     """Parameters of the model and what they cost, once they were asked for (nominal.py)."""
     drives: dict[str, Any] = field(default_factory=dict)
@@ -131,15 +133,23 @@ class Comparison:
         return {on: self.picked(on, [cost.get(on, zero) for cost, zero in zip(costs, none, strict=True)]) for on in felt}
 
     def starts(self, axis: str, kind: type[AxisEffect], dynamics: AxisDynamics) -> list[Tried]:
-        """Where a search for an effect begins, with what its members cost; kept, for every step of a diagnosis asks again."""
-        key = (axis, kind.name, dynamics)
-        if key not in self._starts:
-            longest = max(self.runs, key=lambda run: len(run.recording.time))
-            found = kind.starts(longest.axes[axis].motion, dynamics)
-            members = [member for start in found for member in start.members]
-            columns = iter(side_by_side(lambda member: self.predicted(axis, member, dynamics), members))
-            self._starts[key] = [Tried(start, tuple(islice(columns, len(start.members)))) for start in found]
-        return self._starts[key]
+        """Where a search for an effect begins, with what its members cost.
+
+        Kept, for every step of a diagnosis asks again, on axes that are as they were or have hardly been corrected since.
+        """
+        kept = self._starts.setdefault((axis, kind.name), [])
+        known = next((tried for before, tried in kept if before.is_nearly(dynamics, SAME_AXIS)), None)
+        if known is None:
+            known = self._tried(axis, kind, dynamics)
+            kept.append((dynamics, known))
+        return known
+
+    def _tried(self, axis: str, kind: type[AxisEffect], dynamics: AxisDynamics) -> list[Tried]:
+        longest = max(self.runs, key=lambda run: len(run.recording.time))
+        found = kind.starts(longest.axes[axis].motion, dynamics)
+        members = [member for start in found for member in start.members]
+        columns = iter(side_by_side(lambda member: self.predicted(axis, member, dynamics), members))
+        return [Tried(start, tuple(islice(columns, len(start.members)))) for start in found]
 
     def predicted_by_model(self, axis: str, effect: Effect) -> dict[str, Array]:
         """Torque that an effect on the rigid bodies costs, on every axis."""

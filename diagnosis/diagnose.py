@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from diagnosis.comparison import Comparison
 from diagnosis.inputs import without_position
@@ -40,6 +41,17 @@ def diagnose(
 
     Raises UserError where a recording's axes do not fit the model.
     """
+    with threadpool_limits(1):  # matrices are small: threads of the linear algebra wait for each other more than they work
+        return _diagnosed(model, training, validation, settings, progress)
+
+
+def _diagnosed(
+    model: Path,
+    training: Sequence[Recording],
+    validation: Sequence[Recording],
+    settings: DiagnosisSettings,
+    progress: Progress,
+) -> Diagnosis:
     held_back = not validation
     fitted, held = _hold_back(training) if held_back else (list(training), list(validation))
     twin = simulation(model, fitted[0].info.axes)

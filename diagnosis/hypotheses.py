@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -319,7 +319,18 @@ def _sample_of(state: State) -> State:
 
 def _coarse(state: State) -> list[tuple[Found, float]]:
     """The best starts of every effect on every axis, each with the nats that it brings."""
-    found: list[Found] = []
+    asked = list(_asked(state))
+    of_axes = [(axis, kind) for axis, kind in asked if issubclass(kind, AxisEffect)]
+    of_model = [(axis, kind) for axis, kind in asked if issubclass(kind, ModelEffect)]
+    comparison, regression = state.comparison, state.regression
+    found = side_by_side(lambda one: coarse(comparison, regression, *one, state.dynamics[one[0]]), of_axes)
+    found.extend(model_starts(comparison, regression, *one) for one in of_model)
+    least = regression.evidence(regression.fit())
+    return [(one, regression.evidence(one.fitted) - least) for starts in found for one in starts]
+
+
+def _asked(state: State) -> Iterator[tuple[str, type[Effect]]]:
+    """Every axis with every effect that it may have and that is not selected yet."""
     chosen = {(placed.effect.name, placed.axis) for placed in state.selected}
     for axis in state.comparison.simulation.axes:
         if state.regression.rows[axis] == 0:
@@ -327,14 +338,8 @@ def _coarse(state: State) -> list[tuple[Found, float]]:
         for name, kind in library().items():
             if name in NOT_SEARCHED or (name, axis) in chosen:
                 continue
-            if axis in state.comparison.relative and name in OF_POSITION:
-                continue
-            if issubclass(kind, AxisEffect):
-                found.extend(coarse(state.comparison, state.regression, axis, kind, state.dynamics[axis]))
-            elif issubclass(kind, ModelEffect):
-                found.extend(model_starts(state.comparison, state.regression, axis, kind))
-    least = state.regression.evidence(state.regression.fit())
-    return [(one, state.regression.evidence(one.fitted) - least) for one in found]
+            if not (axis in state.comparison.relative and name in OF_POSITION):
+                yield axis, kind
 
 
 def _promising(coarse_found: Sequence[tuple[Found, float]]) -> list[Found]:
@@ -354,12 +359,13 @@ def _start_at(state: State, known: PlacedEffect | None) -> list[Found]:
 def _refine(state: State, begun: Sequence[Found]) -> list[Found]:
     """Each effect on each axis as the best of its local searches leaves it, but for those that make no mechanism."""
     regression = state.regression
+    for one in begun:
+        if isinstance(one.effect, ModelEffect):
+            polynomial(state.comparison, one.axis, type(one.effect))  # not in threads, which MuJoCo's calls would hand over to
+    searched = side_by_side(partial(_searched_or_none, state), begun)
     done: dict[tuple[str, str], Found] = {}
-    for start in begun:
-        try:
-            better = _searched(state, start.effect, start.axis, state.dynamics)
-            state.comparison.simulation.dynamics((*state.selected, PlacedEffect(start.axis, better.effect, {})))
-        except UserError:
+    for start, better in zip(begun, searched, strict=True):
+        if better is None or not _makes_a_mechanism(state, better):
             continue
         if isinstance(better.effect, TemperatureDrift) and better.effect.time_constant > MOST_DRIFT * state.comparison.span:
             continue
@@ -379,6 +385,21 @@ def _corrected_where_near(state: State, found: Sequence[Found]) -> list[Found]:
         _with_corrections(state, one) if one.effect.family == INNER and gain >= near else one
         for one, gain in zip(found, gains, strict=True)
     ]
+
+
+def _makes_a_mechanism(state: State, found: Found) -> bool:
+    try:
+        state.comparison.simulation.dynamics((*state.selected, PlacedEffect(found.axis, found.effect, {})))
+    except UserError:
+        return False
+    return True
+
+
+def _searched_or_none(state: State, start: Found) -> Found | None:
+    try:
+        return _searched(state, start.effect, start.axis, state.dynamics)
+    except UserError:
+        return None
 
 
 def _searched(state: State, start: Effect, axis: str, dynamics: Mapping[str, AxisDynamics]) -> Found:

@@ -5,6 +5,7 @@ As many as numba may use: every core, or what NUMBA_NUM_THREADS says; 1 where ma
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -12,16 +13,25 @@ from typing import TypeVar
 
 import numba
 
+NAME = "side by side"
+"""Of its threads."""
+
 Item = TypeVar("Item")
 Made = TypeVar("Made")
 
 
 def side_by_side(made: Callable[[Item], Made], items: Iterable[Item]) -> list[Made]:
-    """made(item) of each, in the order of the items; raises what the first that fails raises. Not to be nested."""
+    """made(item) of each, in the order of the items; raises what the first that fails raises.
+
+    Within one of its own threads, and for a single item, it runs in the thread that asks.
+    """
+    waiting = list(items)
     pool = _pool(getattr(numba.config, "NUMBA_NUM_THREADS"))  # noqa: B009
-    return [made(item) for item in items] if pool is None else list(pool.map(made, items))
+    if pool is None or len(waiting) == 1 or threading.current_thread().name.startswith(NAME):
+        return [made(item) for item in waiting]
+    return list(pool.map(made, waiting))
 
 
 @cache
 def _pool(threads: int) -> ThreadPoolExecutor | None:
-    return ThreadPoolExecutor(threads) if threads > 1 else None
+    return ThreadPoolExecutor(threads, NAME) if threads > 1 else None

@@ -52,33 +52,37 @@ def reach(period: float, cutoff_hz: float) -> int:
 
 def zero_phase(samples: Samples, period: float, cutoff_hz: float) -> Samples:
     """Low-pass `samples` (n,) taken every `period` [s] without shifting them in time."""
-    sections, settled = _sections(period, cutoff_hz), _settled(period, cutoff_hz)
     padding = min(3 * reach(period, cutoff_hz), len(samples) - 1)
     before = 2.0 * samples[0] - samples[padding:0:-1]
     after = 2.0 * samples[-1] - samples[-2 : -padding - 2 : -1]
-    there = _pass(sections, settled, np.concatenate([before, samples, after], dtype=np.float64))
-    back = _pass(sections, settled, there[::-1].copy())[::-1]
-    return np.ascontiguousarray(back[padding : len(back) - padding])
+    padded = np.concatenate([before, samples, after], dtype=np.float64)
+    sections, settled = _sections(period, cutoff_hz), _settled(period, cutoff_hz)
+    _pass(sections, settled, padded)
+    _pass(sections, settled, padded[::-1])
+    return padded[padding : len(padded) - padding].copy()
 
 
 def _pass_through(sections, settled, samples):  # type: ignore[no-untyped-def]
-    """Two second-order sections in one pass, transposed direct form II, as `scipy.signal.sosfilt` has them."""
+    """Two second-order sections in one pass over `samples`, in place: transposed direct form II, as `scipy.signal.sosfilt`.
+
+    What does not wait for the sample before is added first: the sums of `sosfilt` in another order.
+    """
     b0, b1, b2, _, a1, a2 = sections[0]
     c0, c1, c2, _, d1, d2 = sections[1]
     first, second = settled[0, 0] * samples[0], settled[0, 1] * samples[0]
     third, fourth = settled[1, 0] * samples[0], settled[1, 1] * samples[0]
-    out = np.empty(len(samples))
     for k in range(len(samples)):
-        between = b0 * samples[k] + first
-        first = b1 * samples[k] - a1 * between + second
-        second = b2 * samples[k] - a2 * between
-        out[k] = c0 * between + third
-        third = c1 * between - d1 * out[k] + fourth
-        fourth = c2 * between - d2 * out[k]
-    return out
+        sample = samples[k]
+        between = b0 * sample + first
+        first = (b1 * sample + second) - a1 * between
+        second = b2 * sample - a2 * between
+        out = c0 * between + third
+        third = (c1 * between + fourth) - d1 * out
+        fourth = c2 * between - d2 * out
+        samples[k] = out
 
 
-_pass = cast(Callable[[Samples, Samples, Samples], Samples], numba.njit(cache=True, nogil=True)(_pass_through))
+_pass = cast(Callable[[Samples, Samples, Samples], None], numba.njit(cache=True, nogil=True)(_pass_through))
 
 
 def derivative(samples: Samples, period: float) -> Samples:

@@ -47,7 +47,6 @@ class Model:
         self.path = path
         self.name: str = mj_model.names.split(b"\0", 1)[0].decode() or (path.stem if path else "model")
         self._mj = _frictionless(mj_model)
-        self._data = mujoco.MjData(self._mj)
         self._joints = {
             mj_model.joint(index).name: index for index in range(mj_model.njnt) if int(mj_model.jnt_type[index]) in _ONE_DEGREE
         }
@@ -99,7 +98,7 @@ class Model:
 
     def _loop(self, joints: Sequence[str], position: Samples, velocity: Samples, acceleration: Samples) -> Samples:
         """mj_inverse sample by sample; shapes as in `torques`."""
-        mj, data = self._mj, self._data
+        mj, data = self._mj, mujoco.MjData(self._mj)
         rows = len(position)
         qpos = np.tile(self._home, (rows, 1))
         qvel, qacc = np.zeros((rows, mj.nv)), np.zeros((rows, mj.nv))

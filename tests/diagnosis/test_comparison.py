@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from diagnosis.result import Array
 from drivetwin.motion.axis_motion import widen
 from drivetwin.motion.filtering import reach
 from emulator.effects import library
+from emulator.effects.backlash import Backlash
 
 AXES = ("turn", "lift")
 
@@ -88,6 +90,17 @@ def test_an_effect_is_predicted_on_the_rows(comparison: Comparison) -> None:
     moves = comparison.picked("turn", [~widen(run.axes["turn"].sticks, far) for run in runs]).astype(np.bool_)
     assert 0.5 < moves.mean() < 1.0
     np.testing.assert_allclose(rows[moves], -1.3, rtol=1e-3)
+
+
+def test_a_search_begins_anew_where_an_axis_has_changed(comparison: Comparison) -> None:
+    axis = comparison.simulation.dynamics()["turn"]
+    friction = replace(axis.friction, coulomb=1.0, static_torque=1.5, stribeck_velocity=0.05)
+    first, corrected, changed = (
+        comparison.starts("turn", Backlash, replace(axis, friction=replace(friction, coulomb=level)))
+        for level in (1.0, 1.0005, 1.01)
+    )
+    assert first is corrected
+    assert changed is not first
 
 
 def test_what_is_short_is_searched_whole(comparison: Comparison) -> None:

@@ -56,6 +56,22 @@ def test_one_thread_is_the_callers_own(monkeypatch: pytest.MonkeyPatch) -> None:
     assert set(side_by_side(lambda _: threading.get_ident(), range(4))) == {threading.get_ident()}
 
 
+def test_within_one_of_its_threads_it_stays_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    with_threads(monkeypatch, 2)
+
+    def inner(_: int) -> tuple[int, set[int]]:
+        return threading.get_ident(), set(side_by_side(lambda _: threading.get_ident(), range(4)))
+
+    outer = side_by_side(inner, range(8))  # would wait for itself for ever with a pool of two that it fills
+    assert all(used == {own} for own, used in outer)
+    assert threading.get_ident() not in {own for own, _ in outer}
+
+
+def test_a_single_item_needs_no_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    with_threads(monkeypatch, 2)
+    assert side_by_side(lambda _: threading.get_ident(), [0]) == [threading.get_ident()]
+
+
 def test_predictions_are_the_same_to_the_last_bit(
     tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
