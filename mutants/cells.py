@@ -58,7 +58,7 @@ def fill(bench: Bench, field: Field, out: Path) -> Cell:
     if known is not None:
         return known
     result = run_one(broken_bench(bench, field.mutant), field.scenario, folder)
-    if not field.evidence:
+    if not field.evidence and folder.is_dir():  # a case that is skipped leaves nothing
         _keep_verdict_only(folder)
     cell = _cell(field, result)
     write_json(folder / "cell.json", {"format": FORMAT, "state": state, **asdict(cell)})

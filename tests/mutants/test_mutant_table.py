@@ -10,7 +10,7 @@ import pytest
 from hil_tests.bench import read_bench
 from hil_tests.suite import CASES, find_cases
 from mutants.base import CaughtBy, Mutant
-from mutants.cells import REFERENCE, Cell
+from mutants.cells import REFERENCE, Cell, Field, fill
 from mutants.library import mutant, mutant_names
 from mutants.report import Table, markdown
 from mutants.table import BENCH
@@ -69,3 +69,11 @@ def test_the_page_has_every_mutant_as_it_is_meant() -> None:
     rows = re.findall(r"^\| `(\w+)` \| (.+) \| `([\w.]+)` \| `([\w ]+)` \|$", DOCS.read_text(encoding="utf-8"), re.MULTILINE)
     meant = [mutant(name) for name in mutant_names()]
     assert rows == [(one.name, one.breaks, one.caught_by.case, one.caught_by.expectation) for one in meant]
+
+
+def test_a_case_that_is_skipped_is_a_cell_too(tmp_path: Path) -> None:
+    bench = read_bench(BENCH)
+    (jitter,) = find_cases(bench, [CASES], ["09_bus.sync_jitter"])  # of the wall clock, and this bench is in lockstep
+    first = fill(bench, Field("drifts", jitter, evidence=False), tmp_path)
+    assert first.outcome == "skipped"
+    assert fill(bench, Field("drifts", jitter, evidence=False), tmp_path) == first
