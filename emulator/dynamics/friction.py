@@ -17,8 +17,6 @@ from emulator.dynamics.records import records
 
 BRISTLES = 4
 """Elements of the Maxwell-slip model."""
-FADED = 40.0
-"""exp(-x) of this and more is below the last bit of 1."""
 
 
 @dataclass(frozen=True)
@@ -68,9 +66,42 @@ class FrictionLaw:
 
     def resistance(self, motion: Motion) -> NDArray[np.float64]:
         """Torque against the motion, (n,), in sliding; zero at rest, where stiction holds what it must; or that of bristles."""
-        torque = np.empty_like(motion.velocity)
-        _resist(records([(self,)])[0], motion.time, motion.position, motion.velocity, motion.torque, torque)
+        torque = self._held(motion)
+        _beside(records([(self,)])[0], self.warmth(motion), motion.velocity, torque)
         return torque
+
+    def level(self, motion: Motion) -> NDArray[np.float64]:
+        """What w level is on the way, (n,)."""
+        level = self.coulomb + self.varying_level(motion)
+        if self.stribeck_velocity > 0.0:
+            speed = np.abs(motion.velocity) / self.stribeck_velocity
+            level = level + (self.static_torque - self.coulomb) * np.exp(-(speed**self.exponent))
+        return np.asarray(self.warmth(motion) * level)
+
+    def varying_level(self, motion: Motion) -> NDArray[np.float64]:
+        """The part of level, (n,), that load and position make."""
+        level = np.zeros_like(motion.velocity)
+        if self.load_coefficient != 0.0:
+            level = level + self.load_coefficient * np.abs(motion.torque)
+        if self.position_amplitude != 0.0:
+            wave = np.sin(2.0 * pi * motion.position / self.position_period + self.position_phase)
+            level = level + self.position_amplitude * wave
+        return np.asarray(level)
+
+    def warmth(self, motion: Motion) -> NDArray[np.float64]:
+        """w on the way, (n,)."""
+        if self.cold == 0.0:
+            return np.ones_like(motion.time)
+        return np.asarray(1.0 + self.cold * np.exp(-motion.time / self.warming_time))
+
+    def _held(self, motion: Motion) -> NDArray[np.float64]:
+        """Torque of all that sticks, (n,): level sgn(v), or what the bristles give on the way."""
+        level = self.level(motion)
+        if self.presliding_stiffness == 0.0:
+            return np.asarray(np.sign(motion.velocity) * level)
+        held = np.empty_like(level)
+        _stroke(records([(self,)])[0], np.maximum(0.0, level), motion.position, motion.velocity, held)
+        return held
 
 
 @compiled
@@ -79,23 +110,6 @@ def level_at(law, speed):  # type: ignore[no-untyped-def]  # record arrays have 
     if law.stribeck_velocity > 0.0:
         level += (law.static_torque - law.coulomb) * np.exp(-((speed / law.stribeck_velocity) ** law.exponent))
     return level
-
-
-@compiled
-def varying_at(law, q, torque):  # type: ignore[no-untyped-def]
-    """The part of level that load and position make; `torque` is the motor's, joint side."""
-    level = 0.0
-    if law.load_coefficient != 0.0:
-        level += law.load_coefficient * abs(torque)
-    if law.position_amplitude != 0.0:
-        level += law.position_amplitude * sin(2.0 * pi * q / law.position_period + law.position_phase)
-    return level
-
-
-@compiled
-def warmth_at(law, time):  # type: ignore[no-untyped-def]
-    """w at a time."""
-    return 1.0 if law.cold == 0.0 else 1.0 + law.cold * exp(-time / law.warming_time)
 
 
 @compiled
@@ -123,8 +137,9 @@ def _vary(  # type: ignore[no-untyped-def]
     for row in range(laws.shape[0]):
         law = laws[row]
         q, v = position[law.qpos], velocity[law.dof]
-        warmth = warmth_at(law, time)
-        level = level_at(law, abs(v)) + varying_at(law, q, law.gear * torque[law.actuator])
+        warmth = 1.0 + law.cold * exp(-time / law.warming_time)
+        level = level_at(law, abs(v)) + law.load_coefficient * abs(law.gear * torque[law.actuator])
+        level += law.position_amplitude * sin(2.0 * pi * q / law.position_period + law.position_phase)
         level = max(0.0, warmth * level)
         applied[law.dof] *= warmth
         damping[law.dof] = warmth * law.viscous
@@ -156,19 +171,23 @@ def bristles_torque(law, anchors, level, q, v):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _resist(law, time, position, velocity, motor_torque, torque) -> None:  # type: ignore[no-untyped-def]
-    """Torque (n,) against a motion; bristles are relaxed at first."""
-    faded = law.stribeck_velocity * FADED ** (1.0 / law.exponent)
-    anchors = np.full(BRISTLES, position[0])
+def _beside(law, warmth, velocity, torque) -> None:  # type: ignore[no-untyped-def]
+    """Add to torque (n,) what a joint feels beside its level on a motion (n,)."""
+    offset, viscous, asymmetry = law.coulomb_asymmetry, law.viscous, law.viscous_asymmetry
+    quadratic, cubic = law.quadratic, law.cubic
     for k in range(velocity.shape[0]):
-        q, v = position[k], velocity[k]
-        speed, direction = abs(v), 1.0 if v > 0.0 else -1.0 if v < 0.0 else 0.0
-        warmth = warmth_at(law, time[k])
-        level = law.coulomb if speed > faded else level_at(law, speed)
-        level = warmth * (level + varying_at(law, q, motor_torque[k]))
-        slope = law.viscous + direction * law.viscous_asymmetry + law.quadratic * speed + law.cubic * speed**2
-        held = direction * level if law.presliding_stiffness == 0.0 else bristles_torque(law, anchors, max(0.0, level), q, v)
-        torque[k] = held + warmth * (abs(direction) * law.coulomb_asymmetry + slope * v)
+        v, speed = velocity[k], abs(velocity[k])
+        direction = 1.0 if v > 0.0 else -1.0 if v < 0.0 else 0.0
+        slope = viscous + direction * asymmetry + quadratic * speed + cubic * speed**2
+        torque[k] += warmth[k] * (abs(direction) * offset + slope * v)
+
+
+@compiled
+def _stroke(law, level, position, velocity, torque) -> None:  # type: ignore[no-untyped-def]
+    """Torque (n,) of bristles, relaxed at first, on a motion (n,)."""
+    anchors = np.full(BRISTLES, position[0])
+    for k in range(position.shape[0]):
+        torque[k] = bristles_torque(law, anchors, level[k], position[k], velocity[k])
 
 
 class Friction:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from emulator.compiled import compiled
 from emulator.dynamics.axis import AxisDynamics
-from emulator.dynamics.friction import BRISTLES, bristles_torque, level_at, varying_at, warmth_at
+from emulator.dynamics.friction import BRISTLES, bristles_torque, level_at
 from emulator.dynamics.motion import Motion
 from emulator.dynamics.records import records
 from emulator.dynamics.transmission import Transmission
@@ -91,8 +91,8 @@ def _through_a_spring(motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.fl
         motion.velocity,
         link,
         _weight(motion),
-        motion.time,
-        motion.torque,
+        law.warmth(motion),
+        law.varying_level(motion),
         motion.period,
         min(_MOST_STEPS, steps),
         torque,
@@ -111,9 +111,9 @@ def _uneven(gear, wave, q):  # type: ignore[no-untyped-def]  # record arrays hav
 
 
 @compiled
-def _start(gear, wave, motor, weight, level):  # type: ignore[no-untyped-def]
-    """Joint position at first, and what hangs on the spring: the weight, but none where friction of that level holds it."""
-    hangs = weight if abs(weight) > level else 0.0
+def _start(law, gear, wave, motor, weight, warmth, varying):  # type: ignore[no-untyped-def]
+    """Joint position at first, and what hangs on the spring: the weight, but none where friction holds that."""
+    hangs = weight if abs(weight) > warmth * (level_at(law, 0.0) + varying) else 0.0
     untwisted = motor - hangs / gear.stiffness - (copysign(0.5 * gear.gap, hangs) if hangs != 0.0 else 0.0)
     q = untwisted
     for _ in range(4):
@@ -131,19 +131,17 @@ def _viscous(law, v):  # type: ignore[no-untyped-def]
 
 @compiled
 def _follow(  # type: ignore[no-untyped-def]
-    law, gear, wave, position, velocity, link, weight, time, motor_torque, period, steps, torque, moves
+    law, gear, wave, position, velocity, link, weight, warmth, varying, period, steps, torque, moves
 ) -> None:
     """Torque (n,) through the spring of a link (n,) whose motor is moved, which `moves` (n,); `wave` [rad a joint rad or m]."""
     h = period / steps
-    holds = warmth_at(law, time[0]) * (level_at(law, 0.0) + varying_at(law, position[0], motor_torque[0]))
-    q, torque[0] = _start(gear, wave, position[0], weight[0], holds)
+    q, torque[0] = _start(law, gear, wave, position[0], weight[0], warmth[0], varying[0])
     v, through = 0.0, torque[0]
     anchors = np.full(BRISTLES, q)
     for k in range(position.shape[0] - 1):
-        warmth = warmth_at(law, time[k])
-        level = max(0.0, warmth * (level_at(law, abs(v)) + varying_at(law, position[k], motor_torque[k])))
-        viscous = warmth * _viscous(law, v)
-        constant = weight[k] + warmth * law.coulomb_asymmetry
+        level = max(0.0, warmth[k] * (level_at(law, abs(v)) + varying[k]))
+        viscous = warmth[k] * _viscous(law, v)
+        constant = weight[k] + warmth[k] * law.coulomb_asymmetry
         bend = 0.5 * (velocity[k + 1] - velocity[k]) * period
         slope = 1.0
         for step in range(steps):
