@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from controller.drive_node import DriveNode
 from controller.error_control import BEAT_EVERY, HEARTBEAT, HEARTBEAT_COB_ID, consumes_heartbeats
 from controller.link import SYNC_COB_ID, Link
-from controller.pacing import Pacing
+from controller.pacing import Found, Pacing
 from controller.supervision import Watch, supervise
 
 
@@ -31,7 +31,7 @@ class Cycle:
 
         Raises TroubleError for what `supervision` finds, each thing once; a drive that was silent is not waited for again.
         """
-        self._pacing.wait(self.period)
+        elapsed = self._pacing.wait(self.period)
         self._link.drain()
         for watch in self._watches:
             watch.close()
@@ -44,12 +44,16 @@ class Cycle:
         self.count += 1
         self._await_inputs()
         for watch in self._watches:
-            supervise(watch)
+            supervise(watch, elapsed)
 
     def run_for(self, seconds: float) -> None:
         """Cycles with the outputs as they are."""
         for _ in range(round(seconds / self.period)):
             self.run()
+
+    def meanwhile(self, compute: Callable[[], Found]) -> Found:
+        """The result of a computation; where time is real, cycles go on with the outputs as they are."""
+        return self._pacing.meanwhile(compute, self.run)
 
     def start(self) -> None:
         """Count cycles from here, and let whoever waits for an SDO answer run them."""

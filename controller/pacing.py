@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 from controller.bring_up import check_time_stands_still
 from controller.drive_node import DriveNode
 from controller.link import Link
+
+Found = TypeVar("Found")
+
+SWITCH_INTERVAL = 0.0005
+"""Longest that a computation keeps the cycles waiting for Python's lock [s]."""
 
 
 class Pacing(ABC):
@@ -22,8 +30,12 @@ class Pacing(ABC):
     """Longest wait for the next one [s]: they come together, and only a loaded host keeps them apart."""
 
     @abstractmethod
-    def wait(self, cycle: float) -> None:
-        """Return when the next cycle of `cycle` seconds is due."""
+    def wait(self, cycle: float) -> float:
+        """Return when the next cycle of `cycle` seconds is due: the seconds since the one before began."""
+
+    @abstractmethod
+    def meanwhile(self, compute: Callable[[], Found], run_cycle: Callable[[], None]) -> Found:
+        """The result of a computation, during which cycles go on where time does."""
 
     @abstractmethod
     def check(self, link: Link, drive: DriveNode) -> None:
@@ -40,8 +52,12 @@ class Lockstep(Pacing):
     def __init__(self) -> None:
         self._time = 0.0
 
-    def wait(self, cycle: float) -> None:
+    def wait(self, cycle: float) -> float:
         self._time += cycle
+        return cycle
+
+    def meanwhile(self, compute: Callable[[], Found], run_cycle: Callable[[], None]) -> Found:
+        return compute()
 
     def check(self, link: Link, drive: DriveNode) -> None:
         check_time_stands_still(link, drive)
@@ -61,18 +77,34 @@ class Realtime(Pacing):
         self._now = now
         self._sleep = sleep
         self._due: float | None = None
+        self._began: float | None = None
 
-    def wait(self, cycle: float) -> None:
+    def wait(self, cycle: float) -> float:
         now = self._now()
         due = now if self._due is None else self._due + cycle
         if due > now:
             self._sleep(due - now)
-        lateness = self._now() - due
+        before, self._began = self._began, self._now()
+        lateness = self._began - due
         if lateness > 0.5 * cycle:
             self.late_cycles += 1
             self.worst_lateness = max(self.worst_lateness, lateness)
             due += lateness
         self._due = due
+        return cycle if before is None else self._began - before
+
+    def meanwhile(self, compute: Callable[[], Found], run_cycle: Callable[[], None]) -> Found:
+        usual = sys.getswitchinterval()
+        sys.setswitchinterval(SWITCH_INTERVAL)
+        pool = ThreadPoolExecutor(1)
+        try:
+            found = pool.submit(compute)
+            while not found.done():
+                run_cycle()
+            return found.result()
+        finally:
+            pool.shutdown(wait=False)  # trouble on the bus must not wait for it
+            sys.setswitchinterval(usual)
 
     def check(self, link: Link, drive: DriveNode) -> None:
         return  # a drive that SYNC moves, moves on the wall clock if SYNC does

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from math import inf
@@ -26,13 +26,14 @@ from controller.link import Link
 from controller.machine import Machine
 from controller.motion import Offsets, enable_streaming, follow, hold, home, positions_now, stream
 from controller.motor_check import check_motors
-from controller.pacing import Pacing
+from controller.pacing import Found, Pacing
 from controller.progress import Progress
 from controller.stop import stopped_at_the_end
 from controller.synchronised import synchronised
 from controller.trajectory import move, side_by_side
 from controller.trouble import TroubleError
 from drive_profiles import DriveProfile
+from drivetwin.collector import without_collector
 from drivetwin.errors import UserError
 from drivetwin.recording.recording import AxisInfo, Recording
 
@@ -157,6 +158,10 @@ class Session:
         """Every axis to where it rests (axes.yaml)."""
         self.go_to({name: axis.rest for name, axis in self.machine.axes.items()})
 
+    def meanwhile(self, compute: Callable[[], Found]) -> Found:
+        """The result of a computation, during which the axes are held: drives that hear nothing of their controller stop."""
+        return self.cycle.meanwhile(compute)
+
     def wait(self, seconds: float) -> None:
         """Stand at the set-points, which are sent on."""
         self.cycle.run_for(seconds)
@@ -264,6 +269,7 @@ def machine_on(
     every axis is stopped and without voltage afterwards, and has its own parameters again.
     """
     with ExitStack() as stack:
+        stack.enter_context(without_collector())
         link = stack.enter_context(Link(bus))
         if log is not None:
             link.log = stack.enter_context(BusLog(log, str(bus.channel_info), pacing.time)).frame

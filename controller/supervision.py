@@ -46,14 +46,14 @@ class Watch:
     surplus: int = 0
     at_limit: float = 0.0
     position: int | None = None
-    step: float = 0.0
-    age: int = 0
+    speed: float = 0.0
+    age: float = 0.0
 
     def begin(self) -> None:
         """Count anew."""
         self.missed = self.owed = self.surplus = 0
         self.at_limit = 0.0
-        self.position, self.step = None, 0.0
+        self.position, self.speed = None, 0.0
 
     def close(self) -> None:
         """The cycle is over: what came in it beyond the one PDO that SYNC asked for, or that was owed by the last ones."""
@@ -64,11 +64,11 @@ class Watch:
         self.owed -= late
         self.surplus = beyond - late
 
-    def count(self) -> None:
-        """The inputs of a cycle are there, or are not."""
+    def count(self, elapsed: float) -> None:
+        """The inputs of a cycle, which began so long after the last one [s], are there, or are not."""
         drive = self.drive
         drive.liveness.silence += self.period
-        self.age += 1
+        self.age += elapsed
         if drive.received == 0:
             self.missed += 1
             self.owed = min(self.owed + 1, MISSED)
@@ -82,16 +82,16 @@ class Watch:
         if not self.drive.received:
             return
         if self.position is not None:
-            self.step = (self.drive.position - self.position) / self.age
-        self.position, self.age = self.drive.position, 0
+            self.speed = (self.drive.position - self.position) / self.age
+        self.position, self.age = self.drive.position, 0.0
 
 
 Check = Callable[[Watch], TroubleError | None]
 
 
-def supervise(watch: Watch) -> None:
-    """Raise TroubleError for the first thing that is wrong with a drive after a cycle."""
-    watch.count()
+def supervise(watch: Watch, elapsed: float) -> None:
+    """Raise TroubleError for the first thing that is wrong with a drive after a cycle, `elapsed` [s] after the one before."""
+    watch.count(elapsed)
     for check in CHECKS:
         trouble = check(watch)
         if trouble is not None:
@@ -193,15 +193,14 @@ def jump(watch: Watch) -> TroubleError | None:
     drive = watch.drive
     if not drive.streaming or watch.position is None or not drive.received:
         return None
-    expected = watch.position + watch.step * watch.age
-    elapsed = watch.period * watch.age
-    if abs(drive.position - expected) * drive.unit <= MOST_CHANGE * drive.axis.max_speed * elapsed + drive.unit:
+    expected = watch.position + watch.speed * watch.age
+    if abs(drive.position - expected) * drive.unit <= MOST_CHANGE * drive.axis.max_speed * watch.age + drive.unit:
         return None
     way = abs(drive.position - watch.position) * drive.unit
     drive.streaming = drive.homed = False
     return _trouble(
         drive,
-        f"tells a position {way:.4g} from where it was {elapsed * 1e3:g} ms before, and cannot have got there: "
+        f"tells a position {way:.4g} from where it was {watch.age * 1e3:.3g} ms before, and cannot have got there: "
         "is its encoder sound?",
     )
 

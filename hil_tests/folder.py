@@ -21,6 +21,9 @@ BUS_LOG, TRUTH, VERDICT, CONTROLLER_LOG = "bus.log", "truth", "verdict.json", "c
 
 FORMAT = "verdict/1"
 
+SHORTEST = 0.02
+"""Stretch of truth that is kept [s]: before SYNC, on the wall clock, the plant goes from poll to poll, a few samples each."""
+
 
 def write_case(result: CaseResult, evidence: Evidence, folder: Path) -> None:
     """Write what was seen and what was found into the case's folder."""
@@ -77,7 +80,7 @@ def _even_pieces(time: Samples) -> list[slice]:
         return []
     steps = np.rint(np.diff(time) * 1e6)
     cuts = np.concatenate([[0], np.flatnonzero(np.diff(steps)) + 1, [len(steps)]])
-    pieces = [slice(int(first), int(last) + 1) for first, last in pairwise(cuts) if last - first > 2]
+    pieces = [slice(int(first), int(last) + 1) for first, last in pairwise(cuts) if time[last] - time[first] >= SHORTEST]
     return sorted(pieces, key=lambda piece: piece.start - piece.stop)
 
 

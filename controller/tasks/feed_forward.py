@@ -49,7 +49,7 @@ class FeedForward(Task):
         feed_velocity(session, True)
         path = _to_and_fro(session)
         plain = session.run("without feed-forward", path.position)
-        model = fitted(load_model(session.machine.model_path), session.drives, path, plain)
+        model = session.meanwhile(lambda: fitted(load_model(session.machine.model_path), session.drives, path, plain))
         fed = self._fed(session, path, model)
         gains = {name: Gain(_rms(plain, name), _rms(fed, name)) for name in session.axes}
         write_json(work.out / "feed_forward.json", _payload(session.machine, work.seed, gains))

@@ -12,9 +12,12 @@ class Identify(Task):
     """No parameters."""
 
     def run(self, work: Work) -> None:
-        work.do(work.session.to_rest)
-        captured = capture_friction(work.session, work.seed)
-        machine = work.session.machine
-        found = identify(load_model(machine.model_path), captured.recordings, captured.validation, FIT)
+        session = work.session
+        work.do(session.to_rest)
+        captured = capture_friction(session, work.seed)
+        machine = session.machine
+        found = session.meanwhile(
+            lambda: identify(load_model(machine.model_path), captured.recordings, captured.validation, FIT)
+        )
         inputs = [machine.model_path, machine.axes_path]
         write_json(work.out / "identified.json", found.to_json(None, work.seed, inputs, work.out))

@@ -15,6 +15,7 @@ from drive_profiles import load_profile
 from drive_profiles.eds_profile import profile_from_eds
 from drive_profiles.snapshot import read_snapshot
 from drivetwin.bus import Peer, host_bus
+from drivetwin.collector import keep_for_good
 from drivetwin.copper.bit_rate import read_bit_rate
 from drivetwin.errors import UserError
 from emulator.clock import CLOCKS
@@ -89,6 +90,7 @@ def emulate_command(
             where = ", ".join((hosted.name, *ports, *doors))
             print(f"{machine}: {profile} drives, nodes {nodes}, on {where}, clock {clock}. Ctrl-C ends.", flush=True)
             joined.power_on()
+            keep_for_good()
             _serve(joined, hosted.bus, ended)
     finally:
         hosted.close()

@@ -11,6 +11,7 @@ from pathlib import Path
 import can
 
 from drivetwin.bus import HostedBus, host_bus
+from drivetwin.collector import without_collector
 from drivetwin.unix_bus import PREFIX
 from emulator.clock import Clock, RealtimeClock
 from emulator.copper import COPPER, CopperBus
@@ -56,10 +57,11 @@ class Stand:
         self._joined.power_on()
         self._striker.look(self._observer)
         runs = []
-        for start in range(self._scenario.starts):
-            runs.append(self._run_controller(start))
-            self._operational = self._observer.operational()
-            self._let_time_pass(self._scenario.aftermath)
+        with without_collector():  # what is noted grows to hundreds of thousands of objects
+            for start in range(self._scenario.starts):
+                runs.append(self._run_controller(start))
+                self._operational = self._observer.operational()
+                self._let_time_pass(self._scenario.aftermath)
         return self._evidence(tuple(runs))
 
     # -- the controller -----------------------------------------------------------------------------------------------

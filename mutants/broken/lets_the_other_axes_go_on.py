@@ -12,9 +12,9 @@ CAUGHT_BY = CaughtBy("08_faults.drive_fault", "stopped")
 
 
 def break_controller() -> None:
-    def broken(watch: Watch) -> None:
+    def broken(watch: Watch, elapsed: float) -> None:
         try:
-            supervise(watch)
+            supervise(watch, elapsed)
         except DriveFaultError:
             watch.drive.operating = watch.drive.streaming = False
 

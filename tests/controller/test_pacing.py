@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 from virtual_bench import VirtualBench
 
@@ -69,6 +71,50 @@ def test_a_late_cycle_is_counted_and_the_others_are_not_hurried() -> None:
         pacing.wait(CYCLE)
     assert wall.slept == pytest.approx([CYCLE] * 10)
     assert pacing.late_cycles == 1
+
+
+def test_the_time_between_two_cycles_is_told_as_it_was() -> None:
+    wall = Wall()
+    pacing = Realtime(wall.now, wall.sleep)
+    assert [pacing.wait(CYCLE), pacing.wait(CYCLE)] == pytest.approx([CYCLE, CYCLE])
+    wall.time += 0.03
+    assert [pacing.wait(CYCLE), pacing.wait(CYCLE)] == pytest.approx([0.03, CYCLE])
+    assert Lockstep().wait(CYCLE) == CYCLE
+
+
+def test_cycles_go_on_while_something_is_computed() -> None:
+    ten_cycles_are_over = threading.Event()
+    cycles = 0
+
+    def run_cycle() -> None:
+        nonlocal cycles
+        cycles += 1
+        if cycles == 10:
+            ten_cycles_are_over.set()
+
+    assert Realtime().meanwhile(lambda: ten_cycles_are_over.wait(10.0), run_cycle) is True
+    assert cycles >= 10
+    assert Lockstep().meanwhile(lambda: "found", run_cycle=pytest.fail) == "found", "time stands still"
+
+
+def test_trouble_on_the_bus_does_not_wait_for_a_computation() -> None:
+    is_over = threading.Event()
+
+    def trouble() -> None:
+        raise UserError("a drive is silent")
+
+    with pytest.raises(UserError, match="a drive is silent"):
+        Realtime().meanwhile(lambda: is_over.wait(10.0), trouble)
+    assert not is_over.is_set()
+    is_over.set()
+
+
+def test_what_a_computation_refuses_is_raised() -> None:
+    def refused() -> None:
+        raise UserError("the model lacks a joint")
+
+    with pytest.raises(UserError, match="lacks a joint"):
+        Realtime().meanwhile(refused, lambda: None)
 
 
 def test_the_names_of_the_command_line() -> None:
