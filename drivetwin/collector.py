@@ -11,7 +11,6 @@ from contextlib import contextmanager
 def without_collector() -> Iterator[None]:
     """No automatic collection meanwhile; memory is freed by counting references alone. May be nested."""
     runs = gc.isenabled()
-    gc.collect()
     gc.disable()
     try:
         yield
