@@ -20,7 +20,7 @@ PATIENCE = 1800.0
 """Longest that an answer may take [s]: a diagnosis without an end must not stop the others."""
 
 _PASSED_ON = ("PATH", "HOME", "LANG", "LC_ALL", "TMPDIR")
-_ONE_THREAD = {"NUMBA_NUM_THREADS": "1"}
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
 _LAST_WORDS = 2000
 """Characters of a dead process's stderr that are passed on."""
 

@@ -31,7 +31,7 @@ class Cycle:
 
         Raises TroubleError for what `supervision` finds, each thing once; a drive that was silent is not waited for again.
         """
-        elapsed = self._pacing.wait(self.period)
+        self._pacing.wait(self.period)
         self._link.drain()
         for watch in self._watches:
             watch.close()
@@ -40,6 +40,7 @@ class Cycle:
             drive.send_output()
         if self._beats and self.count % self._beat_every == self._beat_every // 2:  # between the drives' heartbeats
             self._link.send(HEARTBEAT_COB_ID, HEARTBEAT)
+        elapsed = self._pacing.lap(self.period)
         self._link.send(SYNC_COB_ID, b"")
         self.count += 1
         self._await_inputs()

@@ -16,7 +16,7 @@ from controller.link import Link
 Found = TypeVar("Found")
 
 SWITCH_INTERVAL = 0.0005
-"""Longest that a computation keeps the cycles waiting for Python's lock [s]."""
+"""Longest that Python code of a computation keeps the cycles waiting for the interpreter's lock [s]."""
 
 
 class Pacing(ABC):
@@ -30,12 +30,19 @@ class Pacing(ABC):
     """Longest wait for the next one [s]: they come together, and only a loaded host keeps them apart."""
 
     @abstractmethod
-    def wait(self, cycle: float) -> float:
-        """Return when the next cycle of `cycle` seconds is due: the seconds since the one before began."""
+    def wait(self, cycle: float) -> None:
+        """Return when the next cycle of `cycle` seconds is due."""
+
+    @abstractmethod
+    def lap(self, cycle: float) -> float:
+        """Seconds since it was asked before; asked as SYNC goes, once in each cycle of `cycle` seconds."""
 
     @abstractmethod
     def meanwhile(self, compute: Callable[[], Found], run_cycle: Callable[[], None]) -> Found:
-        """The result of a computation, during which cycles go on where time does."""
+        """The result of a computation, during which cycles go on where time does.
+
+        Trouble in a cycle is raised at once; the process then ends when the computation has.
+        """
 
     @abstractmethod
     def check(self, link: Link, drive: DriveNode) -> None:
@@ -52,8 +59,10 @@ class Lockstep(Pacing):
     def __init__(self) -> None:
         self._time = 0.0
 
-    def wait(self, cycle: float) -> float:
+    def wait(self, cycle: float) -> None:
         self._time += cycle
+
+    def lap(self, cycle: float) -> float:
         return cycle
 
     def meanwhile(self, compute: Callable[[], Found], run_cycle: Callable[[], None]) -> Found:
@@ -77,21 +86,23 @@ class Realtime(Pacing):
         self._now = now
         self._sleep = sleep
         self._due: float | None = None
-        self._began: float | None = None
+        self._last_lap: float | None = None
 
-    def wait(self, cycle: float) -> float:
+    def wait(self, cycle: float) -> None:
         now = self._now()
         due = now if self._due is None else self._due + cycle
         if due > now:
             self._sleep(due - now)
-        before, self._began = self._began, self._now()
-        lateness = self._began - due
+        lateness = self._now() - due
         if lateness > 0.5 * cycle:
             self.late_cycles += 1
             self.worst_lateness = max(self.worst_lateness, lateness)
             due += lateness
         self._due = due
-        return cycle if before is None else self._began - before
+
+    def lap(self, cycle: float) -> float:
+        before, self._last_lap = self._last_lap, self._now()
+        return cycle if before is None else self._last_lap - before
 
     def meanwhile(self, compute: Callable[[], Found], run_cycle: Callable[[], None]) -> Found:
         usual = sys.getswitchinterval()
@@ -99,12 +110,12 @@ class Realtime(Pacing):
         pool = ThreadPoolExecutor(1)
         try:
             found = pool.submit(compute)
+            found.add_done_callback(lambda _: sys.setswitchinterval(usual))  # not before: after trouble the axes are stopped
             while not found.done():
                 run_cycle()
             return found.result()
         finally:
             pool.shutdown(wait=False)  # trouble on the bus must not wait for it
-            sys.setswitchinterval(usual)
 
     def check(self, link: Link, drive: DriveNode) -> None:
         return  # a drive that SYNC moves, moves on the wall clock if SYNC does

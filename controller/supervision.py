@@ -1,4 +1,4 @@
-"""What the controller watches in every cycle, on the plant's clock. Each check says what is wrong with one drive, once."""
+"""What the controller watches in every cycle, from SYNC to SYNC. Each check says what is wrong with one drive, once."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Watch:
         self.surplus = beyond - late
 
     def count(self, elapsed: float) -> None:
-        """The inputs of a cycle, which began so long after the last one [s], are there, or are not."""
+        """The inputs of a cycle, whose SYNC came so long after the last one [s], are there, or are not."""
         drive = self.drive
         drive.liveness.silence += self.period
         self.age += elapsed
@@ -90,7 +90,7 @@ Check = Callable[[Watch], TroubleError | None]
 
 
 def supervise(watch: Watch, elapsed: float) -> None:
-    """Raise TroubleError for the first thing that is wrong with a drive after a cycle, `elapsed` [s] after the one before."""
+    """Raise TroubleError for the first thing that is wrong with a drive, `elapsed` [s] after the SYNC before."""
     watch.count(elapsed)
     for check in CHECKS:
         trouble = check(watch)

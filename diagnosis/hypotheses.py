@@ -361,7 +361,7 @@ def _refine(state: State, begun: Sequence[Found]) -> list[Found]:
     regression = state.regression
     for one in begun:
         if isinstance(one.effect, ModelEffect):
-            polynomial(state.comparison, one.axis, type(one.effect))  # not in threads, which MuJoCo's calls would hand over to
+            polynomial(state.comparison, one.axis, type(one.effect))  # in threads each call of MuJoCo would pass the lock on
     searched = side_by_side(partial(_searched_or_none, state), begun)
     done: dict[tuple[str, str], Found] = {}
     for start, better in zip(begun, searched, strict=True):

@@ -80,7 +80,8 @@ def _even_pieces(time: Samples) -> list[slice]:
         return []
     steps = np.rint(np.diff(time) * 1e6)
     cuts = np.concatenate([[0], np.flatnonzero(np.diff(steps)) + 1, [len(steps)]])
-    pieces = [slice(int(first), int(last) + 1) for first, last in pairwise(cuts) if time[last] - time[first] >= SHORTEST]
+    stretches = [slice(int(first), int(last) + 1) for first, last in pairwise(cuts) if last - first > 2]
+    pieces = [one for one in stretches if time[one.stop - 1] - time[one.start] >= SHORTEST]
     return sorted(pieces, key=lambda piece: piece.start - piece.stop)
 
 

@@ -22,7 +22,7 @@ FORMAT = "mutant-cell/1"
 REFERENCE = "reference"
 """The name of the controller that is not broken."""
 
-WHAT_MATTERS = ("controller", "drive_profiles", "emulator", "hil_tests")
+WHAT_MATTERS = ("controller", "drive_profiles", "drivetwin", "emulator", "hil_tests")
 """Packages whose content decides on a verdict."""
 
 
@@ -57,8 +57,9 @@ def fill(bench: Bench, field: Field, out: Path) -> Cell:
     known = _read(folder / "cell.json", state)
     if known is not None:
         return known
+    shutil.rmtree(folder, ignore_errors=True)  # a case that is skipped would leave what was there
     result = run_one(broken_bench(bench, field.mutant), field.scenario, folder)
-    if not field.evidence and folder.is_dir():  # a case that is skipped leaves nothing
+    if not field.evidence and folder.is_dir():
         _keep_verdict_only(folder)
     cell = _cell(field, result)
     write_json(folder / "cell.json", {"format": FORMAT, "state": state, **asdict(cell)})

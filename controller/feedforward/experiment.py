@@ -39,7 +39,7 @@ class Bench:
         """What a stage sends beside a path that begins where the axes stand; with torque they stand for `HOLD` before it."""
         torque = Offsets(np.zeros_like(path.position))
         if stage is Stage.TORQUE:
-            needed = self.model(path)
+            needed = self.session.meanwhile(lambda: self.model(path))
             if not self.sends_velocity:
                 needed = needed - loop_reaction(path, self.loops)
             torque = aligned(path, needed, self.loops, held_torque(self.session, self.loops))

@@ -11,7 +11,6 @@ from pathlib import Path
 import can
 
 from drivetwin.bus import HostedBus, host_bus
-from drivetwin.collector import without_collector
 from drivetwin.unix_bus import PREFIX
 from emulator.clock import Clock, RealtimeClock
 from emulator.copper import COPPER, CopperBus
@@ -57,11 +56,10 @@ class Stand:
         self._joined.power_on()
         self._striker.look(self._observer)
         runs = []
-        with without_collector():  # what is noted grows to hundreds of thousands of objects
-            for start in range(self._scenario.starts):
-                runs.append(self._run_controller(start))
-                self._operational = self._observer.operational()
-                self._let_time_pass(self._scenario.aftermath)
+        for start in range(self._scenario.starts):
+            runs.append(self._run_controller(start))
+            self._operational = self._observer.operational()
+            self._let_time_pass(self._scenario.aftermath)
         return self._evidence(tuple(runs))
 
     # -- the controller -----------------------------------------------------------------------------------------------

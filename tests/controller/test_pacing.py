@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 import threading
+import time
 
 import pytest
 from virtual_bench import VirtualBench
@@ -73,13 +75,16 @@ def test_a_late_cycle_is_counted_and_the_others_are_not_hurried() -> None:
     assert pacing.late_cycles == 1
 
 
-def test_the_time_between_two_cycles_is_told_as_it_was() -> None:
+def test_the_time_from_sync_to_sync_is_told_as_it_was() -> None:
     wall = Wall()
     pacing = Realtime(wall.now, wall.sleep)
-    assert [pacing.wait(CYCLE), pacing.wait(CYCLE)] == pytest.approx([CYCLE, CYCLE])
-    wall.time += 0.03
-    assert [pacing.wait(CYCLE), pacing.wait(CYCLE)] == pytest.approx([0.03, CYCLE])
-    assert Lockstep().wait(CYCLE) == CYCLE
+
+    def after(seconds: float) -> float:
+        wall.time += seconds
+        return pacing.lap(CYCLE)
+
+    assert [after(0.5), after(CYCLE), after(0.03), after(CYCLE)] == pytest.approx([CYCLE, CYCLE, 0.03, CYCLE])
+    assert Lockstep().lap(CYCLE) == CYCLE
 
 
 def test_cycles_go_on_while_something_is_computed() -> None:
@@ -98,15 +103,26 @@ def test_cycles_go_on_while_something_is_computed() -> None:
 
 
 def test_trouble_on_the_bus_does_not_wait_for_a_computation() -> None:
-    is_over = threading.Event()
+    may_end, ended = threading.Event(), threading.Event()
+    usual = sys.getswitchinterval()
+
+    def compute() -> None:
+        may_end.wait(10.0)
+        ended.set()
 
     def trouble() -> None:
         raise UserError("a drive is silent")
 
     with pytest.raises(UserError, match="a drive is silent"):
-        Realtime().meanwhile(lambda: is_over.wait(10.0), trouble)
-    assert not is_over.is_set()
-    is_over.set()
+        Realtime().meanwhile(compute, trouble)
+    assert not ended.is_set()
+    assert sys.getswitchinterval() < usual, "axes are being stopped beside it"
+    may_end.set()
+    for _ in range(1000):
+        if sys.getswitchinterval() == usual:
+            break
+        time.sleep(0.01)
+    assert sys.getswitchinterval() == usual
 
 
 def test_what_a_computation_refuses_is_raised() -> None:

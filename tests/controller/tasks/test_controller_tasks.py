@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from task_bench import TaskBench
 
 from controller.outcome import Ending
+from controller.pacing import Lockstep
 from emulator.drive.state_machine import State
 
 PROFILES = ["servoone", "cia402-full"]
@@ -96,18 +98,33 @@ def test_soak_works_for_as_long_as_it_is_told(tmp_path: Path) -> None:
     assert bench.states[-1] == OFF
 
 
+@pytest.fixture
+def computed(monkeypatch: pytest.MonkeyPatch) -> list[object]:
+    """What was computed while axes were held, in real time with SYNCs going on."""
+    found: list[object] = []
+
+    def meanwhile(_: Lockstep, compute: Callable[[], object], _run_cycle: Callable[[], None]) -> object:
+        found.append(compute())
+        return found[-1]
+
+    monkeypatch.setattr(Lockstep, "meanwhile", meanwhile)
+    return found
+
+
 @pytest.mark.parametrize("profile", PROFILES)
-def test_feed_forward_lessens_the_true_tracking_error(profile: str, tmp_path: Path) -> None:
+def test_feed_forward_lessens_the_true_tracking_error(profile: str, tmp_path: Path, computed: list[object]) -> None:
     bench = TaskBench(profile=profile)
     assert bench.told("feed_forward", tmp_path).ending is Ending.DONE
+    assert len(computed) == 2, "the fit, and the torque that the model says"
     told = json.loads((tmp_path / "feed_forward.json").read_text(encoding="utf-8"))
     for axis in ("lift", "rotate", "stretch"):
         assert told["tracking_error_with"][axis] < 0.5 * told["tracking_error_without"][axis]
 
 
-def test_identified_friction_is_the_plants(tmp_path: Path) -> None:
+def test_identified_friction_is_the_plants(tmp_path: Path, computed: list[object]) -> None:
     bench = TaskBench()
     assert bench.told("identify", tmp_path).ending is Ending.DONE
+    assert len(computed) == 1
     found = json.loads((tmp_path / "identified.json").read_text(encoding="utf-8"))["axes"]
     for axis, truth in bench.virtual.plant.truth().items():
         for name in ("coulomb", "viscous"):
