@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,6 +31,14 @@ MANY = 4
 Progress = Callable[[str, float], None]
 
 
+@contextmanager
+def _linear_algebra_on_one_thread() -> Iterator[None]:
+    """Matrices are small here: threads of the linear algebra wait for each other more than they work."""
+    with threadpool_limits(1):
+        yield
+
+
+@_linear_algebra_on_one_thread()
 def diagnose(
     model: Path,
     training: Sequence[Recording],
@@ -41,17 +50,6 @@ def diagnose(
 
     Raises UserError where a recording's axes do not fit the model.
     """
-    with threadpool_limits(1):  # matrices are small: threads of the linear algebra wait for each other more than they work
-        return _diagnosed(model, training, validation, settings, progress)
-
-
-def _diagnosed(
-    model: Path,
-    training: Sequence[Recording],
-    validation: Sequence[Recording],
-    settings: DiagnosisSettings,
-    progress: Progress,
-) -> Diagnosis:
     held_back = not validation
     fitted, held = _hold_back(training) if held_back else (list(training), list(validation))
     twin = simulation(model, fitted[0].info.axes)
