@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from diagnosis.comparison import Comparison
 from diagnosis.corrections import corrections
-from diagnosis.hypotheses import State, memory
 from diagnosis.nominal import Nominal
 from diagnosis.regression import Fitted, covariance
+from diagnosis.state import State, memory
 from emulator.effects import PlacedEffect
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from diagnosis.comparison import Comparison
 from diagnosis.deviations import Deviation, Off, as_effects, deviations, groups
 from diagnosis.distinguish import alike, tell_apart
 from diagnosis.gap_test import NAME, gap_of
-from diagnosis.hypotheses import State, in_place_of
+from diagnosis.hypotheses import in_place_of
 from diagnosis.measured import Run
 from diagnosis.noise import Noise
 from diagnosis.patch import bearable, patch_of, patch_of_deviations, together
@@ -37,6 +37,7 @@ from diagnosis.settings import DiagnosisSettings
 from diagnosis.shrink import shrink
 from diagnosis.simulation import Simulation
 from diagnosis.spread import intervals
+from diagnosis.state import State
 from diagnosis.where import regimes
 from diagnosis.wording import fitted_note
 from drivetwin.errors import UserError

@@ -10,9 +10,10 @@ import numpy as np
 
 from diagnosis.comparison import Array, Comparison
 from diagnosis.deviations import Deviation, costliest
-from diagnosis.hypotheses import NOMINAL, State
+from diagnosis.hypotheses import NOMINAL
 from diagnosis.result import NONE, UNKNOWN, Prediction
 from diagnosis.selection import Selection, Step
+from diagnosis.state import State
 
 TEMPERATURE = 4.0
 """Nats of evidence that count as one: residuals err in common, so that rows tell less than they seem to."""

@@ -9,10 +9,11 @@ import numpy as np
 
 from diagnosis.comparison import Comparison
 from diagnosis.deviations import Deviation, deviations, forward, freed_where_far_off, mean_square, renumbered
-from diagnosis.hypotheses import NOMINAL, Hypothesis, State, hypotheses, settled, state_with
+from diagnosis.hypotheses import NOMINAL, Hypothesis, hypotheses, settled
 from diagnosis.nominal import Nominal
 from diagnosis.placing import in_order, placed
 from diagnosis.result import NONE
+from diagnosis.state import State, state_with
 from emulator.effects import PlacedEffect
 
 MOST_EFFECTS = 3

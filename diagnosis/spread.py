@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from diagnosis.hypotheses import State, state_with
 from diagnosis.placing import in_order
 from diagnosis.regression import covariance
 from diagnosis.result import TWO_SIDED_90, Estimate
 from diagnosis.search import movable_fields
+from diagnosis.state import State, state_with
 from drivetwin.errors import UserError
 from emulator.effects import DriveEffect, PlacedEffect
 

@@ -29,12 +29,12 @@ from diagnosis.diagnose import diagnose
 from diagnosis.excitation.choice import Question
 from diagnosis.excitation.limits import AxisLimits
 from diagnosis.excitation.plan import plan
-from diagnosis.hypotheses import state_with
 from diagnosis.measured import prepare, thresholds
 from diagnosis.noise import noise_of
 from diagnosis.nominal import nominal_parameters
 from diagnosis.settings import DiagnosisSettings
 from diagnosis.simulation import simulation
+from diagnosis.state import state_with
 from drive_profiles import load_profile
 from drivetwin.bus import InprocBus
 from drivetwin.motion.jerk_limited import MotionLimits

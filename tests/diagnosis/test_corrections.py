@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from rig_bench import COULOMB, MOTOR, PERIOD, TURNING, VISCOUS, as_modelled, compared, moved, recording
 
-from diagnosis.hypotheses import State, state_with
 from diagnosis.nominal import nominal_parameters
 from diagnosis.result import Array
+from diagnosis.state import State, state_with
 from emulator.effects import PlacedEffect
 from emulator.effects.backlash import Backlash
 from emulator.effects.coulomb import Coulomb

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from rig_bench import COULOMB, VISCOUS, compared, strokes
 
-from diagnosis.hypotheses import State, hypotheses, state_with
+from diagnosis.hypotheses import hypotheses
 from diagnosis.nominal import nominal_parameters
+from diagnosis.state import State, state_with
 
 OFFSET = 4.0
 OFF = {"viscous": 0.05, "coulomb": -0.04}

@@ -11,7 +11,7 @@ from rig_bench import compared, strokes
 
 from diagnosis.comparison import Comparison
 from diagnosis.deviations import Deviation
-from diagnosis.hypotheses import Hypothesis, State
+from diagnosis.hypotheses import Hypothesis
 from diagnosis.probability import (
     DOUBT,
     TEMPERATURE,
@@ -29,6 +29,7 @@ from diagnosis.probability import (
 from diagnosis.regression import Regression
 from diagnosis.result import AxisPrediction, Prediction
 from diagnosis.selection import Selection, Step
+from diagnosis.state import State
 
 NOISE = {"turn": 0.1, "lift": 0.5}
 

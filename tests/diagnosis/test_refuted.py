@@ -8,11 +8,12 @@ from rig_bench import compared, strokes
 
 from diagnosis import selection
 from diagnosis.comparison import Comparison
-from diagnosis.hypotheses import Hypothesis, State
+from diagnosis.hypotheses import Hypothesis
 from diagnosis.placing import placed
 from diagnosis.regression import Regression
 from diagnosis.search import Found
 from diagnosis.selection import Step, reconsidered, without_refuted
+from diagnosis.state import State
 from emulator.effects.transmission_error import TransmissionError
 
 NOISE = {"turn": 0.1, "lift": 0.5}

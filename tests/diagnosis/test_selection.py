@@ -22,13 +22,14 @@ from rig_bench import (
 
 from diagnosis.comparison import Comparison
 from diagnosis.diagnose import diagnose
-from diagnosis.hypotheses import NOMINAL, Hypothesis, State, hypotheses, rated, state_with
+from diagnosis.hypotheses import NOMINAL, Hypothesis, hypotheses, rated
 from diagnosis.nominal import nominal_parameters
 from diagnosis.placing import placed
 from diagnosis.result import NONE, Diagnosis
 from diagnosis.search import Found
 from diagnosis.selection import Step, choice, matters, reconsidered
 from diagnosis.settings import DiagnosisSettings
+from diagnosis.state import State, state_with
 from drivetwin.recording.recording import Recording
 from emulator.effects import Effect, library
 from emulator.effects.delay import Delay
