@@ -68,7 +68,7 @@ class Watch:
         """The inputs of a cycle, whose SYNC came so long after the last one [s], are there, or are not."""
         drive = self.drive
         drive.liveness.silence += self.period
-        self.age += elapsed
+        self.age += max(elapsed, self.period)  # drives go by a full cycle where a SYNC makes up for a late one
         if drive.received == 0:
             self.missed += 1
             self.owed = min(self.owed + 1, MISSED)

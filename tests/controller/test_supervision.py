@@ -38,6 +38,11 @@ def test_nor_one_that_has_come_to_rest_meanwhile() -> None:
     assert watched([*MOVING, (STALL, 0.5 * SPEED * STALL), (PERIOD, 0.0)]) == [""] * 5
 
 
+def test_nor_one_whose_next_sync_makes_up_for_a_late_one() -> None:
+    late, early = (0.0031, FULL_SPEED * PERIOD), (0.0009, FULL_SPEED * PERIOD)  # a drive's clock goes from SYNC to SYNC evenly
+    assert watched([*MOVING, late, early]) == [""] * 5
+
+
 def test_as_much_within_one_cycle_is_a_leap() -> None:
     *before, last = watched([*MOVING, (PERIOD, SPEED * STALL)])
     assert before == [""] * 3
