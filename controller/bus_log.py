@@ -8,12 +8,11 @@ from types import TracebackType
 
 import can
 
+from drivetwin.candump import candump_line
+
 
 class BusLog:
-    """Writes frames as `candump -L` does, stamped by `now` [s]: the controller's own clock, simulated or real.
-
-    python-can's writer appends a direction to each line, which Wireshark's and tshark's readers do not take.
-    """
+    """Writes frames as `candump -L` does, stamped by `now` [s]: the controller's own clock, simulated or real."""
 
     def __init__(self, path: Path, channel: str, now: Callable[[], float]) -> None:
         self._stream = path.open("w", encoding="ascii")
@@ -28,6 +27,6 @@ class BusLog:
 
     def frame(self, message: can.Message) -> None:
         """Add one frame."""
-        identifier = f"{message.arbitration_id:08X}" if message.is_extended_id else f"{message.arbitration_id:03X}"
-        content = "R" if message.is_remote_frame else bytes(message.data).hex().upper()
-        self._stream.write(f"({self._now():.6f}) {self._channel} {identifier}#{content}\n")
+        requested = message.dlc if message.is_remote_frame else None
+        data, extended = bytes(message.data), message.is_extended_id
+        self._stream.write(candump_line(self._now(), self._channel, message.arbitration_id, data, requested, extended))

@@ -84,6 +84,14 @@ def refuse_foreign(path: Path) -> None:
         raise UserError(f"{path} cannot be written: {existing} is no directory that may be written to; choose another --out")
 
 
+def refuse_to_replace(path: Path, inputs: Iterable[Path]) -> None:
+    """Raise UserError where one of the files that are read lies in `path`, which `new_directory` replaces with all it holds."""
+    whole = path.resolve()
+    for file in inputs:
+        if file.resolve().is_relative_to(whole):
+            raise UserError(f"{file} is read, and --out {path} would replace the folder it lies in: choose another --out")
+
+
 def own_directory(path: Path) -> None:
     """Make `path` a directory that this product may write to again and again; what it holds stays.
 

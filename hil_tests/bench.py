@@ -119,8 +119,12 @@ class Bench(Strict):
     @cached_property
     def effects(self) -> tuple[PlacedEffect, ...]:
         """The plant's truth."""
-        given = None if self.truth is None else self.path.parent / self.truth
-        return read_effects(truth_path(self.virtual, given))
+        return read_effects(self.effects_path)
+
+    @property
+    def effects_path(self) -> Path:
+        """The file that it stands in."""
+        return truth_path(self.virtual, None if self.truth is None else self.path.parent / self.truth)
 
     @cached_property
     def units(self) -> dict[str, str]:

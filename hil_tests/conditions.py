@@ -69,6 +69,8 @@ def read_condition(given: object, nodes: dict[str, int]) -> Condition:
         raise UserError(f"when: expected a mapping like {{time: 1.0}} of {', '.join(_KEYS)}, not {given!r}")
     if unknown := [key for key in given if key not in _KEYS]:
         raise UserError(f"when: {unknown[0]!r} is no condition; there are {', '.join(_KEYS)}")
+    _refuse_what_would_be_ignored(given, nodes)
+    named = "axis" if "axis" in given else "node"
     return Condition(
         axes=tuple(nodes),
         time=_number("time", given.get("time")),
@@ -77,8 +79,21 @@ def read_condition(given: object, nodes: dict[str, int]) -> Condition:
         speed=_number("speed", given.get("speed")) or 0.0,
         homed=_axis_or_all("homed", given.get("homed"), nodes),
         state=_state(given.get("state")),
-        of=_axis_or_all("axis", given.get("axis", given.get("node")), nodes) or ALL,
+        of=_axis_or_all(named, given.get(named), nodes) or ALL,
     )
+
+
+def _refuse_what_would_be_ignored(given: dict[str, object], nodes: dict[str, int]) -> None:
+    """A key without a value, or without the one that it belongs to: a condition without content holds at once."""
+    if nothing := [key for key, value in given.items() if value is None]:
+        raise UserError(f"when: {nothing[0]}: says nothing; give it a value, or leave it out")
+    if "speed" in given and "moving" not in given:
+        raise UserError(f"when: speed: belongs to moving; add for example moving: {next(iter(nodes))}")
+    named = [key for key in ("axis", "node") if key in given]
+    if named and "state" not in given:
+        raise UserError(f"when: {named[0]}: belongs to state; add for example state: operation_enabled")
+    if len(named) > 1:
+        raise UserError("when: axis and node both name a drive; leave one out")
 
 
 def _number(key: str, value: object) -> float | None:
@@ -95,11 +110,13 @@ def _whole(key: str, value: object) -> int | None:
 
 
 def _axis(key: str, value: object, nodes: dict[str, int]) -> str | None:
-    if value is None or value in nodes:
-        return None if value is None else str(value)
+    if value is None:
+        return None
+    if isinstance(value, str) and value in nodes:
+        return value
     by_node = {node: axis for axis, node in nodes.items()}
-    if value in by_node:
-        return by_node[int(str(value))]
+    if isinstance(value, int) and not isinstance(value, bool) and value in by_node:
+        return by_node[value]
     choice = ", ".join(f"{axis} (node {node})" for axis, node in nodes.items())
     raise UserError(f"when: {key}: {value!r} is no axis of this machine; it has {choice}")
 
@@ -111,6 +128,6 @@ def _axis_or_all(key: str, value: object, nodes: dict[str, int]) -> str | None:
 def _state(value: object) -> State | None:
     if value is None:
         return None
-    if value not in STATES:
+    if not isinstance(value, str) or value not in STATES:
         raise UserError(f"when: state: {value!r} is no state of a drive; there are {', '.join(STATES)}")
-    return STATES[str(value)]
+    return STATES[value]

@@ -44,17 +44,21 @@ class BusFrame(NamedTuple):
     identifier: int
     data: bytes
     by_controller: bool
-    remote: bool
+    requested: int | None
+    """Data length that a remote frame asks for [byte]; None: a data frame."""
     heard: float
     """When the stand took it by the wall clock, since power on, or when it was whole on copper [s]; 0 where it has neither."""
 
 
 class StateChange(NamedTuple):
-    """A drive's change of state, at simulated time [s]; `axis` is its name."""
+    """A drive's change of state, at simulated time [s]; `axis` is its name.
+
+    `before` is None where a real drive told its state for the first time since it booted: it begins there.
+    """
 
     time: float
     axis: str
-    before: State
+    before: State | None
     after: State
 
 
@@ -79,6 +83,13 @@ class BusLost(NamedTuple):
 
     time: float
     reason: str
+
+
+class Stall(NamedTuple):
+    """The stand itself stood still for some seconds of the wall clock, until simulated time [s]."""
+
+    time: float
+    seconds: float
 
 
 @dataclass(frozen=True)
@@ -135,6 +146,10 @@ class Truth:
         first, last = np.searchsorted(self.time, (start, end), side="right")
         return slice(int(first), int(last))
 
+    def ends_before(self, time: float) -> bool:
+        """Whether the last sample is earlier than a time [s]."""
+        return bool(len(self.time)) and float(self.time[-1]) < time
+
 
 @dataclass(frozen=True)
 class Evidence:
@@ -166,6 +181,8 @@ class Evidence:
     homed: frozenset[str] | None = None
     """Axes whose real drives were seen to home since they booted; None: drives are virtual."""
     bus_lost: BusLost | None = None
+    stalls: tuple[Stall, ...] = ()
+    """Of the stand itself, in real time."""
 
     @property
     def fault_time(self) -> float | None:

@@ -10,6 +10,7 @@ from hil_tests.bench import Bench
 from hil_tests.evidence import Evidence
 from hil_tests.expectations.base import MET, Finding
 from hil_tests.scenario import Scenario
+from hil_tests.stand.stalls import LONGEST
 from hil_tests.verdict import CaseResult, Failure, Measured, Outcome
 
 
@@ -17,6 +18,8 @@ def judge(scenario: Scenario, evidence: Evidence, folder: Path, wall: float) -> 
     """The verdict; `folder` is the case's own, `wall` how long it took [s]."""
     finding = sum((expectation.judge(evidence) for expectation in scenario.expectations), MET)
     finding += Finding(tuple(_always(evidence)))
+    if finding.failures:
+        finding += Finding(tuple(_by_the_host(evidence)))
     measured = tuple(_with_noise(one, evidence.bench) for one in finding.measured)
     outcome = Outcome.REJECTED if finding.failures else Outcome.ACCEPTED
     simulated = float(evidence.truth.time[-1]) if len(evidence.truth.time) else evidence.end
@@ -44,6 +47,18 @@ def _always(evidence: Evidence) -> list[Failure]:
     left = [Failure("leaves nothing", f"the controller left behind, at {what}") for what in evidence.left_behind]
     lost = evidence.bus_lost
     return never + left + ([] if lost is None else [Failure("bus", f"the bus was lost: {lost.reason}", time=lost.time)])
+
+
+def _by_the_host(evidence: Evidence) -> list[Failure]:
+    """Where the stand stood still itself, a sound controller may have been rejected for it. It is not accepted for it."""
+    if not evidence.stalls:
+        return []
+    worst = max(evidence.stalls, key=lambda stall: stall.seconds)
+    told = (
+        f"the stand stood still itself, for {1e3 * worst.seconds:.0f} ms the longest of {len(evidence.stalls)} times: what "
+        "failed may be of this host and not of the controller; run it again on a host that does nothing else, or in lockstep"
+    )
+    return [Failure("host", told, time=worst.time, measured=worst.seconds, limit=LONGEST, unit="s")]
 
 
 def _with_noise(measured: Measured, bench: Bench) -> Measured:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from hil_tests.bench import Bench
-from hil_tests.real_cases import targets
 from hil_tests.scenario import Scenario
+from hil_tests.targets import targets
 from hil_tests.task import Task, TaskName
 
 _MOVES: Mapping[TaskName, str] = {
@@ -36,7 +36,8 @@ def _said(task: Task, bench: Bench) -> str:
     if task.task in _MOVES:
         return _MOVES[task.task]
     ways: dict[str, list[float]] = {}
-    for axis, position in targets(task):
-        ways.setdefault(axis, []).append(position)
+    for pose in targets(task):
+        for axis, position in pose.items():
+            ways.setdefault(axis, []).append(position)
     told = (f"{axis} {min(way):g} .. {max(way):g} {bench.units[axis]}" for axis, way in ways.items())
     return f"every axis goes to its switch, then {', '.join(told)}"

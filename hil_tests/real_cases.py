@@ -1,13 +1,13 @@
-"""Which cases are not run on real drives, and why; where the others go."""
+"""Which cases are not run on real drives, and why."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drivetwin.errors import UserError
 from hil_tests.bench import Bench
 from hil_tests.expectations.base import Expectation
 from hil_tests.expectations.outcome import Outcome
+from hil_tests.targets import targets
 from hil_tests.task import Task
 
 
@@ -25,25 +25,10 @@ def why_not_on_real_drives(
     if not any(not kind.needs_truth and kind is not Outcome for kind in expected):
         names = ", ".join(kind.name for kind in expected if kind.needs_truth) or "nothing"
         return f"beside how the controller ends it judges what only the plant's truth tells, and here drives are real: {names}"
-    for axis, position in targets(task):
+    for axis, position in (target for pose in targets(task) for target in pose.items()):
         if axis not in bench.real_limits:
             return f"{axis} is to move, and machine {bench.machine} has no such axis"
         low, high = bench.real_limits[axis].travel
         if not low <= position <= high:
             return f"{axis} is to go to {position:g} {bench.units[axis]}, and its limits are {low:g} .. {high:g}"
     return None
-
-
-def targets(task: Task) -> list[tuple[str, float]]:
-    """Axis and position [m or rad] of all that a move or a path goes to. Raises UserError where that cannot be read."""
-    parameters = task.parameters
-    try:
-        match task.task:
-            case "move":
-                return [(str(move["axis"]), float(move["to"])) for move in parameters["moves"]]
-            case "path":
-                return [(str(axis), float(to)) for pose in parameters["poses"] for axis, to in pose.items()]
-            case _:
-                return []
-    except (KeyError, TypeError, ValueError, AttributeError):
-        raise UserError(f"task: {task.task}: nobody can read from its parameters where axes go: {parameters}") from None

@@ -105,7 +105,7 @@ def read_scenario(path: Path, bench: Bench) -> Scenario:
             requirement=given.requirement,
             task=given.task,
             faults=tuple(_fault(fault, bench) for fault in given.faults) if because is None else (),
-            expectations=_expectations(given.expect, kinds, bench) if because is None else (),
+            expectations=_expectations(given, kinds, bench) if because is None else (),
             aftermath=given.aftermath,
             starts=given.starts,
             silence=given.silence,
@@ -171,13 +171,22 @@ def _seconds(key: str, value: object) -> float | None:
     return float(value)
 
 
-def _expectations(given: Sequence[Any], kinds: Sequence[type[Expectation]], bench: Bench) -> tuple[Expectation, ...]:
+def _expectations(given: _File, kinds: Sequence[type[Expectation]], bench: Bench) -> tuple[Expectation, ...]:
     """Those that the bench's drives let be judged, read with its limits, and what real drives are asked beside."""
-    judged = [one for one, kind in zip(given, kinds, strict=True) if bench.drives == "virtual" or not kind.needs_truth]
+    judged = [one for one, kind in zip(given.expect, kinds, strict=True) if bench.drives == "virtual" or not kind.needs_truth]
     read = tuple(read_expectation(one, bench) for one in judged)
+    for one in read:
+        _check(one, given, bench)
     if Outcome not in kinds:
         raise UserError("expect: says nothing of how the controller ends; add for example: - outcome: done")
     return read if bench.drives == "virtual" else read + tuple(_of_real_drives(kinds))
+
+
+def _check(expectation: Expectation, given: _File, bench: Bench) -> None:
+    try:
+        expectation.check(bench, given.task, given.starts)
+    except UserError as error:
+        raise UserError(f"expect: {expectation.name}: {error}") from None
 
 
 def _of_real_drives(kinds: Sequence[type[Expectation]]) -> Iterator[Expectation]:

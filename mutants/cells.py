@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import shutil
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
@@ -53,7 +54,7 @@ def fill(bench: Bench, field: Field, out: Path) -> Cell:
     Everything goes to `out`/MUTANT/NN_group.name. Raises UserError as `run_one`.
     """
     folder = out / field.mutant / field.scenario.identity
-    state = _state_of(field.mutant)
+    state = _state_of(bench, field.mutant)
     known = _read(folder / "cell.json", state)
     if known is not None:
         return known
@@ -85,7 +86,7 @@ def _cell(field: Field, result: CaseResult) -> Cell:
 
 
 def _read(path: Path, state: str) -> Cell | None:
-    """A cell of an earlier run of the same code; None where there is none."""
+    """A cell of an earlier run of the same code on the same bench; None where there is none."""
     try:
         told = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -103,11 +104,11 @@ def _keep_verdict_only(folder: Path) -> None:
             path.unlink()
 
 
-def _state_of(name: str) -> str:
-    """sha256 over all that decides on the verdicts of a mutant."""
+def _state_of(bench: Bench, name: str) -> str:
+    """sha256 over all that decides on the verdicts of a mutant on a bench."""
     folder = INSTALLED / "mutants"
     own = (folder / "surgery.py", folder / "broken" / f"{name}.py") if name != REFERENCE else ()
-    return _digest((*_sources(), *own))
+    return _digest((*_sources(), *own, bench.path, bench.effects_path))
 
 
 @cache
@@ -120,6 +121,6 @@ def _sources() -> Sequence[Path]:
 def _digest(paths: Iterable[Path]) -> str:
     found = hashlib.sha256()
     for path in paths:
-        found.update(f"{path.relative_to(INSTALLED)}\n".encode())
+        found.update(f"{os.path.relpath(path, INSTALLED)}\n".encode())  # a bench may be anywhere
         found.update(path.read_bytes())
     return found.hexdigest()

@@ -12,6 +12,7 @@ from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from drivetwin.errors import UserError
 from drivetwin.files import own_directory
@@ -25,7 +26,7 @@ from hil_tests.scenario import Scenario
 from hil_tests.suite import CASES, find_cases
 from hil_tests.verdict import CaseResult, Outcome
 
-console = Console(width=max(112, Console().width))
+console = Console(width=max(112, Console().width), markup=False, emoji=False)  # it tells what others wrote, as they wrote it
 
 REJECTED = 1
 """Exit status where the controller is rejected."""
@@ -106,7 +107,7 @@ def _warn(bench: Bench, scenarios: Sequence[Scenario]) -> None:
 
 
 def _run(bench: Bench, scenarios: Sequence[Scenario], out: Path, jobs: int) -> list[CaseResult]:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bars:
         watch = _Watch(bars, bars.add_task(f"{bench.controller.name} on {bench.machine}", total=len(scenarios)))
         return run_all(bench, scenarios, out.absolute() / "cases", jobs, watch.done)
@@ -146,9 +147,8 @@ def _table(cases: Sequence[CaseResult]) -> Table:
     table.add_column("time", justify="right", no_wrap=True)
     table.add_column("verdict", no_wrap=True)
     for case in cases:
-        style = _STYLES[case.outcome]
         simulated = f"{case.simulated:.1f} s" if case.folder is not None else ""
         more = case.skipped_because or not_judged_words(case.not_judged)
         about = f"{case.title}: {more}" if more else case.title
-        table.add_row(case_name(case), about, simulated, f"[{style}]{case.outcome}[/]")
+        table.add_row(case_name(case), about, simulated, Text(case.outcome, _STYLES[case.outcome]))
     return table

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -25,8 +26,8 @@ from controller.sdo_check import to_json
 from drive_profiles import DriveProfile, load_profile
 from drivetwin.bus import INPROC, InprocBus, is_copper, open_bus
 from drivetwin.cli.identify_summary import print_summary
-from drivetwin.errors import UserError
-from drivetwin.files import new_directory, refuse_foreign, write_json
+from drivetwin.errors import InterruptedByUserError, UserError
+from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace, write_json
 from drivetwin.recording.recording import Recording
 from drivetwin.recording.writer import write_into
 from emulator.clock import CLOCKS
@@ -64,7 +65,7 @@ def identify_command(
 
     Example: drivetwin identify --machine scara --bus ws://127.0.0.1:54701 --clock realtime --out out/identify
 
-    Ctrl-C quick-stops and disables every axis.
+    Ctrl-C quick-stops and disables every axis. Where it fails, OUT is not written; the bus log until then is OUT.failed.log.
     """
     if clock not in PACINGS:
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(PACINGS)}")
@@ -73,6 +74,7 @@ def identify_command(
     known, allowed = _within_limits(load_machine(machine), limits, bus, yes)
     drive_type = load_profile(profile)
     refuse_foreign(out)
+    refuse_to_replace(out, [file for file in (limits, truth) if file is not None])
     joined = _join(bus, known, drive_type, clock, truth, seed)
     with Bars(
         TextColumn("{task.description:<34}"),
@@ -82,7 +84,7 @@ def identify_command(
         console=console,
     ) as bars:
         progress = _RichProgress(bars)
-        with new_directory(out) as staged:
+        with new_directory(out) as staged, _log_kept(staged / "bus.log", out.absolute()):
             captured = capture_machine(
                 joined.bus, known, drive_type, PACINGS[clock](), allowed, seed, progress, staged / "bus.log"
             )
@@ -96,6 +98,23 @@ def identify_command(
             write_json(staged / "torque_by_sdo.json", to_json(captured.sdo_points, seed, inputs))
             progress.finish()
     print_summary(console, found, told, captured, out)
+
+
+@contextmanager
+def _log_kept(log: Path, out: Path) -> Iterator[None]:
+    """Where the block fails, the frames until then stay beside `out`, which is not written then: the trouble is in them.
+
+    Raises UserError, which says where, in the place of what failed; Ctrl-C is no failure.
+    """
+    try:
+        yield
+    except InterruptedByUserError:
+        raise
+    except (UserError, can.CanError) as error:
+        if not log.is_file():
+            raise
+        kept = log.replace(out.with_name(f"{out.name}.failed.log"))
+        raise UserError(f"{error}; the bus log until then: {kept}") from error
 
 
 @dataclass(frozen=True)

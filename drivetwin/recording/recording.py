@@ -58,7 +58,7 @@ class RecordingInfo(BaseModel):
     machine: str
     sample_period: PositiveFloat
     derived: list[str] = []
-    axes: dict[str, AxisInfo]
+    axes: dict[str, AxisInfo] = Field(min_length=1)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
+from hil_tests.bench import Bench
 from hil_tests.evidence import Evidence
+from hil_tests.task import Task
 from hil_tests.verdict import Failure, Measured
 
 ByAxis = Mapping[str, float]
@@ -47,6 +49,10 @@ class Expectation(ABC):
     """Whether it is held against the plant's truth, which a real machine does not tell; else bus and controller say enough."""
     shorthand: ClassVar[str | None] = None
     """The parameter that `- name: value` gives."""
+
+    def check(self, bench: Bench, task: Task, starts: int) -> None:
+        """Raise UserError where it says nothing of a case with that task and so many starts of the controller."""
+        return
 
     @abstractmethod
     def judge(self, evidence: Evidence) -> Finding:

@@ -41,7 +41,7 @@ class BusLoad(Expectation):
 def _from_first_sync(frames: tuple[BusFrame, ...]) -> list[LoggedFrame]:
     first = next((place for place, frame in enumerate(frames) if frame.identifier == 0x80), len(frames))
     return [
-        LoggedFrame(round(frame.time * MICROSECONDS), Frame(frame.identifier, b"" if frame.remote else frame.data))
+        LoggedFrame(round(frame.time * MICROSECONDS), Frame(frame.identifier, frame.data, frame.requested))
         for frame in frames[first:]
         if frame.identifier <= 0x7FF
     ]

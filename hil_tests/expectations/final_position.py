@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
 
-from drivetwin.errors import UserError
+from hil_tests.bench import Bench
 from hil_tests.evidence import Evidence
 from hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
+from hil_tests.targets import check_targets, targets
 from hil_tests.task import Task
 
 
@@ -25,9 +25,15 @@ class FinalPosition(Expectation):
     band: ByAxis = field(metadata=limit("settling_band"))
     dwell: float = 0.05
 
+    def check(self, bench: Bench, task: Task, starts: int) -> None:
+        check_targets(task, bench)
+
     def judge(self, evidence: Evidence) -> Finding:
         truth, finding, reached = evidence.truth, MET, 0
-        for target in targets(evidence.task):
+        for pose in targets(evidence.task):
+            target = {axis: position for axis, position in pose.items() if axis in self.band}
+            if not target:
+                continue
             there = np.ones(len(truth.time), dtype=np.bool_)
             there[:reached] = False
             for axis, position in target.items():
@@ -69,17 +75,3 @@ class FinalPosition(Expectation):
     @staticmethod
     def _unit(evidence: Evidence, axis: str) -> str:
         return evidence.units[evidence.axes.index(axis)]
-
-
-def targets(task: Task) -> Iterator[dict[str, float]]:
-    """Where a task `move` or `path` goes, one after the other: positions by axis [m or rad]."""
-    parameters = task.parameters
-    for _ in range(int(parameters.get("repeat", 1))):
-        if task.task == "path":
-            yield from parameters["poses"]
-        elif task.task == "move":
-            yield from ({move["axis"]: move["to"]} for move in parameters["moves"])
-        else:
-            raise UserError(f"final_position: a task {task.task!r} has no targets; it is for move and path")
-
-

@@ -13,10 +13,16 @@ from hil_tests.expectations.base import MET, Expectation, Finding, limit
 
 FILE = "identified.json"
 
+_OTHERWISE_NAMED = {"stribeck_exponent": "exponent"}
+"""Parameters of identified/1 that a plant's truth names otherwise."""
+
 
 @dataclass(frozen=True)
 class Identification(Expectation):
-    """|identified - true| / |true| of each of `parameters` on each axis that has one, at most `within` (identified/1)."""
+    """|identified - true| / |true| of each of `parameters` on each axis that has one, at most `within` (identified/1).
+
+    A parameter that no axis truly has cannot be judged, and is not met.
+    """
 
     name: ClassVar[str] = "identification"
     needs_truth: ClassVar[bool] = True
@@ -29,10 +35,10 @@ class Identification(Expectation):
         axes = said.get("axes") if isinstance(said, dict) else None
         if not isinstance(axes, dict):
             return self.fails(f"the controller wrote no {FILE} (identified/1)", None, evidence.end)
-        finding = MET
+        finding = self._knowable(evidence)
         for axis in evidence.axes:
             for name in self.parameters:
-                true = evidence.friction[axis].get(name, 0.0)
+                true = evidence.friction[axis].get(_true_name(name), 0.0)
                 if true == 0.0:
                     continue
                 error = abs(_value(axes, axis, name) - true) / abs(true)
@@ -42,6 +48,20 @@ class Identification(Expectation):
                 message = f"the identified {name} is not the plant's"
                 finding += self.at_most(f"error of {name}", error, self.within, "1", message, axis, evidence.end)
         return finding
+
+    def _knowable(self, evidence: Evidence) -> Finding:
+        """Whether the truth of an axis has each of the parameters."""
+        finding, known = MET, {name for told in evidence.friction.values() for name in told}
+        for name in self.parameters:
+            if _true_name(name) not in known:
+                there = ", ".join(sorted(known))
+                said = f"the plant's truth has no {name} that the identified one could be held against; it has {there}"
+                finding += self.fails(said, None, evidence.end)
+        return finding
+
+
+def _true_name(name: str) -> str:
+    return _OTHERWISE_NAMED.get(name, name)
 
 
 def read_json(path: Any) -> object:

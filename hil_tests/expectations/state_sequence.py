@@ -21,7 +21,7 @@ _STEPS = {
 class StateSequence(Expectation):
     """Each drive reaches operation enabled by ready to switch on and switched on, each of them seen.
 
-    With `times` exactly that often.
+    With `times` exactly that often. In what state a drive begins is no step, and enables none.
     """
 
     name: ClassVar[str] = "state_sequence"
@@ -32,14 +32,14 @@ class StateSequence(Expectation):
     def judge(self, evidence: Evidence) -> Finding:
         finding = MET
         for axis in evidence.axes:
-            changes = [change for change in evidence.states if change.axis == axis]
-            for change in changes:
-                if change.before not in _STEPS.get(change.after, (change.before,)):
-                    went = f"{_words(change.before)} to {_words(change.after)}"
+            steps = [(one, one.before) for one in evidence.states if one.axis == axis and one.before is not None]
+            for change, before in steps:
+                if before not in _STEPS.get(change.after, (before,)):
+                    went = f"{_words(before)} to {_words(change.after)}"
                     finding += self.fails(f"the drive went from {went}: a step was left out", axis, change.time)
                 if change.after is State.FAULT and not any(struck.time is not None for struck in evidence.struck):
                     finding += self.fails("the drive is in a fault, and none was injected", axis, change.time)
-            enabled = sum(change.after is State.OPERATION_ENABLED for change in changes)
+            enabled = sum(change.after is State.OPERATION_ENABLED for change, _ in steps)
             if self.times is not None and enabled != self.times:
                 said = f"the drive was enabled {enabled} times, expected {self.times:g}"
                 finding += self.fails(said, axis, evidence.end, float(enabled), self.times)

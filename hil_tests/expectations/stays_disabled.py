@@ -13,7 +13,7 @@ from hil_tests.expectations.base import MET, Expectation, Finding, limit
 
 @dataclass(frozen=True)
 class StaysDisabled(Expectation):
-    """No drive is in operation enabled from `within` [s] after the last fault on."""
+    """No drive is in operation enabled from `within` [s] after the last fault on; of a watch that ended sooner, at its end."""
 
     name: ClassVar[str] = "stays_disabled"
     needs_truth: ClassVar[bool] = True
@@ -26,7 +26,12 @@ class StaysDisabled(Expectation):
             return MET  # that a fault never struck is told by itself
         begin = struck + self.within
         window = truth.between(begin, np.inf)
+        too_short = truth.ends_before(begin)
         for number, axis in enumerate(evidence.axes):
+            if too_short and truth.enabled[-1, number]:
+                end = float(truth.time[-1])
+                watched = f"the watch ended {end - struck:.3g} s after the fault, before {self.within:g} s were over"
+                finding += self.fails(f"{watched}, and the drive was still enabled", axis, end)
             enabled = np.flatnonzero(truth.enabled[window, number])
             if len(enabled):
                 time = float(truth.time[window][enabled[0]])

@@ -7,10 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
+from hil_tests.bench import Bench
 from hil_tests.evidence import Evidence, Samples
 from hil_tests.expectations.base import MET, Expectation, Finding, limit
-from hil_tests.expectations.final_position import targets
 from hil_tests.moves import moves
+from hil_tests.targets import check_targets, targets
+from hil_tests.task import Task
 
 LEAST_WAY = 1e-3
 """An axis that goes less [m or rad] has no share worth comparing."""
@@ -28,6 +30,9 @@ class Synchronised(Expectation):
     needs_truth: ClassVar[bool] = True
 
     apart: float = field(metadata=limit("apart"))
+
+    def check(self, bench: Bench, task: Task, starts: int) -> None:
+        check_targets(task, bench)
 
     def judge(self, evidence: Evidence) -> Finding:
         truth, finding, worst, when = evidence.truth, MET, 0.0, None

@@ -24,7 +24,7 @@ MOST_TELLING = 16
 AROUND = 0.25
 """[s]"""
 
-_LINE = re.compile(r"\((\d+\.\d+)\) \S+ ([0-9A-F]+)#(R?)([0-9A-F]*)\d?$")
+_LINE = re.compile(r"\((\d+\.\d+)\) \S+ ([0-9A-F]+)#(?:(R)\d?|([0-9A-F]*))$")
 _NODE = 0x7F
 _NOT_OF_A_NODE = frozenset({"NMT", "SYNC", "TIME", "LSS"})
 _SDO_ABORT = 0x80
@@ -70,7 +70,7 @@ def _frames(log: Path) -> Iterator[_Frame]:
         for line in stream:
             found = _LINE.match(line)
             if found is not None:
-                yield _Frame(float(found[1]), int(found[2], 16), bool(found[3]), found[4])
+                yield _Frame(float(found[1]), int(found[2], 16), bool(found[3]), found[4] or "")
 
 
 def _shown(frame: _Frame, pdos: PdoMapping) -> ShownFrame:

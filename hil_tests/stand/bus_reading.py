@@ -92,7 +92,7 @@ def read_bus(frames: Sequence[BusFrame], bench: Bench, end: float) -> BusReading
         configured={node.axis: node.configured for node in nodes.values() if node.configured is not None},
         operational=frozenset(node.axis for node in nodes.values() if node.beat == OPERATIONAL),
         torque_limits=tuple(limit for node in nodes.values() for limit in node.torque_limits),
-        told=frozenset(node.axis for node in nodes.values() if node.told),
+        told=frozenset(node.axis for node in nodes.values() if node.state is not None),
         homed=frozenset(node.axis for node in nodes.values() if node.homing.attained),
     )
 
@@ -139,7 +139,7 @@ class _Node:
         self.torque_limits: list[TorqueLimit] = []
         self.configured: Configuration | None = None
         self.beat: int | None = None
-        self.told = False
+        self.state: State | None = None
         self.homing = _Homing()
         self._ended = False
         self._node_id, self._profile = axis.node_id, profile
@@ -147,7 +147,6 @@ class _Node:
         self._types = {(entry.index, entry.subindex): entry.data_type for entry in profile.objects}
         self._known: dict[tuple[int, int], float] = {}
         self._asked: _Write | None = None
-        self._state = State.SWITCH_ON_DISABLED
         self._started = False
 
     def hear_network(self, frame: BusFrame) -> None:
@@ -183,9 +182,9 @@ class _Node:
         self._ended = frame.time > end
         if self.beat == BOOT_UP:
             self._known.clear()
-            self._started = self.told = False
+            self._started = False
+            self.state = None
             self.homing = _Homing()
-            self._now(State.SWITCH_ON_DISABLED, frame.time)
 
     def _answer(self, frame: BusFrame) -> None:
         asked, self._asked = self._asked, None
@@ -219,9 +218,7 @@ class _Node:
         """An object's value, by SDO or PDO, as unsigned as a PDO has it."""
         match address:
             case (0x6041, 0):
-                state = _state(value)
-                self.told = self.told or state is not None
-                self._now(state, time)
+                self._now(_state(value), time)
                 self.homing.statusword(value)
             case (0x6040, 0):
                 self.homing.controlword(value)
@@ -246,9 +243,9 @@ class _Node:
         return share * 1e-3 * motor * self._gear
 
     def _now(self, state: State | None, time: float) -> None:
-        if state is not None and state is not self._state:
-            self.changes.append(StateChange(time, self.axis, self._state, state))
-            self._state = state
+        if state is not None and state is not self.state:
+            self.changes.append(StateChange(time, self.axis, self.state, state))
+            self.state = state
 
     def _read(self, index: int, subindex: int) -> float | None:
         return self._known.get((index, subindex))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import can
 
+from drivetwin.candump import candump_line
 from drivetwin.copper.wire import Transmission
 from drivetwin.files import new_file
 from emulator.copper.line import CONTROLLER
@@ -38,20 +39,16 @@ class FrameLog:
     def of_wire(self, whole: Transmission) -> None:
         """A frame that is whole on the wire."""
         frame, sent = whole.frame, whole.sender == CONTROLLER
-        remote = frame.requested is not None
-        self.frames.append(BusFrame(self._now(), frame.identifier, frame.data, sent, remote, whole.received))
+        self.frames.append(BusFrame(self._now(), frame.identifier, frame.data, sent, frame.requested, whole.received))
 
     def _note(self, message: can.Message, by_controller: bool) -> None:
-        remote = message.is_remote_frame
-        self.frames.append(
-            BusFrame(self._now(), message.arbitration_id, bytes(message.data), by_controller, remote, self._wall())
-        )
+        requested = message.dlc if message.is_remote_frame else None
+        data = bytes(message.data)
+        self.frames.append(BusFrame(self._now(), message.arbitration_id, data, by_controller, requested, self._wall()))
 
 
 def write_log(frames: Sequence[BusFrame], path: Path) -> None:
     """Write the frames as `candump -L` does, stamped by simulated time."""
     with new_file(path) as part, part.open("w", encoding="ascii") as stream:
         for frame in frames:
-            identifier = f"{frame.identifier:03X}" if frame.identifier <= 0x7FF else f"{frame.identifier:08X}"
-            content = "R" if frame.remote else frame.data.hex().upper()
-            stream.write(f"({frame.time:.6f}) {CHANNEL} {identifier}#{content}\n")
+            stream.write(candump_line(frame.time, CHANNEL, frame.identifier, frame.data, frame.requested))

@@ -19,6 +19,7 @@ HOMING = 6
 
 class Observer:
     """Notes what is true of a virtual machine. `look` after each frame and each cycle; it sees whether time has moved.
+    `look_at_network` besides, where a node may have been reset or started since and the next frame change what it is.
 
     What a condition can see: `time` [s], `syncs`, speeds, states, and which axes have homed since they were switched on.
     """
@@ -44,12 +45,13 @@ class Observer:
         for place, drive in enumerate(self._virtual.drives):
             if drive.machine.state is not self._states[place]:
                 self._note_state(place, drive)
+        self.look_at_network()
         if self._virtual.now() > self.time:
             self.time = self._virtual.now()
             self._sample()
 
     def look_at_network(self) -> None:
-        """A network management frame has come: note how the nodes that it made operational are configured."""
+        """Note how the nodes are configured that have become operational."""
         for place, drive in enumerate(self._virtual.drives):
             operational = drive.device.nmt.state is NmtState.OPERATIONAL
             if operational and not self._operational[place]:

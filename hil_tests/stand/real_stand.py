@@ -79,9 +79,9 @@ class RealStand:
         if message is None or message.is_error_frame:
             return None
         heard = message.timestamp - self._began  # by the kernel where it stamps frames, else when they were taken
-        identifier, remote = message.arbitration_id, message.is_remote_frame
+        identifier, requested = message.arbitration_id, message.dlc if message.is_remote_frame else None
         own = not sent_by_drive(identifier, self._nodes)
-        self._frames.append(BusFrame(heard, identifier, bytes(message.data), own, remote, heard))
+        self._frames.append(BusFrame(heard, identifier, bytes(message.data), own, requested, heard))
         return self._frames[-1]
 
     def _now(self) -> float:

@@ -11,6 +11,7 @@ from pathlib import Path
 import can
 
 from drivetwin.bus import HostedBus, host_bus
+from drivetwin.copper.wire import Transmission
 from drivetwin.unix_bus import PREFIX
 from emulator.clock import Clock, RealtimeClock
 from emulator.copper import COPPER, CopperBus
@@ -24,12 +25,11 @@ from hil_tests.stand.controller_start import EXIT_STATUS, ControllerStart
 from hil_tests.stand.faults import Striker
 from hil_tests.stand.log import FrameLog
 from hil_tests.stand.observer import Observer
+from hil_tests.stand.stalls import Stalls
 from hil_tests.stand.watchdog import Watchdog
 
 LISTEN = 0.02
 """How long the stand waits for a frame before it looks whether the controller still lives [s], where only SYNC moves time."""
-
-NMT_COB_ID = 0x000
 
 
 class Stand:
@@ -46,6 +46,7 @@ class Stand:
         self._virtual = self._joined.virtual if isinstance(self._joined, CopperBus) else self._joined
         self._observer = Observer(self._virtual)
         self._striker = Striker(scenario.faults, self._virtual, self._kill)
+        self._stalls = Stalls(self._now)
         self._process: ControllerProcess | None = None
         self._killed = False
         self._left_behind: list[str] = []
@@ -77,6 +78,7 @@ class Stand:
     def _serve(self, process: ControllerProcess, watchdog: Watchdog) -> Ending:
         """Serve the bus until the controller has exited and all that it sent has been handled, or it was or has to be ended."""
         self._process = process
+        self._stalls.begin()
         while not self._killed:
             pause = self._joined.wait()
             message = self._hosted.bus.recv(LISTEN if pause is None else pause)
@@ -90,8 +92,6 @@ class Stand:
                 if not self._bench.copper:
                     self._log.of_controller(message)
                 self._joined.receive(message)
-                if message.arbitration_id == NMT_COB_ID:
-                    self._observer.look_at_network()
             self._joined.poll()
             self._look()
             if concern is not None:
@@ -120,6 +120,7 @@ class Stand:
         if isinstance(self._clock, StandClock):
             self._clock.free = True
         until = self._virtual.now() + seconds
+        self._stalls.begin()
         while self._virtual.now() < until:
             self._joined.poll()
             self._look()
@@ -130,7 +131,11 @@ class Stand:
 
     def _look(self) -> None:
         self._observer.look()
+        if self._realtime:
+            self._stalls.look()
         self._striker.look(self._observer)
+        self._stalls.begin()  # what a fault takes, as a controller's death, is no stall
+        self._observer.look_at_network()  # a fault may have reset a node that the next frame starts again
 
     def _now(self) -> float:
         return self._virtual.now()
@@ -145,7 +150,12 @@ class Stand:
     def _copper(self) -> CopperBus:
         """The machine behind a wire, whose frames are noted when they are whole."""
         wire = COPPER[self._bench.clock]
-        return wire(self._bench.bit_rate, self._machine, self._hosted.bus.send, self._log.of_wire)
+        return wire(self._bench.bit_rate, self._machine, self._hosted.bus.send, self._of_wire)
+
+    def _of_wire(self, whole: Transmission) -> None:
+        """A frame is whole: several may be in one turn, and the node that one has started the next may change."""
+        self._observer.look_at_network()
+        self._log.of_wire(whole)
 
     def _transmit(self, message: can.Message) -> None:
         self._log.of_drive(message)
@@ -172,6 +182,7 @@ class Stand:
             friction=self._virtual.plant.truth(),
             left_behind=tuple(self._left_behind),
             timed=self._realtime or self._bench.copper,
+            stalls=tuple(self._stalls.found),
         )
 
 

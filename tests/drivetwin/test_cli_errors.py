@@ -56,14 +56,36 @@ def refused(run: Run, tmp_path: Path) -> Iterator[Callable[[str], str]]:
 
     def command(line: str) -> str:
         before = sorted(tmp_path.rglob("*"))
-        outcome = run(line.replace("OUT", out))
-        assert outcome.status == 2
-        assert outcome.err.startswith("drivetwin: ")
-        assert outcome.err.count("\n") == 1, outcome.err
+        err = one_line(run(line.replace("OUT", out)))
         assert sorted(tmp_path.rglob("*")) == before
-        return outcome.err
+        return err
 
     return command
+
+
+@pytest.fixture
+def failed(run: Run, tmp_path: Path) -> Callable[[str], str]:
+    """Run a command line that has to fail on the bus; returns the line but for its end, which names all that is left: a log."""
+    out = tmp_path / "made" / "out"
+    log = tmp_path / "made" / "out.failed.log"
+
+    def command(line: str) -> str:
+        err = one_line(run(line.replace("OUT", f"--out {out}")))
+        assert sorted(tmp_path.rglob("*")) == [log.parent, log]
+        assert "#" in log.read_text(encoding="ascii")
+        told = f"; the bus log until then: {log}\n"
+        assert err.endswith(told)
+        return err.removesuffix(told)
+
+    return command
+
+
+def one_line(outcome: Outcome) -> str:
+    """What stderr says of an input that cannot be used."""
+    assert outcome.status == 2
+    assert outcome.err.startswith("drivetwin: ")
+    assert outcome.err.count("\n") == 1, outcome.err
+    return outcome.err
 
 
 Refused = Callable[[str], str]
@@ -189,10 +211,10 @@ def test_a_real_machine_does_not_move_without_a_yes(refused: Refused, tmp_path: 
     assert err == "drivetwin: not confirmed (--yes confirms without asking); nothing was done\n"
 
 
-def test_a_bus_where_nobody_answers(refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bus_where_nobody_answers(failed: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bring_up_module, "BOOT_TIMEOUT", 0.1)
     hosted = host_bus("ws://127.0.0.1:0")
-    err = refused(f"identify OUT --machine stage --bus {hosted.name}")
+    err = failed(f"identify OUT --machine stage --bus {hosted.name}")
     hosted.close()
     assert "axis slide (node 1) sent no boot-up message" in err
     assert "(nodes that did: none): is the drive powered, and is 1 its node-ID?" in err
@@ -212,7 +234,7 @@ def spoiled(monkeypatch: pytest.MonkeyPatch, spoil: Callable[[VirtualMachine], N
     return made
 
 
-def test_a_drive_that_aborts_an_sdo(refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_drive_that_aborts_an_sdo(failed: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(_value: object) -> None:
         raise SdoAbort(AbortCode.VALUE_TOO_HIGH)
 
@@ -220,7 +242,7 @@ def test_a_drive_that_aborts_an_sdo(refused: Refused, monkeypatch: pytest.Monkey
         machine.drives[0].dictionary[0x607F].on_write = refuse
 
     spoiled(monkeypatch, spoil)
-    err = refused("identify OUT --machine stage")
+    err = failed("identify OUT --machine stage")
     assert "axis slide (node 1): writing" in err
     assert "to 607Fh was aborted by the drive: Code 0x06090031" in err
 
@@ -240,16 +262,16 @@ def at(time: float, machine: VirtualMachine, act: Callable[[], None]) -> None:
     device.tick = tick_and_act  # type: ignore[method-assign]
 
 
-def test_a_drive_that_faults_in_the_middle(refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_drive_that_faults_in_the_middle(failed: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
     made = spoiled(monkeypatch, lambda machine: at(4.0, machine, lambda: machine.drives[1].fault(0x7121)))
-    err = refused("identify OUT --machine scara")
+    err = failed("identify OUT --machine scara")
     assert "axis rotate (node 2) reports EMCY 7121h" in err
-    assert err.endswith("every axis was stopped and is without voltage\n")
+    assert err.endswith("every axis was stopped and is without voltage")
     states = [drive.machine.state for drive in made[0].drives]
     assert states == [State.SWITCH_ON_DISABLED, State.FAULT, State.SWITCH_ON_DISABLED]
 
 
-def test_a_drive_that_dies_in_the_middle(refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_drive_that_dies_in_the_middle(failed: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Lockstep, "first_answer", 0.05)
     monkeypatch.setattr(Lockstep, "further_answer", 0.05)
 
@@ -257,7 +279,7 @@ def test_a_drive_that_dies_in_the_middle(refused: Refused, monkeypatch: pytest.M
         machine.wires[2].bus_off()
 
     made = spoiled(monkeypatch, lambda machine: at(4.0, machine, lambda: die(machine)))
-    err = refused("identify OUT --machine scara")
+    err = failed("identify OUT --machine scara")
     assert "axis stretch (node 3) sent no PDO for" in err
     assert "NOT KNOWN TO BE STOPPED: axis stretch (node 3); every other axis was stopped" in err
     states = [drive.machine.state for drive in made[0].drives]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from drivetwin.errors import UserError
-from drivetwin.files import new_directory, new_file, provenance, refuse_foreign, write_json
+from drivetwin.files import new_directory, new_file, provenance, refuse_foreign, refuse_to_replace, write_json
 
 
 class TroubleError(Exception):
@@ -65,6 +65,19 @@ def test_a_directory_of_ours_is_replaced_and_kept_when_the_new_one_fails(tmp_pat
         (part / "new").touch()
     assert sorted(entry.name for entry in path.iterdir() if entry.name != ".drivetwin") == ["new"]
     assert [entry.name for entry in tmp_path.iterdir()] == ["run"]
+
+
+def test_a_folder_is_not_replaced_by_what_is_made_of_it(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    with new_directory(run) as staged:
+        (staged / "signals.csv").write_text("0")
+    (tmp_path / "link").symlink_to(run)
+    inputs = [run / "signals.csv"]
+    for out in (run, tmp_path, tmp_path / "link"):
+        with pytest.raises(UserError, match=r"is read, and --out .* would replace the folder it lies in"):
+            refuse_to_replace(out, inputs)
+    refuse_to_replace(tmp_path / "run2", inputs)
+    refuse_to_replace(run / "fit", inputs)
 
 
 def test_what_is_not_ours_is_not_touched(tmp_path: Path) -> None:

@@ -71,6 +71,11 @@ def stops(_task: str, _name: str) -> NoReturn:
     sys.exit(3)
 
 
+def stops_with_brackets(_task: str, _name: str) -> NoReturn:
+    print("[error] :warning: [/home/u/axes.cpp:88] bus off", file=sys.stderr)
+    sys.exit(3)
+
+
 def does_nothing(_task: str, name: str) -> None:
     cycles(joined(name), 50)
 
@@ -82,6 +87,32 @@ def enables_in_one_step(_task: str, name: str) -> None:
     for word in (0x06, 0x0F):
         bus.send(FRAME.pack(0x201, 2, word.to_bytes(2, "little")))
         cycles(bus, 5)
+
+
+START = FRAME.pack(0x000, 2, bytes((1, 0)))
+
+
+def heartbeat(milliseconds: int) -> bytes:
+    """A write of 1017h of node 1."""
+    return FRAME.pack(0x601, 8, bytes((0x2B, 0x17, 0x10, 0)) + milliseconds.to_bytes(4, "little"))
+
+
+def starts_a_node_again(_task: str, name: str) -> None:
+    """With a heartbeat the first time; the second time as it has booted."""
+    bus = joined(name)
+    bus.send(heartbeat(100))
+    bus.send(START)
+    cycles(bus, 40)
+    bus.send(START)
+    cycles(bus, 5)
+
+
+def changes_a_node_that_it_has_started(_task: str, name: str) -> None:
+    """At once, on the wall clock: it has a heartbeat when it is started, and another one later."""
+    bus = joined(name)
+    for frame in (heartbeat(100), START, heartbeat(0)):
+        bus.send(frame)
+    time.sleep(0.3)
 
 
 if __name__ == "__main__":

@@ -100,7 +100,7 @@ def ordered(node: int) -> Configuration:
 
 def frame(time: float, identifier: int, data: bytes = b"", by_controller: bool = True) -> BusFrame:
     """A data frame."""
-    return BusFrame(time, identifier, data, by_controller, False, 0.0)
+    return BusFrame(time, identifier, data, by_controller, None, 0.0)
 
 
 def expectation(told: object) -> Expectation:

@@ -52,6 +52,16 @@ def test_a_controller_that_does_nothing_is_rejected_and_the_requirement_named(tm
     assert (tmp_path / "out" / "cases" / "04_moves.to_and_fro" / "bus.log").exists()
 
 
+def test_what_others_wrote_is_told_as_they_wrote_it(tmp_path: Path) -> None:
+    """Brackets are no markup: neither in the last words of a controller nor in the title of a case."""
+    bench = bench_file(tmp_path, bad("stops_with_brackets"))
+    scenario_file(tmp_path / "own", "04_moves/own", title="[red] [/x] :bus:")
+    done = accept(bench, tmp_path / "out", "--cases", tmp_path / "own", "--select", "04_moves.own")
+    assert (done.status, done.err) == (1, "")
+    assert "it said: [error] :warning: [/home/u/axes.cpp:88] bus off" in done.out
+    assert "[red] [/x] :bus:" in done.out
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [

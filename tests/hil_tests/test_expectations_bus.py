@@ -135,6 +135,14 @@ def test_a_fault_that_nobody_injected() -> None:
     assert found("state_sequence", evidence(standing(1.0), states=walk(*fault), **struck(0.3))) == []
 
 
+def test_where_a_drive_begins_is_no_step() -> None:
+    """Real drives may have kept a fault, or be switched on or enabled already; this enables none."""
+    for state in (State.FAULT, State.SWITCHED_ON, State.OPERATION_ENABLED):
+        begins = tuple(StateChange(0.0, axis, None, state) for axis in AXES)
+        assert found({"state_sequence": {"times": 1}}, evidence(standing(1.0), states=begins + walk(*STEPS))) == []
+        assert [axis for axis, _ in found("state_sequence", evidence(standing(1.0), states=begins))] == list(AXES)
+
+
 def test_how_often_drives_are_enabled() -> None:
     assert found({"state_sequence": {"times": 1}}, evidence(standing(1.0), states=walk(*STEPS))) == []
     assert len(found({"state_sequence": {"times": 2}}, evidence(standing(1.0), states=walk(*STEPS)))) == 3
@@ -209,7 +217,7 @@ def test_syncs_in_lockstep_are_a_cycle_apart() -> None:
 def test_syncs_in_real_time_are_judged_by_the_wall_clock() -> None:
     heard = np.cumsum(np.full(1000, 0.002))
     heard[500:] += 0.004  # one is late, which 99 % do not see
-    syncs = tuple(BusFrame(0.0, 0x80, b"", True, False, float(time)) for time in heard)
+    syncs = tuple(BusFrame(0.0, 0x80, b"", True, None, float(time)) for time in heard)
     assert found("sync_period", evidence(standing(1.0), frames=syncs, timed=True)) == []
     uneven = tuple(one._replace(heard=one.heard + 0.004 * (place % 2)) for place, one in enumerate(syncs))
     limit = {"sync_period": {"jitter": 0.001}}
@@ -240,6 +248,24 @@ def test_friction_within_three_percent_of_the_truth(tmp_path: Path) -> None:
     assert [failure.axis for failure in failures] == ["rotate", "rotate"]
     assert failures[0].measured == pytest.approx(0.035)
     assert "says no viscous" in failures[1].message
+
+
+def test_a_parameter_whose_true_value_nobody_knows_is_not_met(tmp_path: Path) -> None:
+    said = wrote(tmp_path, "identified.json", {"axes": {axis: {"parameters": {"viscos": {"value": 1.0}}} for axis in AXES}})
+    (failure,) = judged({"identification": {"parameters": ["viscos"]}}, said).failures
+    assert (failure.axis, failure.message) == (
+        None,
+        "the plant's truth has no viscos that the identified one could be held against; it has coulomb, viscous",
+    )
+
+
+def test_the_exponent_of_stribeck_friction_is_judged_where_an_axis_has_it(tmp_path: Path) -> None:
+    """The plant's truth calls it otherwise than identified/1."""
+    axes = {axis: {"parameters": {"stribeck_exponent": {"value": 2.1}}} for axis in AXES}
+    said = wrote(tmp_path, "identified.json", {"axes": axes})
+    said = replace(said, friction={"lift": {}, "rotate": {"exponent": 2.0}, "stretch": {"exponent": 0.0}})
+    (failure,) = judged({"identification": {"parameters": ["stribeck_exponent"]}}, said).failures
+    assert (failure.axis, failure.measured) == ("rotate", pytest.approx(0.05))
 
 
 def test_results_that_are_missing_or_none(tmp_path: Path) -> None:

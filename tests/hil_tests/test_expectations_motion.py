@@ -134,6 +134,22 @@ def test_drives_are_not_enabled_after_a_fault_nor_after_the_end(truth: Truth) ->
     assert found("disabled_at_end", evidence(truth)) == [("stretch", 3.7)]
 
 
+def test_a_watch_that_ends_too_soon_to_tell_is_judged_by_how_it_leaves_the_axes(truth: Truth) -> None:
+    """It ends at 4 s, 0.3 s after the fault: rest has 0.5 s, disabling 1.2 s."""
+    early = evidence(truth, **struck(3.7))
+    (first, *_) = judged("stays_disabled", early).failures
+    assert (first.axis, first.time) == ("lift", 4.0)
+    assert first.message == "the watch ended 0.3 s after the fault, before 1.2 s were over, and the drive was still enabled"
+    truth.enabled[at(truth, 3.9) :] = False
+    assert found("stays_disabled", early) == []
+    assert found("stopped", early) == []
+    truth.velocity[at(truth, 3.8) :, ROTATE] = 0.5
+    (failure,) = judged("stopped", early).failures
+    assert (failure.axis, failure.time) == ("rotate", 4.0)
+    assert failure.message == "the watch ended 0.3 s after the fault, before 0.5 s were over, and the axis still moved"
+    assert found({"stopped": {"except_for": ["rotate"]}}, early) == []
+
+
 def test_an_axis_that_moves_once_the_controller_has_gone(truth: Truth) -> None:
     truth.enabled[at(truth, 3.5) :] = False
     truth.velocity[at(truth, 3.8), LIFT] = -0.01
@@ -161,6 +177,14 @@ def test_a_pose_is_reached_by_all_axes_at_the_same_time(truth: Truth) -> None:
     assert len(found("final_position", evidence(truth, task=task))) == 1
     moved(truth, ROTATE, 2.6, 0.8)
     assert found("final_position", evidence(truth, task=task)) == []
+
+
+def test_an_axis_that_the_band_leaves_out_is_not_judged_by_it(truth: Truth) -> None:
+    moved(truth, ROTATE, 0.3, 0.8)
+    both = evidence(truth, task=Task(task="path", parameters={"poses": [{"lift": 0.3, "rotate": 0.8}, {"lift": 0.1}]}))
+    assert found({"final_position": {"band": {"rotate": 0.0002}}}, both) == []
+    truth.position[:, ROTATE] += 0.001
+    assert [axis for axis, _ in found({"final_position": {"band": {"rotate": 0.0002}}}, both)] == ["rotate"]
 
 
 def test_axes_that_move_together_are_compared_by_the_share_of_their_way(truth: Truth) -> None:

@@ -21,7 +21,7 @@ BENCH = read_bench(Path("hil_tests/benches/scara.yaml"))
 def sdo(request: str, answer: str) -> list[BusFrame]:
     """A request to the lift and its answer, in hexadecimal."""
     return [
-        BusFrame(0.1, identifier, bytes.fromhex(data), identifier == 0x601, False, 0.1)
+        BusFrame(0.1, identifier, bytes.fromhex(data), identifier == 0x601, None, 0.1)
         for identifier, data in ((0x601, request), (0x581, answer))
     ]
 
@@ -38,7 +38,7 @@ MODE_6_WRITTEN = sdo("2f60600006000000", "6060600000000000")
 MODE_6_SHOWN = sdo("4061600000000000", "4f61600006000000")
 MODE_7_WRITTEN = sdo("2f60600007000000", "6060600000000000")
 START, ENABLED, ATTAINED, FAILED = told(0x1F), shows(0x0227), shows(0x1627), shows(0x3227)
-BOOTS = [BusFrame(0.2, 0x701, b"\x00", False, False, 0.2)]
+BOOTS = [BusFrame(0.2, 0x701, b"\x00", False, None, 0.2)]
 
 
 @pytest.mark.parametrize(

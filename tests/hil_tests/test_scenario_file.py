@@ -16,6 +16,11 @@ from hil_tests.expectations.stopped import Stopped
 from hil_tests.scenario import read_scenario
 from hil_tests.suite import CASES, find_cases
 
+WITHOUT_TO = {"task": "move", "parameters": {"moves": [{"axis": "slide"}]}}
+NOT_ONCE = {"task": "path", "parameters": {"poses": [{"slide": 0.1}], "repeat": 0}}
+TOGETHER = {"synchronised": {"apart": 0.1}}
+OF_A_WHEEL = {"task": "path", "parameters": {"poses": [{"slide": 0.1}, {"wheel": 1.0}]}}
+
 
 @pytest.fixture
 def bench(tmp_path: Path) -> Bench:
@@ -50,6 +55,14 @@ def test_a_fault_says_when_and_for_how_long(tmp_path: Path, bench: Bench) -> Non
         ({"expext": []}, "case.yaml: expext: is no key here; there are aftermath, clock, expect"),
         ({"task": {"task": "dance"}}, "case.yaml: task.task: .*'boot'"),
         ({"expect": ["heartbeat"]}, "says nothing of how the controller ends"),
+        ({"expect": [{"outcome": ["stopped", "done"]}]}, "outcome: there are 2, and starts: 1; say one, or one for each start"),
+        ({"expect": [{"outcome": []}]}, "outcome: there are 0, and starts: 1"),
+        ({"starts": 3, "expect": [{"outcome": ["stopped", "done"]}]}, "outcome: there are 2, and starts: 3"),
+        ({"expect": [{"outcome": "done or finished"}]}, "outcome: 'finished' is no way to end; there are done, stopped, "),
+        ({"task": {"task": "soak"}, "expect": [TOGETHER]}, "expect: synchronised: a task 'soak' has no targets"),
+        ({"task": WITHOUT_TO, "expect": ["final_position"]}, "expect: final_position: task: move: nobody can read"),
+        ({"task": NOT_ONCE, "expect": [TOGETHER]}, "expect: synchronised: task: path: repeat: expected 1 or more, not 0"),
+        ({"task": OF_A_WHEEL, "expect": ["final_position"]}, "expect: final_position: stage has no axis 'wheel', only slide"),
         ({"expect": ["hartbeat"]}, "'hartbeat' is no expectation; there are .*heartbeat, "),
         ({"expect": [{"outcome": "done", "limits": 1}]}, "expected a name, or one name with what belongs to it"),
         ({"expect": [{"stopped": {"in": 1}}]}, "stopped has no 'in'; it has within, speed"),
@@ -73,6 +86,29 @@ def test_a_fault_says_when_and_for_how_long(tmp_path: Path, bench: Bench) -> Non
 def test_what_is_wrong_is_told(tmp_path: Path, bench: Bench, changes: dict[str, Any], expected: str) -> None:
     with pytest.raises(UserError, match=expected):
         read_scenario(scenario_file(tmp_path, **changes), bench)
+
+
+@pytest.mark.parametrize(
+    ("when", "expected"),
+    [
+        ({"speed": 0.5}, "when: speed: belongs to moving; add for example moving: slide"),
+        ({"node": 1, "speed": 0.5}, "when: speed: belongs to moving; add for example moving: slide"),
+        ({"axis": "slide"}, "when: axis: belongs to state; add for example state: operation_enabled"),
+        ({"node": 1, "time": 1.0}, "when: node: belongs to state; add for example state: operation_enabled"),
+        ({"state": "fault", "axis": "slide", "node": 1}, "when: axis and node both name a drive; leave one out"),
+        ({"moving": None}, "when: moving: says nothing"),
+        ({"homed": ["slide"]}, r"when: homed: \['slide'\] is no axis .*slide \(node 1\)"),
+        ({"moving": ["slide"]}, r"when: moving: \['slide'\] is no axis"),
+        ({"moving": True}, "when: moving: True is no axis"),
+        ({"state": ["fault"]}, r"when: state: \['fault'\] is no state"),
+        ({"state": "fault", "node": {"slide": 1}}, r"when: node: \{'slide': 1\} is no axis"),
+    ],
+)
+def test_a_condition_says_all_that_it_is_about(
+    tmp_path: Path, bench: Bench, when: dict[str, Any], expected: str
+) -> None:
+    with pytest.raises(UserError, match=expected):
+        read_scenario(scenario_file(tmp_path, faults=[{"fault": "sto", "node": 1, "when": when}]), bench)
 
 
 def test_a_case_stands_in_a_numbered_group(tmp_path: Path, bench: Bench) -> None:

@@ -16,6 +16,7 @@ from hil_tests.bench import read_bench
 from hil_tests.folder import digest
 from hil_tests.run import run_one
 from hil_tests.scenario import read_scenario
+from hil_tests.stand.stand import run_case
 from hil_tests.verdict import CaseResult, Outcome
 
 
@@ -173,6 +174,27 @@ def test_on_copper_frames_take_their_time(tmp_path: Path) -> None:
     assert result.failures == ()
     assert {measured.name for measured in result.measured} == {"bus load", "SYNC jitter, 99 %"}
     assert sum(one.arbitration_id == 0x80 for one in frames(tmp_path / "out" / "bus.log")) == 50
+
+
+def test_a_node_that_has_booted_again_is_judged_as_it_is_then(tmp_path: Path) -> None:
+    """Nobody has configured it since, and the next frame after the fault starts it."""
+    fault = {"fault": "node_resets", "node": 1, "off": 0.0, "when": {"time": 0.0395}}
+    assert heartbeat_at_start(tmp_path, "starts_a_node_again") == 0.1
+    assert heartbeat_at_start(tmp_path, "starts_a_node_again", faults=[fault]) == 0.0
+
+
+def test_on_copper_a_node_is_judged_as_it_was_when_its_start_was_whole(tmp_path: Path) -> None:
+    """On the wall clock a frame acts when it is whole, some time after it was sent, and others are behind it."""
+    changes: dict[str, Any] = {"copper": True, "clock": "realtime", "bit_rate": 50_000}
+    assert heartbeat_at_start(tmp_path, "changes_a_node_that_it_has_started", changes) == 0.1
+
+
+def heartbeat_at_start(folder: Path, what: str, bench: dict[str, Any] | None = None, **changes: Any) -> float:
+    """Of the node when it became operational last [s]."""
+    read = read_bench(bench_file(folder, bad(what), **({"timeouts": {"start": 60.0, "silence": 60.0}} | (bench or {}))))
+    out = folder / f"out{len(list(folder.glob('out*')))}"
+    out.mkdir()
+    return run_case(read, read_scenario(scenario_file(folder, **changes), read), out).configured["slide"].heartbeat
 
 
 def test_a_program_that_is_not_there_and_a_place_that_is_not_known_are_told(tmp_path: Path) -> None:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from hil_tests.bench import read_bench
+from hil_tests.bench import Bench, read_bench
+from hil_tests.judge import skipped
 from hil_tests.suite import CASES, find_cases
 from mutants.base import CaughtBy, Mutant
 from mutants.cells import REFERENCE, Cell, Field, fill
@@ -77,3 +78,21 @@ def test_a_case_that_is_skipped_is_a_cell_too(tmp_path: Path) -> None:
     first = fill(bench, Field("drifts", jitter, evidence=False), tmp_path)
     assert first.outcome == "skipped"
     assert fill(bench, Field("drifts", jitter, evidence=False), tmp_path) == first
+
+
+def test_a_cell_is_of_one_bench_and_its_truth(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A cell that is of disk is not run again; with another bench, or another truth beside it, it is."""
+    (jitter,) = find_cases(read_bench(BENCH), [CASES], ["09_bus.sync_jitter"])
+    path, truth, runs = tmp_path / "bench.yaml", tmp_path / "truth.json", []
+    monkeypatch.setattr("mutants.cells.run_one", lambda *given: runs.append(given) or skipped(jitter, "by the test"))
+    own = read_truth(read_bench(BENCH))
+    for text, effects, run in (("", own, 1), ("", own, 1), ("# other\n", own, 2), ("# other\n", f"{own}\n", 3)):
+        path.write_text(f"{BENCH.read_text(encoding='utf-8')}\ntruth: truth.json\n{text}", encoding="utf-8")
+        truth.write_text(effects, encoding="utf-8")
+        fill(read_bench(path), Field("drifts", jitter, evidence=False), tmp_path / "out")
+        assert len(runs) == run
+
+
+def read_truth(bench: Bench) -> str:
+    """The machine's own effects file."""
+    return bench.virtual.effects_path.read_text(encoding="utf-8")

@@ -50,7 +50,7 @@ def test_what_was_run_is_not_run_again_until_the_mutant_changes(
     (folder / "controller.log").write_text("of the first run", encoding="utf-8")
     assert fill(bench, field, tmp_path) == first
     assert (folder / "controller.log").read_text(encoding="utf-8") == "of the first run"
-    monkeypatch.setattr("mutants.cells._state_of", lambda _name: "of other code")
+    monkeypatch.setattr("mutants.cells._state_of", lambda _bench, _name: "of other code")
     assert fill(bench, field, tmp_path) == first
     assert "IndexError" in (folder / "controller.log").read_text(encoding="utf-8")
 

@@ -135,7 +135,7 @@ FRAMES = (
     (0.003, "602#4041600000000000"), (0.003, "582#4B41600031020000"),
     (0.004, "602#2340160101000000"), (0.004, "582#8040160100000206"),
     (0.005, "000#0100"), (0.75, "080#"), (0.75, "182#0000803F"), (0.75, "082#1023020000000000"),
-    (0.751, "702#05"), (0.9, "082#0000000000000000"), (1.062, "202#0F00112233445566"), (1.063, "701#R"),
+    (0.751, "702#05"), (0.9, "082#0000000000000000"), (1.062, "202#0F00112233445566"), (1.063, "701#R1"),
 )  # fmt: skip
 """NMT reset, boot-up, three SDO transfers of which the last is refused, start, a cycle, a drive's fault and its end."""
 
@@ -144,9 +144,13 @@ def frames() -> tuple[BusFrame, ...]:
     """The same as the stand notes them."""
     parts = [(time, *text.split("#")) for time, text in FRAMES]
     return tuple(
-        BusFrame(time, int(identifier, 16), bytes.fromhex(data.strip("R")), False, data == "R", 0.0)
-        for time, identifier, data in parts
+        BusFrame(time, int(identifier, 16), *_content(content), heard=0.0) for time, identifier, content in parts
     )
+
+
+def _content(text: str) -> tuple[bytes, bool, int | None]:
+    """Data, not of the controller, length asked for."""
+    return (b"", False, int(text[1:])) if text.startswith("R") else (bytes.fromhex(text), False, None)
 
 
 def with_files(case: CaseResult, folder: Path) -> CaseResult:

@@ -1,0 +1,75 @@
+"""A stand that stood still itself says so where it rejects a controller in real time, and only there."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+from made_evidence import evidence, standing
+from stage_bench import bad, bench_file, scenario_file
+
+from hil_tests.bench import read_bench
+from hil_tests.evidence import Stall
+from hil_tests.judge import judge
+from hil_tests.run import run_one
+from hil_tests.scenario import Scenario, read_scenario
+from hil_tests.stand.observer import Observer
+from hil_tests.stand.stalls import Stalls
+from hil_tests.verdict import CaseResult, Outcome
+
+STALL = 0.08
+"""How long the stand is made to stand still [s]; a busy host only adds to it."""
+
+
+def test_a_turn_that_takes_longer_than_a_drive_may_is_a_stall() -> None:
+    walls = iter([0.0, 5.0, 5.0005, 5.0204, 5.1, 9.0, 9.0199])
+    stalls = Stalls(lambda: 1.5, lambda: next(walls))
+    stalls.begin()  # at 5 s
+    for _ in range(3):
+        stalls.look()
+    stalls.begin()  # at 9 s
+    stalls.look()
+    assert stalls.found == [Stall(1.5, pytest.approx(0.0796))]
+
+
+def scenario(folder: Path, outcome: str) -> Scenario:
+    return read_scenario(scenario_file(folder, expect=[{"outcome": outcome}]), read_bench(bench_file(folder, bad("crashes"))))
+
+
+def test_it_stands_beside_what_failed_with_the_longest(tmp_path: Path) -> None:
+    of = evidence(standing(2.0), stalls=(Stall(0.5, 0.021), Stall(1.2, 0.066), Stall(1.4, 0.03)))
+    result = judge(scenario(tmp_path, "stopped"), of, tmp_path, 0.0)
+    assert result.outcome is Outcome.REJECTED
+    assert [one.expectation for one in result.failures] == ["outcome", "host"]
+    host = result.failures[-1]
+    assert (host.time, host.measured, host.limit, host.unit) == (1.2, 0.066, 0.02, "s")
+    assert "for 66 ms the longest of 3 times" in host.message
+
+
+def test_a_case_that_is_met_says_nothing_of_it(tmp_path: Path) -> None:
+    of = evidence(standing(2.0), stalls=(Stall(0.5, 0.066),))
+    assert judge(scenario(tmp_path, "done"), of, tmp_path, 0.0).outcome is Outcome.ACCEPTED
+
+
+@pytest.mark.parametrize(("clock", "told"), [("realtime", True), ("sync", False)])
+def test_the_stand_notices_in_real_time_and_in_lockstep_there_is_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clock: str, told: bool
+) -> None:
+    look = Observer.look
+
+    def slowly(observer: Observer) -> None:
+        monkeypatch.setattr(Observer, "look", look)
+        time.sleep(STALL)
+        look(observer)
+
+    monkeypatch.setattr(Observer, "look", slowly)
+    failures = crashed(tmp_path, clock).failures
+    lasted = [one.measured for one in failures if one.expectation == "host"]
+    assert bool(lasted) is told
+    assert all(one is not None and one >= STALL for one in lasted)
+
+
+def crashed(folder: Path, clock: str) -> CaseResult:
+    bench = read_bench(bench_file(folder, bad("crashes"), clock=clock))
+    return run_one(bench, read_scenario(scenario_file(folder), bench), folder / "out")
