@@ -84,7 +84,7 @@ class EstimatePart(_Part):
 
 
 class ShrinkPart(_Part):
-    """1 - (gap_rms after / before)^2 on the validation data; `of_explainable` with the noise taken off."""
+    """1 - (gap_rms after / before)^2 on the validation data; `of_explainable` with the noise taken off, 0 if none is left."""
 
     validation: FiniteFloat
     ci90: Interval

@@ -10,6 +10,7 @@ from scipy import stats
 
 from diagnosis.prediction import gap_rms
 from diagnosis.result import Prediction
+from drivetwin.motion.filtering import effective_cutoff
 
 NAME = (
     "one-sided chi-square test of the gap's mean square against the noise's, on the validation and on the fitted motion; "
@@ -62,17 +63,19 @@ def significance(predictions: Sequence[Prediction], axis: str, noise_rms: float,
     """p-value of "the gap of this axis is no more than noise"; small means that there is a gap.
 
     Under that, the gap is normal noise of at most `noise_rms` [N·m or N] through the filter: its mean square over a time T has
-    2 B T degrees of freedom, B the filter's noise bandwidth (Rice 1944): chi-square, one-sided. The noise is taken 25 % larger
-    than told, for that is as well as it is known, and at least 0.2 % of the torque's rms. The gap's own unevenness is no doubt
-    about it: a few large blocks among small ones are a gap.
+    2 B T degrees of freedom, B the noise bandwidth of the filter at the cut-off that the recording can have (Rice 1944):
+    chi-square, one-sided. The noise is taken 25 % larger than told, for that is as well as it is known, and at least 0.2 % of
+    the torque's rms. The gap's own unevenness is no doubt about it: a few large blocks among small ones are a gap.
 
     1.0 where nothing is in motion.
     """
     found = [each.axes[axis] for each in predictions]
     squares = np.concatenate([(each.measured - each.before)[each.used] ** 2 for each in found])
     torques = np.concatenate([each.measured[each.used] for each in found])
-    seconds = sum(float(each.used.sum()) * run.period for each, run in zip(found, predictions, strict=True))
-    degrees = 2.0 * BANDWIDTH * cutoff_hz * seconds
+    degrees = sum(
+        2.0 * BANDWIDTH * effective_cutoff(run.period, cutoff_hz) * float(each.used.sum()) * run.period
+        for each, run in zip(found, predictions, strict=True)
+    )
     if degrees < 2.0:
         return 1.0
     level = max((1.0 + NOISE_KNOWN_TO) * noise_rms, SMALLEST_SHARE_OF_TORQUE * float(np.sqrt(np.mean(torques**2))))

@@ -12,7 +12,9 @@ from xml.etree import ElementTree
 
 import mujoco
 
-from diagnosis.motion_check import least_samples, refuse_too_still
+from diagnosis.hold_back import hold_back
+from diagnosis.motion_check import least_samples, too_still
+from diagnosis.simulation import motors_of
 from drivetwin.errors import UserError
 from drivetwin.files import sha256
 from drivetwin.motion.inverse_dynamics import compiled
@@ -63,8 +65,20 @@ def read_inputs(
         _refuse_other_axes(fitted[0], recording)
     _refuse_same_name(held or fitted)
     _refuse_high_cutoff(cutoff_hz, (*fitted, *held))
-    refuse_too_still(fitted, held, cutoff_hz)
+    _refuse_too_still(fitted, held, cutoff_hz)
     return Inputs(model, fitted, held)
+
+
+def _refuse_too_still(fitted: Sequence[Recording], held: Sequence[Recording], cutoff_hz: float) -> None:
+    """First as they were given, then as they are used: without validation a part of each axis's motion is not fitted."""
+    if why := too_still(fitted, held or fitted, cutoff_hz):
+        raise UserError(why)
+    if held:
+        return
+    rest, back = hold_back(fitted, cutoff_hz)
+    why = too_still(rest, back, cutoff_hz) if back else "the quarter of each is too short for the filter: record longer"
+    if why:
+        raise UserError(f"without --validate a part of the recordings is held back, and then {why}; or give --validate")
 
 
 def without_position(recordings: Sequence[Recording]) -> frozenset[str]:
@@ -138,7 +152,7 @@ def _check_axes(path: Path, model: mujoco.MjModel, recording: Recording) -> None
                 f"{where}: axis {axis} belongs to joint {info.joint!r}, which is a {kind} joint in {path}; an axis is a hinge "
                 "or a slide: correct `joint` in recording.json, or take the axis out"
             )
-        motors = _motors(model, joint)
+        motors = motors_of(model, joint)
         if not motors:
             raise UserError(
                 f"{where}: axis {axis} belongs to joint {info.joint!r}, which no motor of {path} drives: add "
@@ -147,17 +161,8 @@ def _check_axes(path: Path, model: mujoco.MjModel, recording: Recording) -> None
         if info.actuator is not None and info.actuator not in motors:
             raise UserError(
                 f"{where}: axis {axis} names actuator {info.actuator!r}; joint {info.joint!r} of {path} is driven by "
-                f"{', '.join(motors)}: correct `actuator` in recording.json"
+                f"{', '.join(name or 'a motor without a name' for name in motors)}: correct `actuator` in recording.json"
             )
-
-
-def _motors(model: mujoco.MjModel, joint: int) -> list[str]:
-    on_joint = {int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)}
-    return [
-        model.actuator(number).name
-        for number in range(model.nu)
-        if int(model.actuator_trntype[number]) in on_joint and int(model.actuator_trnid[number, 0]) == joint
-    ]
 
 
 def _refuse_other_axes(first: Recording, recording: Recording) -> None:

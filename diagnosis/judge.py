@@ -89,12 +89,17 @@ class Judge:
             for axis in self.twin.axes
         }
 
+    def _select_nothing(self) -> None:
+        """The gap stays what it was, torque that a drive does not give for its loops' asking among it; nothing is closed."""
+        self.patch = Patch()
+        self.predictions = [_unclosed(each) for each in self.predictions]
+        self.fitted = [_unclosed(each) for each in self.fitted]
+
     def diagnosis(self) -> Diagnosis:
         gap = any(one.significant for one in self.found.values())
         unknown = gap and answers_of(self.selection.steps[0], self.selection, self.unseen)[0].effect == UNKNOWN
-        if (unknown or not gap) and self.patch != Patch():
-            self.patch = Patch()
-            self._predict()
+        if unknown or not gap:
+            self._select_nothing()
         axes = {axis: self._axis(axis) for axis in self.twin.axes}
         after = {axis: gap_rms(self.predictions, axis, "after") for axis in self.twin.axes}
         found = Diagnosis(
@@ -271,6 +276,11 @@ class Judge:
         return str(spec.to_xml())
 
 
+def _unclosed(prediction: Prediction) -> Prediction:
+    axes = {axis: replace(part, after=part.before) for axis, part in prediction.axes.items()}
+    return replace(prediction, axes=axes)
+
+
 def _verdict(found: Diagnosis) -> Verdict:
     """From the share that the patch takes of what can be explained, on the axis on which that is least."""
     shares = []
@@ -294,8 +304,7 @@ def _told(one: Off, comparison: Comparison) -> tuple[float, str, str]:
     """Value, name and unit of the parameter that a deviation gives."""
     nominal = one.nominal
     if nominal.effect is None or nominal.axis is None:
-        name = comparison.simulation.model.body(nominal.body).name or f"body {nominal.body}"
-        return 1.0 + one.amount, f"mass_scale_{name}", "1"
+        return 1.0 + one.amount, f"mass_scale_{comparison.simulation.model.body(nominal.body).name}", "1"
     own = as_effects(comparison, [Deviation(nominal.effect, nominal.axis, (one,), 0.0)])[0]
     parameter = type(own.effect).parameters[0].name
     return float(getattr(own.effect, parameter)), parameter, own.units[parameter]

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.result import Array
-from drivetwin.errors import UserError
 from drivetwin.motion.axis_motion import AxisMotion, measured_position, select, standstill_velocity, velocity_noise
 from drivetwin.motion.filtering import derivative, effective_cutoff, reach, zero_phase
 from drivetwin.recording.recording import Recording
@@ -33,21 +32,23 @@ class _Moved:
     speed_range: float
 
 
-def refuse_too_still(training: Sequence[Recording], validation: Sequence[Recording], cutoff_hz: float) -> None:
-    """Raise UserError for the first axis that moves too little to be fitted, or to be validated where there is such data.
+def too_still(training: Sequence[Recording], validation: Sequence[Recording], cutoff_hz: float) -> str | None:
+    """Why they cannot be answered from: a recording too short for the filter, or an axis that moves too little; None: they can.
 
     To fit, an axis has to move for 2 s in all, at two speeds (by a factor of 1.5) or in both directions; to validate, 0.5 s.
     """
     for recording in (*training, *validation):
-        _refuse_short(recording, cutoff_hz)
+        if short := _too_short(recording, cutoff_hz):
+            return short
     for axis in training[0].info.axes:
         moved = _moved(training, axis, cutoff_hz)
         if missing := _missing_to_fit(moved):
-            raise UserError(_message(training, axis, moved, missing))
-        held = _moved(validation, axis, cutoff_hz) if validation else moved
+            return _message(training, axis, moved, missing)
+        held = _moved(validation, axis, cutoff_hz)
         if held.moving < LEAST_TO_VALIDATE:
             missing = [f"{LEAST_TO_VALIDATE - held.moving:.2f} s of motion to validate on"]
-            raise UserError(_message(validation, axis, held, missing))
+            return _message(validation, axis, held, missing)
+    return None
 
 
 def _missing_to_fit(moved: _Moved) -> list[str]:
@@ -77,14 +78,15 @@ def least_samples(period: float, cutoff_hz: float) -> int:
     return 8 * reach(period, effective_cutoff(period, cutoff_hz))
 
 
-def _refuse_short(recording: Recording, cutoff_hz: float) -> None:
+def _too_short(recording: Recording, cutoff_hz: float) -> str | None:
     period = recording.info.sample_period
     least = least_samples(period, cutoff_hz)
-    if len(recording.time) < least:
-        raise UserError(
-            f"recording '{recording.name}' has {len(recording.time)} samples; the filter needs at least {least} "
-            f"({least * period:.2g} s): record longer or raise the cut-off with --cutoff"
-        )
+    if len(recording.time) >= least:
+        return None
+    return (
+        f"recording '{recording.name}' has {len(recording.time)} samples; the filter needs at least {least} "
+        f"({least * period:.2g} s): record longer or raise the cut-off with --cutoff"
+    )
 
 
 def _moved(recordings: Sequence[Recording], axis: str, cutoff_hz: float) -> _Moved:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnosis.result import Array, Diagnosis, Mask, Prediction, Regime
-from diagnosis.where import regimes
+from diagnosis.where import above_noise, regimes
 
 _CELL = 0.1
 """Time [s] that is looked at as one."""
@@ -28,9 +28,10 @@ class Spell:
 
 
 def regimes_after(diagnosis: Diagnosis, axis: str) -> tuple[Regime, ...]:
-    """`where` of what remains."""
+    """`where` of what remains; none where nothing of it is above noise."""
     later = [_as_it_stands(prediction, axis) for prediction in diagnosis.shown_on(axis)]
-    return regimes(later, axis, diagnosis.axes[axis].noise_rms, diagnosis.standstill_velocity.get(axis, 0.0))
+    noise, standstill = diagnosis.axes[axis].noise_rms, diagnosis.standstill_velocity.get(axis, 0.0)
+    return regimes(later, axis, noise, standstill) if above_noise(later, axis, noise, standstill) else ()
 
 
 def spells_after(diagnosis: Diagnosis, axis: str) -> tuple[Spell, ...]:

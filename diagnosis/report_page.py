@@ -70,7 +70,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
         else "The figures are of the validation recordings, which were not fitted."
     )
     if diagnosis.fitted:
-        data += f" Those of {escape(', '.join(diagnosis.fitted))} are of the fitted recordings."
+        data += f" Those of {escape(', '.join(diagnosis.fitted))} in motion are of the fitted recordings."
     notes = "".join(f"<li>{escape(note)}</li>" for note in diagnosis.notes)
     return (
         f'<section><h2>Verdict</h2><p class="verdict {kind}">{escape(verdict_sentence(diagnosis))}</p>'
@@ -141,7 +141,8 @@ def _cause(cause: Cause) -> list[str]:
 
 def _shrink(shrink: Shrink) -> str:
     low, high = shrink.ci90
-    explainable = f"{percent(shrink.of_explainable)} of explainable"
+    share = shrink.of_explainable
+    explainable = f"{percent(share)} of explainable" if share is not None else "no larger than the noise"
     return f"{percent(shrink.validation)} ({percent(low)} to {percent(high)})<br><span class=note>{explainable}</span>"
 
 
@@ -163,11 +164,11 @@ def _bar(share: float) -> str:
 def _axis(name: str, diagnosis: Diagnosis) -> str:
     gap, unit = diagnosis.axes[name], diagnosis.units[name]
     position_unit, velocity_unit = ("m", "m/s") if unit == "N" else ("rad", "rad/s")
-    cutoff_hz = min(_cutoffs(diagnosis))
+    cutoff_hz = max(effective_cutoff(each.period, diagnosis.cutoff_hz) for each in diagnosis.shown_on(name))
     trace = trace_of(diagnosis.shown_on(name), name, cutoff_hz)
     if not trace.used.any():
         return f"<section><h2>Axis {escape(name)}</h2><p>No sample in motion on the validation data.</p></section>"
-    spectra = spectra_of(trace, gap.noise_rms, cutoff_hz)
+    spectra = spectra_of(diagnosis.shown_on(name), name, gap.noise_rms, cutoff_hz)
     over_time = time_figure(trace, worst_window(trace, _WINDOW), unit)
     if gap.significant:
         found = gap_map(trace)
@@ -187,7 +188,10 @@ def _remains(axis: str, diagnosis: Diagnosis) -> str:
     gap, unit = diagnosis.axes[axis], diagnosis.units[axis]
     if not gap.significant:
         return ""
-    most = max(regimes_after(diagnosis, axis), key=lambda regime: regime.share)
+    left = regimes_after(diagnosis, axis)
+    if not left:
+        return "<p>Nothing is left above noise.</p>"
+    most = max(left, key=lambda regime: regime.share)
     sentence = f"Of what is left above noise {percent(most.share)} stands in the regime {most.regime.replace('_', ' ')}."
     spells = spells_after(diagnosis, axis)
     if spells:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from diagnosis.result import Array, Mask, Prediction
+from drivetwin.motion.filtering import effective_cutoff
 
 _MOST_POINTS = 40_000
 """Of a line over all of the time; around the window that is opened first every sample is drawn."""
@@ -69,11 +70,11 @@ class Spectra:
 
 
 def trace_of(predictions: Sequence[Prediction], axis: str, cutoff_hz: float) -> Trace:
-    """The axis over all recordings, thinned to what the filter leaves of it."""
+    """The axis over all recordings, each thinned to what the filter leaves of it at the cut-off that it can have."""
     begin, starts, rows = 0.0, [], []
     for prediction in predictions:
         found = prediction.axes[axis]
-        step = max(1, int(1.0 / (_RATE * cutoff_hz * prediction.period)))
+        step = max(1, int(1.0 / (_RATE * effective_cutoff(prediction.period, cutoff_hz) * prediction.period)))
         columns = (found.measured, found.before, found.after, found.position, found.velocity, found.used)
         time = begin + prediction.time - prediction.time[0]
         part = np.column_stack([time, *columns])[::step]
@@ -86,14 +87,14 @@ def trace_of(predictions: Sequence[Prediction], axis: str, cutoff_hz: float) -> 
 
 
 def worst_window(trace: Trace, seconds: float) -> tuple[float, float]:
-    """The span of time [s] of this length in which the gap's energy is largest."""
+    """The span of time [s] of this length in which the gap's energy is largest; of all of the time where that is shorter."""
+    time = np.maximum.accumulate(np.nan_to_num(trace.time))
     square = np.nan_to_num(trace.gap_before) ** 2
-    step = float(np.nanmedian(np.diff(trace.time)))
-    width = min(len(square), max(1, round(seconds / step)))
-    energy = np.concatenate([[0.0], np.cumsum(square)])
-    first = int(np.argmax(energy[width:] - energy[:-width]))
-    span = trace.time[first : first + width]
-    return float(np.nanmin(span)), float(np.nanmax(span))
+    energy = np.concatenate([[0.0], np.cumsum(square * np.diff(time, prepend=time[0]))])
+    starts = time[: max(1, int(np.searchsorted(time, time[-1] - seconds, side="right")))]
+    ends = np.searchsorted(time, starts + seconds, side="right")
+    begin = float(starts[int(np.argmax(energy[ends] - energy[: len(starts)]))])
+    return begin, min(begin + seconds, float(time[-1]))
 
 
 def drawn(trace: Trace, window: tuple[float, float]) -> NDArray[np.intp]:
@@ -121,22 +122,31 @@ def gap_map(trace: Trace) -> GapMap:
     return GapMap(across, along, rms(trace.gap_before), rms(trace.gap_after))
 
 
-def spectra_of(trace: Trace, noise_rms: float, cutoff_hz: float) -> Spectra:
-    """Welch's estimate of what is left; the gap at rest is taken as 0 and made up for by the share of motion."""
-    step = float(np.nanmedian(np.diff(trace.time)))
-    length = min(len(trace.time), round(_SPECTRUM_SECONDS / step))
-    moving = max(float(np.mean(trace.used)), 1e-9)
+def spectra_of(predictions: Sequence[Prediction], axis: str, noise_rms: float, cutoff_hz: float) -> Spectra:
+    """Welch's estimate of what is left; the gap at rest is taken as 0 and made up for by the share of motion.
 
-    def density(gap: Array) -> tuple[Array, Array]:
-        frequency, power = signal.welch(np.nan_to_num(gap), fs=1.0 / step, nperseg=length, detrend=False)
-        return np.asarray(frequency), np.asarray(power / moving)
-
-    frequency, before = density(trace.gap_before)
-    _, after = density(trace.gap_after)
+    Each recording up to 1.5 times the cut-off that it can have, and half its sample rate; they weigh by their time in motion.
+    """
+    frequency = np.arange(1.0, 1.5 * cutoff_hz * _SPECTRUM_SECONDS + 1.0) / _SPECTRUM_SECONDS
+    before, after, weight = np.zeros((3, len(frequency)))
+    for prediction in predictions:
+        found = prediction.axes[axis]
+        seconds = float(found.used.sum()) * prediction.period
+        has = frequency <= min(1.5 * effective_cutoff(prediction.period, cutoff_hz), 0.5 / prediction.period)
+        weight[has] += seconds
+        for total, simulated in ((before, found.before), (after, found.after)):
+            gap = np.where(found.used, found.measured - simulated, 0.0)
+            total[has] += seconds * _density(gap, prediction.period, frequency[has]) / max(float(np.mean(found.used)), 1e-9)
     gain = 1.0 / (1.0 + (frequency / cutoff_hz) ** 8) ** 2
-    noise = noise_rms**2 * gain / (gain.sum() * (frequency[1] - frequency[0]))
-    shown = (frequency > 0.0) & (frequency <= 1.5 * cutoff_hz)
-    return Spectra(frequency[shown], before[shown], after[shown], noise[shown])
+    noise = noise_rms**2 * gain / (gain.sum() / _SPECTRUM_SECONDS)
+    shown = weight > 0.0
+    return Spectra(frequency[shown], before[shown] / weight[shown], after[shown] / weight[shown], noise[shown])
+
+
+def _density(gap: Array, period: float, at: Array) -> Array:
+    length = min(len(gap), round(_SPECTRUM_SECONDS / period))
+    frequency, power = signal.welch(gap, fs=1.0 / period, nperseg=length, detrend=False)
+    return np.asarray(np.interp(at, frequency, power))
 
 
 def mean_over(velocity: Array, gap: Array) -> tuple[Array, Array]:

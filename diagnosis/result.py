@@ -77,11 +77,14 @@ class AxisGap:
 
 @dataclass(frozen=True)
 class Shrink:
-    """gap_closed on the validation data, its 90 % interval, and the same with the noise taken off."""
+    """gap_closed on the validation data, its 90 % interval, and the same with the noise taken off.
+
+    `of_explainable` is None where the gap is no larger than the noise: there is nothing to explain.
+    """
 
     validation: float
     ci90: tuple[float, float]
-    of_explainable: float
+    of_explainable: float | None
 
 
 @dataclass(frozen=True)

@@ -35,15 +35,15 @@ def shrink(
     count = sum(int(each.axes[axis].used.sum()) for each in before)
     noise = noise_rms**2 * count
     closed = 1.0 - last.sum() / first.sum()
-    explainable = max(first.sum() - noise, 1e-12 * first.sum())
-    of_explainable = 1.0 - max(last.sum() - noise, 0.0) / explainable
+    explainable = float(first.sum() - noise)
+    of_explainable = 1.0 - max(float(last.sum()) - noise, 0.0) / explainable if explainable > 0.0 else None
     left = max(1.0 - closed, 1e-9)
     drawn = np.random.default_rng(seed).integers(len(first), size=(DRAWS, len(first)))
     shares = np.log(np.maximum(last[drawn].sum(axis=1) / np.maximum(first[drawn].sum(axis=1), 1e-300), 1e-9))
     deviation = float(np.hypot(np.sqrt(2.0) * np.std(shares), BETWEEN_MOTIONS))
     factor = float(np.exp(TWO_SIDED_90 * deviation))
     interval = (float(1.0 - left * factor), float(1.0 - left / factor))
-    return Shrink(float(closed), interval, float(min(1.0, of_explainable)))
+    return Shrink(float(closed), interval, of_explainable)
 
 
 def _asked(before: Prediction, with_it: Prediction, axis: str) -> Prediction:

@@ -6,6 +6,7 @@ import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count
 from pathlib import Path
 
 import mujoco
@@ -57,8 +58,8 @@ class Simulation:
         return [drive.joint for drive in self.drives.values()]
 
     def spec(self) -> mujoco.MjSpec:
-        """The model's specification, a new one."""
-        return mujoco.MjSpec.from_file(str(self.path))
+        """The model's specification, a new one, in which every body and actuator has a name."""
+        return named_spec(self.path)
 
     @cached_property
     def model(self) -> mujoco.MjModel:
@@ -119,26 +120,47 @@ def simulation(path: Path, axes: Mapping[str, AxisInfo]) -> Simulation:
     Raises UserError for a file that MuJoCo refuses, a joint that the model lacks, or that no motor drives.
     """
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
-        model = spec.compile()
+        model = named_spec(path).compile()
     except ValueError as error:
         raise UserError(f"{path} is not a MuJoCo model: {error}") from error
     return Simulation(path, {name: _driven(path, model, name, info) for name, info in axes.items()})
+
+
+def named_spec(path: Path) -> mujoco.MjSpec:
+    """The specification of an MJCF file; bodies and actuators that it leaves without a name, which MJCF allows, get one.
+
+    Files of meshes, height fields and textures are found from wherever the specification is written to. Raises ValueError for a
+    file that MuJoCo refuses.
+    """
+    spec = mujoco.MjSpec.from_file(str(path))
+    for kind, elements in (("body", spec.bodies), ("actuator", spec.actuators)):
+        taken = {element.name for element in elements}
+        free = (name for number in count() if (name := f"{kind}_{number}") not in taken)
+        for element in elements:
+            element.name = element.name or next(free)
+    if spec.meshes or spec.hfields or spec.skins or any(texture.file for texture in spec.textures):
+        spec.meshdir, spec.texturedir = (str(path.resolve().parent / folder) for folder in (spec.meshdir, spec.texturedir))
+    return spec
+
+
+def motors_of(model: mujoco.MjModel, joint: int) -> list[str]:
+    """Names of the actuators that drive a joint, by its number."""
+    on_joint = {int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)}
+    return [
+        model.actuator(number).name
+        for number in range(model.nu)
+        if int(model.actuator_trntype[number]) in on_joint and int(model.actuator_trnid[number, 0]) == joint
+    ]
 
 
 def _driven(path: Path, model: mujoco.MjModel, axis: str, info: AxisInfo) -> DrivenJoint:
     joints = {model.joint(index).name: index for index in range(model.njnt)}
     if info.joint not in joints:
         raise UserError(f"{path} has no joint {info.joint!r} for axis {axis!r}; it has {', '.join(joints)}")
-    joint = joints[info.joint]
-    motors = [
-        model.actuator(number).name
-        for number in range(model.nu)
-        if model.actuator_trntype[number] == mujoco.mjtTrn.mjTRN_JOINT and model.actuator_trnid[number, 0] == joint
-    ]
+    motors = motors_of(model, joints[info.joint])
     actuator = info.actuator if info.actuator in motors else next(iter(motors), None)
     if actuator is None:
         raise UserError(f"{path}: no motor drives joint {info.joint!r} of axis {axis!r}; add an actuator on it")
     gear = info.gear_ratio or float(model.actuator(actuator).gear[0]) or 1.0
-    home = float(model.qpos0[model.jnt_qposadr[joint]])
+    home = float(model.qpos0[model.jnt_qposadr[joints[info.joint]]])
     return DrivenJoint(info.joint, actuator, abs(gear), rotor_inertia=0.0, holding_brake=0.0, position=home)

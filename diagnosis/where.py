@@ -52,6 +52,23 @@ def regimes(predictions: Sequence[Prediction], axis: str, noise_rms: float, stan
     if not any(prediction.axes[axis].used.any() for prediction in predictions):
         return ()
     bounds = find_bounds(predictions, axis)
+    above, duration = _energies(predictions, axis, noise_rms, standstill_velocity, bounds)
+    shares = _adding_up(above if above.any() else duration)
+    return tuple(Regime(name, float(share), bounds.interval(name)) for name, share in zip(REGIMES, shares, strict=True))
+
+
+def above_noise(predictions: Sequence[Prediction], axis: str, noise_rms: float, standstill_velocity: float) -> bool:
+    """Whether the gap has energy above noise in any regime, so that shares of it mean something."""
+    if not any(prediction.axes[axis].used.any() for prediction in predictions):
+        return False
+    bounds = find_bounds(predictions, axis)
+    return bool(_energies(predictions, axis, noise_rms, standstill_velocity, bounds)[0].any())
+
+
+def _energies(
+    predictions: Sequence[Prediction], axis: str, noise_rms: float, standstill_velocity: float, bounds: Bounds
+) -> tuple[Array, Array]:
+    """Of each regime: the gap's energy above noise, not below 0 [(N·m)² s or N² s], and how long it lasts [s]."""
     energy, duration = np.zeros(len(REGIMES)), np.zeros(len(REGIMES))
     for prediction in predictions:
         found = prediction.axes[axis]
@@ -59,9 +76,7 @@ def regimes(predictions: Sequence[Prediction], axis: str, noise_rms: float, stan
         excess = (found.measured - found.before)[found.used] ** 2 - noise_rms**2
         energy += prediction.period * np.bincount(regime, excess, len(REGIMES))
         duration += prediction.period * np.bincount(regime, minlength=len(REGIMES))
-    above = np.maximum(energy, 0.0)
-    shares = _adding_up(above if above.any() else duration)
-    return tuple(Regime(name, float(share), bounds.interval(name)) for name, share in zip(REGIMES, shares, strict=True))
+    return np.maximum(energy, 0.0), duration
 
 
 def find_bounds(predictions: Sequence[Prediction], axis: str) -> Bounds:

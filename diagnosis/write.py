@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from diagnosis.gap_report import (
     TestPart,
 )
 from diagnosis.report_page import write_report_page
-from diagnosis.result import AxisGap, Diagnosis, Prediction
+from diagnosis.result import AxisGap, Cause, Diagnosis, Prediction
 from drivetwin.files import provenance, write_json
 from emulator.effects import PlacedEffect
 
@@ -67,10 +68,17 @@ def report_of(diagnosis: Diagnosis, made_by: dict[str, Any]) -> GapReport:
         verdict=diagnosis.verdict,
         filter=settings,
         axes={name: _axis(gap) for name, gap in diagnosis.axes.items()},
-        causes=[CausePart.model_validate(cause) for cause in diagnosis.causes],
+        causes=[_cause(cause) for cause in diagnosis.causes],
         selected=[SelectedPart(effect=placed.effect.name, axis=placed.axis) for placed in diagnosis.selected],
         after={name: AfterPart(gap_rms=rms) for name, rms in diagnosis.after_rms.items()},
     )
+
+
+def _cause(cause: Cause) -> CausePart:
+    closed = cause.gap_closed
+    if closed is not None:  # of nothing that could be explained nothing is
+        cause = replace(cause, gap_closed=replace(closed, of_explainable=closed.of_explainable or 0.0))
+    return CausePart.model_validate(cause)
 
 
 def _axis(gap: AxisGap) -> AxisPart:

@@ -13,6 +13,8 @@ from diagnosis.excitation.path import Path, wave, window
 BANDS = ((1.0, 4.0), (4.0, 12.0), (12.0, 40.0))
 """From and to [Hz], each a piece with an amplitude of its own."""
 SECONDS = 6.0
+FEWEST_A_WAVE = 5
+"""Set-points: a controller's cycle cannot tell faster sines, whatever it makes between them."""
 SIZE = 0.05
 """Amplitude at most, as a share of the travel."""
 
@@ -27,7 +29,8 @@ class Sweep(Excitation):
     def pieces(self, limits: AxisLimits, period: float) -> Iterator[Path]:
         count = round(SECONDS / period)
         time = np.arange(1, count + 1) * period
-        for low, high in BANDS:
+        highest = 1.0 / (FEWEST_A_WAVE * period)
+        for low, high in ((low, min(high, highest)) for low, high in BANDS if low < highest):
             rate = np.log(high / low) / SECONDS
             chirp = window(count) * np.sin(2.0 * np.pi * low * np.expm1(rate * time) / rate)
             yield wave(limits.at(0.5), chirp, SIZE * limits.room, limits.most, period)

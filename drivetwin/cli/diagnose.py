@@ -14,7 +14,7 @@ from diagnosis.inputs import read_inputs
 from diagnosis.settings import DiagnosisSettings
 from diagnosis.write import write_diagnosis
 from drivetwin.cli.diagnose_summary import print_summary
-from drivetwin.files import new_directory, refuse_foreign
+from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace
 
 
 def diagnose_command(
@@ -47,6 +47,7 @@ def diagnose_command(
     with Progress(*columns, console=console, transient=True) as bars:
         task = bars.add_task("reading", total=1.0)
         inputs = read_inputs(model, recordings, validate or [], cutoff_hz=cutoff, allow_gaps=allow_gaps)
+        refuse_to_replace(out, inputs.files)
 
         def progress(what: str, share: float = 1.0) -> None:
             bars.update(task, description=what, completed=share)

@@ -16,7 +16,7 @@ from diagnosis.excitation.write import write_plan
 from diagnosis.gap_report import read_report
 from diagnosis.wording import name_of, number
 from drivetwin.errors import UserError
-from drivetwin.files import new_directory, refuse_foreign
+from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace
 
 
 def excite_command(
@@ -37,10 +37,12 @@ def excite_command(
     """
     if not 1e-4 <= period <= 0.02:
         raise UserError(f"--period {period:g}: expected a controller's cycle, 0.0001 to 0.02 s")
+    inputs = [model, report, limits]
     refuse_foreign(out)
+    refuse_to_replace(out, inputs)
     found = plan(open_question(read_report(report), axis), read_limits(limits, model), period)
     with new_directory(out) as staged:
-        write_plan(found, [model, report, limits], staged)
+        write_plan(found, inputs, staged)
     console = Console(width=max(112, Console().width))
     effects = ", ".join(name_of(effect) for effect in found.question.effects)
     console.print(f"To tell apart on {axis}: {effects}; {number(float(found.time[-1]))} s of motion", highlight=False)

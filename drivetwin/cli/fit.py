@@ -15,7 +15,7 @@ from rich.table import Table
 from controller.identification import AxisIdentification, Identification, Settings, identify, load_model, write_results
 from controller.identification.wording import LABELS, number
 from drivetwin.errors import UserError
-from drivetwin.files import new_directory
+from drivetwin.files import new_directory, refuse_to_replace
 from drivetwin.recording.reader import check_joints, find_recordings, read_recording
 from drivetwin.recording.recording import Recording
 
@@ -64,6 +64,7 @@ def fit_command(
         estimate_delay=delay,
     )
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    refuse_to_replace(out, [model, *(file for recording in (*fitted, *held) for file in recording.files)])
     with new_directory(out) as staged, Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("filtering", total=2 * len(axes) + 2)
         found = identify(machine, fitted, held, settings, _Step(progress, task, "fitting"))

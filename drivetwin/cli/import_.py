@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from drivetwin.errors import UserError
-from drivetwin.files import new_directory
+from drivetwin.files import new_directory, refuse_to_replace
 from drivetwin.recording.import_map import AxisMap, ImportMap, read_map
 from drivetwin.recording.importer import import_recordings, ordered
 from drivetwin.recording.recording import Recording, Samples
@@ -41,6 +41,7 @@ def import_command(
     With one FILE the folder DIR is the recording; with several each is DIR/NAME. Nothing appears unless every file is
     good.
     """
+    refuse_to_replace(out, [*files, map_])
     import_map = read_map(map_)
     console = Console()
     recordings = _import(files, import_map, console)

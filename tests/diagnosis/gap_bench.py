@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from scipy import signal
@@ -65,6 +65,15 @@ def axis_of(
 def recording_of(time: Array, axes: Mapping[str, AxisPrediction], name: str = "swing") -> Prediction:
     """A validation recording of these axes."""
     return Prediction(name, time, dict(axes))
+
+
+def slowly(run: Prediction, every: int) -> Prediction:
+    """The same recorded at a lower rate."""
+    parts = {
+        axis: AxisPrediction(**{one.name: getattr(found, one.name)[::every] for one in fields(found)})
+        for axis, found in run.axes.items()
+    }
+    return Prediction(run.recording, run.time[::every], parts)
 
 
 def diagnosis_of(

@@ -129,6 +129,8 @@ def test_without_validation_blocks_are_held_back_and_it_says_so(bench: Path, run
         ("diagnose model.xml fitted --seed -1 --out out", "'--seed'"),
         ("diagnose model.xml fitted --out model.xml", "model.xml is a file; --out names the directory to write"),
         ("diagnose model.xml fitted --out one", "holds files that drivetwin did not write"),
+        ("diagnose model.xml fitted --out fitted", "fitted/recording.json is read, and --out fitted would replace"),
+        ("diagnose model.xml fitted --validate two --out two", "two/recording.json is read, and --out two would replace"),
         ("diagnose model.xml fitted", "Missing option '--out'"),
         ("diagnose model.xml --out out", "Missing argument 'RECORDING...'"),
     ],

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import exp, inf, pi
+from math import exp, pi, tanh
 from pathlib import Path
 
 import numpy as np
 import pytest
-from rig_bench import COULOMB, PERIOD, TURNING, VISCOUS, compared, recording, swing
+from rig_bench import COULOMB, PERIOD, TURNING, VISCOUS, compared, recording, swing, written_model
 
 from diagnosis.comparison import Comparison
+from diagnosis.diagnose import diagnose
 from diagnosis.drive_law import asked_of
 from diagnosis.drive_search import DriveFound, drive_effects
-from diagnosis.result import Array
+from diagnosis.result import UNKNOWN, Array, Verdict
+from diagnosis.settings import DiagnosisSettings
 from drivetwin.recording.recording import DriveLoops, Recording
 from emulator.effects.current_bandwidth import CurrentBandwidth
 from emulator.effects.torque_saturation import TorqueSaturation
@@ -45,12 +48,17 @@ class Moved:
     demand: Array
 
 
-def closed_loop(lag: float = LAG, limit: float = inf, servo: int = 1) -> Moved:
+def limited(limit: float) -> Callable[[float], float]:
+    """A motor that gives the torque of its current loop up to `limit` [N·m]."""
+    return lambda torque: min(max(torque, -limit), limit)
+
+
+def closed_loop(lag: float = LAG, motor: Callable[[float], float] = float, servo: int = 1, seed: int = 2) -> Moved:
     """Position P, velocity PI with feed-forward, a current loop of first order, an inertia with friction.
 
     The servo runs every `servo` steps, its velocity is what the position has changed by since it last ran.
     """
-    wanted = swing(2, SECONDS, 0.8, 14.0)
+    wanted = swing(seed, SECONDS, 0.8, 14.0)
     fine = np.arange(len(wanted.time) * STEPS) * STEP
     demand, speed = np.interp(fine, wanted.time, wanted.position), np.interp(fine, wanted.time, wanted.velocity)
     share = 1.0 - exp(-STEP / lag)
@@ -62,7 +70,7 @@ def closed_loop(lag: float = LAG, limit: float = inf, servo: int = 1) -> Moved:
             ask, last = GAIN * error + integral, position
             integral += GAIN / INTEGRAL_TIME * error * servo * STEP
         torque += share * (ask - torque)
-        asked[k], given[k], positions[k] = ask, min(max(torque, -limit), limit), position
+        asked[k], given[k], positions[k] = ask, motor(torque), position
         friction = COULOMB["turn"] * np.tanh(velocity / 0.002) + VISCOUS["turn"] * velocity
         velocity += (given[k] - friction) / TURNING * STEP
         position += velocity * STEP
@@ -129,7 +137,7 @@ def test_a_sound_drive_has_no_effect(lag: float, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("servo", "drive"), [(STEPS, SLOW), (1, DRIVE)], ids=["at each sample", "faster"])
 def test_a_saturated_motor_is_found_with_its_limit(servo: int, drive: DriveLoops, tmp_path: Path) -> None:
-    found = by_kind(drive_effects(comparison_of(tmp_path, closed_loop(limit=15.0, servo=servo), drive), "turn"))
+    found = by_kind(drive_effects(comparison_of(tmp_path, closed_loop(motor=limited(15.0), servo=servo), drive), "turn"))
     saturation = found["torque_saturation"]
     assert isinstance(saturation.effect, TorqueSaturation)
     assert saturation.effect.limit == pytest.approx(15.0, rel=0.02)
@@ -146,3 +154,14 @@ def test_a_slow_current_loop_is_found_with_its_bandwidth(tmp_path: Path) -> None
     assert 1.0 / (2.0 * pi * slow.effect.bandwidth) == pytest.approx(lag, abs=0.5 * PERIOD)
     assert slow.left < 0.01 * slow.without
     assert slow.left < 0.01 * found["torque_saturation"].left
+
+
+def test_a_motor_that_gives_less_by_a_law_of_no_effect_is_a_gap_that_nothing_explains(tmp_path: Path) -> None:
+    """It saturates gently, as iron does. The motion is that of the model under the torque that was given."""
+    fitted, held = (recorded(closed_loop(motor=lambda torque: 25.0 * tanh(torque / 25.0), seed=seed)) for seed in (2, 5))
+    found = diagnose(written_model(tmp_path), [fitted], [held], DiagnosisSettings(), lambda _stage, _share: None)
+    assert found.causes[0].effect == UNKNOWN
+    assert found.verdict == Verdict.UNEXPLAINED
+    assert found.axes["turn"].significant
+    assert found.after_rms["turn"] == found.axes["turn"].gap_rms
+    assert found.selected == ()

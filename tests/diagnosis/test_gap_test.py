@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from gap_bench import CUTOFF, axis_of, coloured_noise, recording_of, time_of
+from gap_bench import CUTOFF, axis_of, coloured_noise, recording_of, slowly, time_of
+from scipy import stats
 from scipy.optimize import brentq
 
 from diagnosis.gap_test import NOISE_KNOWN_TO, gap_of, significance
@@ -100,3 +101,15 @@ def test_the_lesser_p_value_counts_twice() -> None:
     found = gap_of(unseen, fitted, "rotate", told, CUTOFF)
     assert found.p_value == pytest.approx(0.014, rel=1e-3)
     assert not found.significant
+
+
+def test_a_slow_recording_has_as_many_independent_values_as_its_own_cut_off_lets_through() -> None:
+    """At 10 Hz no more than 4 Hz pass: the closed form with 2 B T at that cut-off."""
+    time = time_of(60.0)
+    gap = 0.07 * np.where(np.floor(time / 0.1) % 2, 1.0, -1.0)
+    recording = slowly(recording_of(time, {"rotate": axis_of(time, gap)}), 100)
+    moving = float(recording.axes["rotate"].used.sum()) * 0.1
+    degrees = 2.0 * 0.4 * 10.0 * moving
+    level = (1.0 + NOISE_KNOWN_TO) * 0.05
+    told = significance([recording], "rotate", 0.05, CUTOFF)
+    assert told == pytest.approx(stats.chi2.sf(degrees * 0.07**2 / level**2, degrees), rel=1e-6)

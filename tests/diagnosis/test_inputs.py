@@ -11,6 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 from gap_bench import PERIOD, time_of
 
+from diagnosis.hold_back import hold_back
 from diagnosis.inputs import Inputs, read_inputs, without_position
 from diagnosis.result import Array
 from drivetwin.errors import UserError
@@ -245,6 +246,61 @@ def test_validation_that_stands(bench: Bench) -> None:
     refusal = bench.refusal([fitted], [still])
     assert "recording still: axis rotate moves" in refusal
     assert "s of motion to validate on" in refusal
+
+
+def test_motion_that_ends_before_what_is_held_back(bench: Bench) -> None:
+    """Nothing would be known of the axis on motion that was not fitted."""
+    positions = {"rotate": strokes(12.0), "stretch": np.concatenate([strokes(8.0), np.full(4000, strokes(8.0)[-1])])}
+    run = bench.add("run", positions)
+    refusal = bench.refusal([run])
+    assert refusal.startswith("without --validate a part of the recordings is held back, and then recording run: axis stretch")
+    assert "0.50 s of motion to validate on" in refusal
+    assert refusal.endswith("; or give --validate")
+    assert bench.read([run], [bench.add("held", {axis: strokes(5.0) for axis in positions})]).validation
+
+
+def test_motion_that_begins_in_what_is_held_back(bench: Bench) -> None:
+    positions = {"rotate": strokes(16.0), "stretch": strokes(4.0, still=12.0)}
+    refusal = bench.refusal([bench.add("run", positions)])
+    assert "is held back, and then recording run: axis stretch moves 0.00 s of 12 s; missing: 2.00 s of motion" in refusal
+
+
+def test_of_a_recording_too_short_to_be_cut_nothing_is_held_back(bench: Bench) -> None:
+    short = bench.add("short", {"rotate": strokes(0.4)})
+    fitted, held = hold_back(bench.read([bench.add("run", {"rotate": strokes(5.0)}), short]).training, 48.0)
+    assert [(each.name, len(each.time)) for each in fitted] == [("run", 3750), ("short", 400)]
+    assert [(each.name, len(each.time)) for each in held] == [("run", 1250)]
+
+
+def test_recordings_of_which_none_can_be_cut(bench: Bench) -> None:
+    paths = [bench.add(f"run{k}", {"rotate": strokes(3.0 + 0.01 * k)}) for k in range(3)]
+    refusal = bench.refusal(paths, cutoff_hz=8.0)
+    assert refusal.endswith("the quarter of each is too short for the filter: record longer; or give --validate")
+
+
+def test_of_axes_that_moved_one_by_one_the_end_of_each_is_held_back(bench: Bench) -> None:
+    still = np.full(8000, 0.1)
+    for number in range(6):
+        moves = strokes(8.0, speed=0.3 + 0.1 * number)
+        bench.add(f"all/{number}", {"rotate": still, "stretch": moves} if number % 2 else {"rotate": moves, "stretch": still})
+    inputs = bench.read([bench.folder / "all"])
+    fitted, held = hold_back(inputs.training, 48.0)
+    assert [len(each.time) for each in fitted] == [6000] * 6
+    assert [len(each.time) for each in held] == [2000] * 6
+
+
+def test_of_many_recordings_of_all_axes_one_is_held_back_whole(bench: Bench) -> None:
+    for number in range(4):
+        bench.add(f"all/{number}", {"rotate": strokes(4.0, speed=0.3 + 0.1 * number)})
+    fitted, held = hold_back(bench.read([bench.folder / "all"]).training, 48.0)
+    assert ([each.name for each in fitted], [each.name for each in held]) == (["0", "1", "3"], ["2"])
+
+
+def test_a_recording_of_no_axis(bench: Bench) -> None:
+    run = bench.add("run", {"rotate": strokes(5.0)})
+    told = json.loads((run / "recording.json").read_text())
+    (run / "recording.json").write_text(json.dumps(told | {"axes": {}}))
+    assert "axes" in bench.refusal([run])
 
 
 def test_pieces_of_motion_in_several_recordings_add_up(bench: Bench) -> None:

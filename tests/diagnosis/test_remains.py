@@ -51,3 +51,7 @@ def test_regimes_are_those_of_the_gap_after() -> None:
     assert shares["high_speed"] + shares["acceleration"] == pytest.approx(1.0, abs=1e-9)
     before = {each.regime: each.share for each in found.axes["rotate"].where}
     assert before["high_speed"] + before["acceleration"] < 0.95
+
+
+def test_what_is_no_more_than_noise_has_no_regime() -> None:
+    assert regimes_after(left(0.1 * NOISE), "rotate") == ()

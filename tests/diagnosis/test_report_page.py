@@ -8,7 +8,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gap_bench import CAUSES, CUTOFF, axis_of, coloured_noise, died_out_case, recording_of, stribeck_case, swinging, time_of
+from gap_bench import (
+    CAUSES,
+    CUTOFF,
+    axis_of,
+    coloured_noise,
+    died_out_case,
+    recording_of,
+    slowly,
+    stribeck_case,
+    swinging,
+    time_of,
+)
 
 from diagnosis.report_page import write_report_page
 from diagnosis.report_view import drawn, gap_map, mean_over, spectra_of, trace_of, worst_window
@@ -64,7 +75,7 @@ def test_a_gap_that_only_the_fitted_motion_shows_is_drawn_and_told_of_it(tmp_pat
     found = died_out_case()
     page = page_of(found, tmp_path)
     assert "yes (fitted)" in page.text
-    assert "Those of rotate are of the fitted recordings." in page.text
+    assert "Those of rotate in motion are of the fitted recordings." in page.text
     assert page.figures == 4 + 2
     assert f"{found.fitted['rotate'].gap_rms:.3g} (" in page.text
     trace = trace_of(found.shown_on("rotate"), "rotate", CUTOFF)
@@ -164,9 +175,27 @@ def test_the_map_s_cells_are_rms_of_what_is_in_them() -> None:
 def test_the_spectrum_of_noise_lies_on_the_noise_s_own() -> None:
     time = time_of(200.0)
     noise = coloured_noise(np.random.default_rng(1), len(time), 0.05)
-    found = spectra_of(trace_of([recording_of(time, {"rotate": axis_of(time, noise)})], "rotate", CUTOFF), 0.05, CUTOFF)
+    found = spectra_of([recording_of(time, {"rotate": axis_of(time, noise)})], "rotate", 0.05, CUTOFF)
     band = found.frequency < 0.8 * CUTOFF
     assert np.mean(found.before[band] / found.noise[band]) == pytest.approx(1.0, abs=0.08)
+
+
+def test_recordings_of_two_rates_are_drawn_each_at_its_own() -> None:
+    """A gap of 20 Hz in a recording at 1 kHz, beside a slow one that can have no more than 4 Hz."""
+    time = time_of(20.0)
+    fast = recording_of(time, {"rotate": axis_of(time, 0.5 * np.sin(2.0 * np.pi * 20.0 * time))})
+    slow = slowly(recording_of(time, {"rotate": axis_of(time, np.zeros_like(time))}, "slow"), 100)
+    trace = trace_of([slow, fast], "rotate", CUTOFF)
+    step = np.diff(trace.time[~np.isnan(trace.time)])
+    assert step[:190] == pytest.approx(0.1)
+    assert 1.0 / step[-1] >= 4.0 * CUTOFF
+    found = spectra_of([slow, fast], "rotate", 0.05, CUTOFF)
+    assert found.frequency[np.argmax(found.before)] == pytest.approx(20.0, abs=0.5)
+    total = np.sum(found.before) * (found.frequency[1] - found.frequency[0])
+    assert total == pytest.approx(0.125, rel=0.05)
+    low, high = worst_window(trace, 4.0)
+    assert low > 20.0
+    assert high - low == pytest.approx(4.0, abs=0.02)
 
 
 def test_the_mean_over_velocity_does_not_join_both_directions() -> None:

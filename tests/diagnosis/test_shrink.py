@@ -40,6 +40,11 @@ def test_all_that_can_be_explained_is_one_and_no_more() -> None:
     assert shrunk(2.0 * ONES, 0.29 * ONES, noise=0.3).of_explainable == 1.0
 
 
+def test_of_a_gap_no_larger_than_the_noise_there_is_nothing_to_explain() -> None:
+    assert shrunk(0.2 * ONES, 0.1 * ONES, noise=0.3).of_explainable is None
+    assert shrunk(0.2 * ONES, 0.5 * ONES, noise=0.3).of_explainable is None
+
+
 def test_an_effect_that_misleads_closes_less_than_nothing() -> None:
     assert shrunk(ONES, 1.5 * ONES).validation == pytest.approx(1.0 - 1.5**2)
 

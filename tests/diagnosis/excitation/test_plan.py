@@ -12,6 +12,7 @@ from diagnosis.excitation.choice import EXCITATIONS, Question, chosen
 from diagnosis.excitation.limits import AxisLimits
 from diagnosis.excitation.path import Path, joined
 from diagnosis.excitation.plan import plan
+from diagnosis.excitation.sweep import Sweep
 from diagnosis.hypotheses import NOT_SEARCHED
 from drivetwin.errors import UserError
 from drivetwin.motion.jerk_limited import MotionLimits
@@ -86,3 +87,13 @@ def test_slow_strokes_are_as_slow_as_they_say() -> None:
 def test_an_axis_without_limits_is_refused() -> None:
     with pytest.raises(UserError, match="no axis 'axis'; they have other"):
         plan(Question("axis", ("stribeck",), ""), {"other": ARM}, PERIOD)
+
+
+@pytest.mark.parametrize("period", [0.001, 0.008, 0.02])
+def test_a_sweep_has_no_sine_that_set_points_cannot_follow(period: float) -> None:
+    """A half wave has two set-points at least; a faster one would come out as another."""
+    pieces = list(Sweep().pieces(ARM, period))
+    for piece in pieces:
+        crossings = np.flatnonzero(np.diff(np.sign((piece - ARM.at(0.5))[1:-1])))
+        assert np.diff(crossings).min() >= 2
+    assert len(pieces) == (2 if period > 0.0166 else 3)

@@ -1,0 +1,101 @@
+"""Models as others write them: motors and bodies without names, meshes in files; the patch is of the right body, and loads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import pytest
+from rig_bench import CARRIAGE, GRAVITY, MODEL, as_modelled, moved, recording, strokes
+
+from diagnosis.diagnose import diagnose
+from diagnosis.inputs import read_inputs
+from diagnosis.result import Diagnosis
+from diagnosis.settings import DiagnosisSettings
+from drivetwin.recording.recording import Recording
+from drivetwin.recording.writer import write_recording
+
+SECONDS = 20.0
+HEAVIER = 0.3
+"""By how much the true carriage is heavier than the model's [kg]."""
+
+
+def heavier(seed: int, name: str) -> Recording:
+    """Of a carriage with more mass where the model has its centre, 0.3 m from the column's hinge."""
+    both = moved(seed, SECONDS)
+    torques = as_modelled(both)
+    torques["turn"] = torques["turn"] + HEAVIER * 0.3**2 * both["turn"].acceleration
+    torques["lift"] = torques["lift"] + HEAVIER * (GRAVITY + both["lift"].acceleration)
+    return recording(torques, {axis: at.position for axis, at in both.items()}, seed, name)
+
+
+def diagnosed(model: Path, fitted: Recording, held: Recording) -> Diagnosis:
+    return diagnose(model, [fitted], [held], DiagnosisSettings(), lambda _stage, _share: None)
+
+
+def written(folder: Path, xml: str) -> Path:
+    path = folder / "column.xml"
+    path.write_text(xml, encoding="utf-8")
+    return path
+
+
+def patched(found: Diagnosis, place: Path) -> mujoco.MjModel:
+    """The patched model, loaded from a folder of its own."""
+    place.mkdir()
+    (place / "patched.xml").write_text(found.model_xml, encoding="utf-8")
+    return mujoco.MjModel.from_xml_path(str(place / "patched.xml"))
+
+
+def test_of_bodies_without_names_the_right_one_is_made_heavier(tmp_path: Path) -> None:
+    """How much of it is the body's is not to be told from a constant force: the carriage never turns over."""
+    assert "<body name" not in MODEL
+    xml = MODEL.replace("</worldbody>", '<body><geom type="sphere" size="0.1" mass="7" pos="3 0 0"/></body></worldbody>')
+    found = diagnosed(written(tmp_path, xml), heavier(1, "fitted"), heavier(2, "held"))
+    model = patched(found, tmp_path / "out")
+    column, carriage = (int(model.joint(axis).bodyid[0]) for axis in ("turn", "lift"))
+    assert CARRIAGE + 0.05 < model.body_mass[carriage] <= CARRIAGE + HEAVIER
+    assert sorted(model.body_mass[[column, model.nbody - 1]]) == [5.0, 7.0]
+
+
+@pytest.mark.parametrize("drives", ["joint", "jointinparent"])
+def test_a_motor_needs_no_name(drives: str, tmp_path: Path) -> None:
+    xml = MODEL
+    for axis in ("turn", "lift"):
+        xml = xml.replace(f'<motor name="{axis}" joint="{axis}"/>', f'<motor {drives}="{axis}"/>')
+    assert "motor name" not in xml
+    model = written(tmp_path, xml)
+    for number, name in ((1, "fitted"), (2, "held")):
+        write_recording(of_the_model_alone(heavier(number, name)), tmp_path / name)
+    inputs = read_inputs(model, [tmp_path / "fitted"], [tmp_path / "held"], cutoff_hz=48.0, allow_gaps=False)
+    found = diagnosed(inputs.model, *inputs.training, *inputs.validation)
+    assert patched(found, tmp_path / "out").nu == 2
+
+
+def of_the_model_alone(told: Recording) -> Recording:
+    """As one that says neither motor nor gear."""
+    for info in told.info.axes.values():
+        info.actuator = info.gear_ratio = None
+    return told
+
+
+def test_a_model_with_meshes_is_patched_wherever_the_report_goes(tmp_path: Path) -> None:
+    assets = tmp_path / "model" / "shapes"
+    assets.mkdir(parents=True)
+    (assets / "bar.obj").write_text(TETRAHEDRON, encoding="utf-8")
+    visual = '<geom type="mesh" mesh="bar" mass="0" contype="0" conaffinity="0"/>'
+    xml = MODEL.replace('<compiler angle="radian"/>', '<compiler angle="radian" meshdir="shapes"/>')
+    xml = xml.replace("<worldbody>", '<asset><mesh name="bar" file="bar.obj"/></asset><worldbody>')
+    xml = xml.replace('<inertial pos="0 0 0"', f'{visual}<inertial pos="0 0 0"')
+    found = diagnosed(written(tmp_path / "model", xml), strokes(1, SECONDS), strokes(2, SECONDS))
+    assert patched(found, tmp_path / "out").nmesh == 1
+
+
+TETRAHEDRON = """v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1
+f 1 3 2
+f 1 2 4
+f 2 3 4
+f 1 4 3
+"""
