@@ -8,14 +8,15 @@ import re
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from http.client import HTTPException
-from typing import Protocol
+from typing import Any, Protocol
 from urllib.parse import urlsplit
 
 import can
+from can.interfaces import virtual
 from can_remote import RemoteBus, RemoteServer
 from can_remote.server import ClientRequestHandler, RemoteServerError, RemoteServerProtocol
 from can_remote.websocket import WebSocket, WebsocketClosed, get_accept_key
@@ -234,6 +235,16 @@ class _ClientHandler(ClientRequestHandler):  # type: ignore[misc]  # can_remote 
         self.server.clients.remove(client)
 
 
+class _Members(list[Any]):
+    """The receivers on a virtual channel, for whom a send goes through as they were when it began.
+
+    python-can's `VirtualBus.send` walks the very list that a leaving client is removed from, and so skips the one behind it.
+    """
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self[:])
+
+
 _channels = itertools.count()
 
 
@@ -246,6 +257,7 @@ def _host_remote(address: _Address) -> HostedBus:
             f"cannot listen on {address.host}:{address.port} ({error.strerror}); choose another port, or 0 for a free one"
         ) from None
     server.RequestHandlerClass = _ClientHandler
+    virtual.channels[channel] = _Members()
     bus = can.Bus(interface="virtual", channel=channel, ignore_config=True)
     thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.1}, daemon=True)
     thread.start()

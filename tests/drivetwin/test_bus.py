@@ -152,6 +152,20 @@ time.sleep(60)
     assert capfd.readouterr().err == ""
 
 
+def test_clients_that_leave_cost_the_others_no_frame(hosted: HostedBus) -> None:
+    leavers = [open_bus(hosted.name) for _ in range(20)]
+    survivor = open_bus(hosted.name)
+    leaving = [threading.Thread(target=client.shutdown) for client in leavers]
+    for thread in leaving:
+        thread.start()
+    sent = 0
+    while any(thread.is_alive() for thread in leaving):
+        hosted.bus.send(frame(sent))
+        sent += 1
+    assert take(survivor, sent) == list(range(sent))
+    survivor.shutdown()
+
+
 def test_a_periodic_frame_ends_when_it_is_stopped_even_twice_and_when_its_client_leaves(hosted: HostedBus) -> None:
     client = open_bus(hosted.name)
     task = client.send_periodic(frame(0x80), 0.001)
