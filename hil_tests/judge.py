@@ -10,7 +10,7 @@ from hil_tests.bench import Bench
 from hil_tests.evidence import Evidence
 from hil_tests.expectations.base import MET, Finding
 from hil_tests.scenario import Scenario
-from hil_tests.stand.stalls import LONGEST
+from hil_tests.stand.stalls import HOST, LONGEST
 from hil_tests.verdict import CaseResult, Failure, Measured, Outcome
 
 
@@ -58,7 +58,7 @@ def _by_the_host(evidence: Evidence) -> list[Failure]:
         f"the stand stood still itself, for {1e3 * worst.seconds:.0f} ms the longest of {len(evidence.stalls)} times: what "
         "failed may be of this host and not of the controller; run it again on a host that does nothing else, or in lockstep"
     )
-    return [Failure("host", told, time=worst.time, measured=worst.seconds, limit=LONGEST, unit="s")]
+    return [Failure(HOST, told, time=worst.time, measured=worst.seconds, limit=LONGEST, unit="s")]
 
 
 def _with_noise(measured: Measured, bench: Bench) -> Measured:

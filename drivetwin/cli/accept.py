@@ -20,7 +20,7 @@ from hil_tests.bench import Bench, UnmeantError, read_bench
 from hil_tests.folder import digest
 from hil_tests.motion_plan import what_moves
 from hil_tests.results import Acceptance, Trend, check_baseline, compare, read_results, write_junit, write_report, write_results
-from hil_tests.results.wording import case_name, failure_words, not_judged_words, verdict_sentence
+from hil_tests.results.wording import case_name, caveats, failure_words, verdict_sentence
 from hil_tests.run import run_all
 from hil_tests.scenario import Scenario
 from hil_tests.suite import CASES, find_cases
@@ -148,7 +148,7 @@ def _table(cases: Sequence[CaseResult]) -> Table:
     table.add_column("verdict", no_wrap=True)
     for case in cases:
         simulated = f"{case.simulated:.1f} s" if case.folder is not None else ""
-        more = case.skipped_because or not_judged_words(case.not_judged)
+        more = case.skipped_because or "; ".join(caveats(case))
         about = f"{case.title}: {more}" if more else case.title
         table.add_row(case_name(case), about, simulated, Text(case.outcome, _STYLES[case.outcome]))
     return table

@@ -18,7 +18,7 @@ from hil_tests.folder import BUS_LOG, CONTROLLER_LOG, VERDICT
 from hil_tests.results.acceptance import Acceptance
 from hil_tests.results.results_file import BenchPart, bench_part
 from hil_tests.results.trend import Kind, Trend
-from hil_tests.results.wording import failure_words, measured_words, not_judged_words, suite_name
+from hil_tests.results.wording import caveats, failure_words, measured_words, suite_name
 from hil_tests.verdict import CaseResult, Outcome
 
 ATTACHED = (BUS_LOG, CONTROLLER_LOG, VERDICT)
@@ -96,8 +96,7 @@ def _failure(heading: Sequence[str], lines: Sequence[str]) -> ET.Element:
 def _out_lines(case: CaseResult, workspace: Path) -> Iterable[str]:
     yield case.title
     yield from (measured_words(measured) for measured in case.measured)
-    if case.not_judged:
-        yield not_judged_words(case.not_judged)
+    yield from caveats(case)
     for file in ATTACHED:
         if case.folder is not None and (case.folder / file).is_file():
             yield f"[[ATTACHMENT|{Path(os.path.relpath(case.folder / file, workspace)).as_posix()}]]"

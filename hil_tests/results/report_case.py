@@ -12,7 +12,7 @@ from hil_tests.results.case_figure import Window, axis_figure
 from hil_tests.results.pdo_words import PdoMapping
 from hil_tests.results.report_bars import bar, share_words, used
 from hil_tests.results.traces import Mark, Traces, read_traces
-from hil_tests.results.wording import case_name, not_judged_words, quantity, quantity_name
+from hil_tests.results.wording import case_name, caveats, quantity, quantity_name
 from hil_tests.verdict import CaseResult, Failure, Measured
 
 _POINTS_REJECTED, _POINTS_ACCEPTED = 3000, 400
@@ -36,7 +36,7 @@ def rejected_section(case: CaseResult, pdos: PdoMapping) -> str:
     first = next((round(failure.time, _STAMP) for failure in case.failures if failure.time is not None), None)
     parts = [
         f'<h2>{escape(case_name(case))}: {escape(case.title)}</h2><p class="note">{escape(case.requirement)}</p>',
-        _not_judged(case),
+        _caveats(case),
         _failures(case.failures),
         _measured(case.measured),
         _bus(case, first, pdos),
@@ -46,9 +46,8 @@ def rejected_section(case: CaseResult, pdos: PdoMapping) -> str:
     return f'<section class="rejected" id="{anchor(case)}">{"".join(parts)}</section>'
 
 
-def _not_judged(case: CaseResult) -> str:
-    words = not_judged_words(case.not_judged)
-    return f'<p class="note">{escape(words.capitalize())}.</p>' if words else ""
+def _caveats(case: CaseResult) -> str:
+    return "".join(f'<p class="note">{escape(words[0].upper() + words[1:])}.</p>' for words in caveats(case))
 
 
 def _failures(failures: Sequence[Failure]) -> str:
@@ -153,6 +152,6 @@ def folded_case(case: CaseResult) -> str:
     return (
         f'<details id="{anchor(case)}"><summary><span class="case">{escape(case_name(case))}</span> {escape(case.title)} '
         f'<span class="note">{case.simulated:.3g} s</span></summary>'
-        f'<p class="note">{escape(case.requirement)}</p>{_not_judged(case)}{_measured(case.measured)}'
+        f'<p class="note">{escape(case.requirement)}</p>{_caveats(case)}{_measured(case.measured)}'
         f"<template>{pictures}</template></details>"
     )

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Protocol
 
 from hil_tests.results.acceptance import Acceptance
-from hil_tests.verdict import Failure, Measured, Outcome
+from hil_tests.verdict import CaseResult, Failure, Measured, Outcome
 
 DIGITS = 4
 """Of a quantity that are shown."""
@@ -94,10 +94,15 @@ def failure_words(failure: Failure) -> str:
     return f"{said} ({', '.join(facts)})" if facts else said
 
 
-def not_judged_words(names: Iterable[str]) -> str:
-    """`not judged, for want of the plant's truth: holds, no jump`; nothing where all was judged."""
-    listed = ", ".join(name.replace("_", " ") for name in names)
-    return f"not judged, for want of the plant's truth: {listed}" if listed else ""
+def caveats(case: CaseResult) -> tuple[str, ...]:
+    """`not judged, for want of the plant's truth: holds, no jump`; `run twice: ...`; nothing where nothing is to be said."""
+    listed = ", ".join(name.replace("_", " ") for name in case.not_judged)
+    times = "twice" if case.runs == 2 else f"{case.runs} times"
+    found = [
+        f"not judged, for want of the plant's truth: {listed}" if listed else "",
+        f"run {times}: before, the stand stood still itself where it was rejected" if case.runs > 1 else "",
+    ]
+    return tuple(filter(None, found))
 
 
 def verdict_sentence(acceptance: Acceptance, worse: int = 0) -> str:

@@ -7,6 +7,9 @@ from collections.abc import Callable
 
 from hil_tests.evidence import Stall
 
+HOST = "host"
+"""What a case fails for where it was rejected and the stand had stood still."""
+
 LONGEST = 0.02
 """What is no stall [s]: a controller may take a drive that answers later than that for dead."""
 

@@ -1,8 +1,9 @@
-"""A stand that stood still itself says so where it rejects a controller in real time, and only there."""
+"""A stand that stood still itself runs a case again that it rejected in real time, and says so; not so in lockstep."""
 
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from stage_bench import bad, bench_file, scenario_file
 from hil_tests.bench import read_bench
 from hil_tests.evidence import Stall
 from hil_tests.judge import judge
+from hil_tests.results.wording import caveats
 from hil_tests.run import run_one
 from hil_tests.scenario import Scenario, read_scenario
 from hil_tests.stand.observer import Observer
@@ -52,22 +54,38 @@ def test_a_case_that_is_met_says_nothing_of_it(tmp_path: Path) -> None:
     assert judge(scenario(tmp_path, "done"), of, tmp_path, 0.0).outcome is Outcome.ACCEPTED
 
 
-@pytest.mark.parametrize(("clock", "told"), [("realtime", True), ("sync", False)])
-def test_the_stand_notices_in_real_time_and_in_lockstep_there_is_none(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clock: str, told: bool
+@pytest.mark.parametrize(
+    ("clock", "spoilt", "runs", "told"), [("realtime", 9, 3, True), ("realtime", 1, 2, False), ("sync", 9, 1, False)]
+)
+def test_a_run_that_the_stand_spoilt_is_run_again_in_real_time_and_the_last_one_counts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clock: str, spoilt: int, runs: int, told: bool
 ) -> None:
-    look = Observer.look
+    stand_still_in(monkeypatch, spoilt)
+    result = crashed(tmp_path, clock)
+    lasted = [one.measured for one in result.failures if one.expectation == "host"]
+    assert result.outcome is Outcome.REJECTED
+    assert result.runs == runs
+    assert bool(lasted) is told
+    assert all(one is not None and one >= STALL for one in lasted)
+
+
+def test_a_case_that_was_run_again_says_so(tmp_path: Path) -> None:
+    met = judge(scenario(tmp_path, "done"), evidence(standing(2.0)), tmp_path, 0.0)
+    assert caveats(met) == ()
+    assert caveats(replace(met, runs=2)) == ("run twice: before, the stand stood still itself where it was rejected",)
+
+
+def stand_still_in(monkeypatch: pytest.MonkeyPatch, runs: int) -> None:
+    """Make the stand stand still once in each of the first `runs` runs."""
+    look, slow = Observer.look, []
 
     def slowly(observer: Observer) -> None:
-        monkeypatch.setattr(Observer, "look", look)
-        time.sleep(STALL)
+        if observer not in slow and len(slow) < runs:
+            slow.append(observer)
+            time.sleep(STALL)
         look(observer)
 
     monkeypatch.setattr(Observer, "look", slowly)
-    failures = crashed(tmp_path, clock).failures
-    lasted = [one.measured for one in failures if one.expectation == "host"]
-    assert bool(lasted) is told
-    assert all(one is not None and one >= STALL for one in lasted)
 
 
 def crashed(folder: Path, clock: str) -> CaseResult:
