@@ -14,7 +14,7 @@ from hil_tests.bench import read_bench
 from hil_tests.evidence import Stall
 from hil_tests.judge import judge
 from hil_tests.results.wording import caveats
-from hil_tests.run import run_one
+from hil_tests.run import STANDS, run_one
 from hil_tests.scenario import Scenario, read_scenario
 from hil_tests.stand.observer import Observer
 from hil_tests.stand.stalls import Stalls
@@ -54,40 +54,45 @@ def test_a_case_that_is_met_says_nothing_of_it(tmp_path: Path) -> None:
     assert judge(scenario(tmp_path, "done"), of, tmp_path, 0.0).outcome is Outcome.ACCEPTED
 
 
-@pytest.mark.parametrize(
-    ("clock", "spoilt", "runs", "told"), [("realtime", 9, 3, True), ("realtime", 1, 2, False), ("sync", 9, 1, False)]
-)
-def test_a_run_that_the_stand_spoilt_is_run_again_in_real_time_and_the_last_one_counts(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clock: str, spoilt: int, runs: int, told: bool
+@pytest.mark.parametrize(("clock", "runs", "told"), [("realtime", 3, True), ("sync", 1, False)])
+def test_the_stand_notices_in_real_time_and_tries_three_times_and_in_lockstep_there_is_no_stall(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clock: str, runs: int, told: bool
 ) -> None:
-    stand_still_in(monkeypatch, spoilt)
+    look, slow = Observer.look, []
+
+    def slowly_once_a_run(observer: Observer) -> None:
+        if observer not in slow:
+            slow.append(observer)
+            time.sleep(STALL)
+        look(observer)
+
+    monkeypatch.setattr(Observer, "look", slowly_once_a_run)
     result = crashed(tmp_path, clock)
     lasted = [one.measured for one in result.failures if one.expectation == "host"]
     assert result.outcome is Outcome.REJECTED
-    assert result.runs == runs
+    assert result.runs == len(slow) == runs
     assert bool(lasted) is told
     assert all(one is not None and one >= STALL for one in lasted)
+
+
+def crashed(folder: Path, clock: str) -> CaseResult:
+    bench = read_bench(bench_file(folder, bad("crashes"), clock=clock))
+    return run_one(bench, read_scenario(scenario_file(folder), bench), folder / "out")
+
+
+@pytest.mark.parametrize(("outcome", "runs"), [("stopped", 2), ("done", 1)])
+def test_the_last_run_counts_and_one_that_was_met_is_the_last(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, outcome: str, runs: int
+) -> None:
+    left = [evidence(standing(2.0), stalls=(Stall(0.5, 0.066),)), evidence(standing(2.0))]
+    monkeypatch.setitem(STANDS, "virtual", lambda *_: left.pop(0))
+    asked = scenario(tmp_path, outcome)
+    result = run_one(read_bench(tmp_path / "bench.yaml"), asked, tmp_path / "out")
+    assert result.runs == runs
+    assert "host" not in [one.expectation for one in result.failures]
 
 
 def test_a_case_that_was_run_again_says_so(tmp_path: Path) -> None:
     met = judge(scenario(tmp_path, "done"), evidence(standing(2.0)), tmp_path, 0.0)
     assert caveats(met) == ()
     assert caveats(replace(met, runs=2)) == ("run twice: before, the stand stood still itself where it was rejected",)
-
-
-def stand_still_in(monkeypatch: pytest.MonkeyPatch, runs: int) -> None:
-    """Make the stand stand still once in each of the first `runs` runs."""
-    look, slow = Observer.look, []
-
-    def slowly(observer: Observer) -> None:
-        if observer not in slow and len(slow) < runs:
-            slow.append(observer)
-            time.sleep(STALL)
-        look(observer)
-
-    monkeypatch.setattr(Observer, "look", slowly)
-
-
-def crashed(folder: Path, clock: str) -> CaseResult:
-    bench = read_bench(bench_file(folder, bad("crashes"), clock=clock))
-    return run_one(bench, read_scenario(scenario_file(folder), bench), folder / "out")
