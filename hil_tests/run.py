@@ -26,24 +26,24 @@ STANDS = {"virtual": run_case, "real": run_real_case}
 """By what the bench's drives are."""
 
 
-RUNS = 3
+TRIES = 3
 """Most runs of one case in real time, each but the last spoilt by the stand itself."""
 
 
 def run_one(bench: Bench, scenario: Scenario, folder: Path) -> CaseResult:
     """Run and judge one case; `folder` is made anew and gets all that the case leaves.
 
-    In real time a rejection says little where the stand stood still itself: the case is run again then, up to `RUNS` times, and
-    the last run is what counts. Raises UserError where the bus cannot be had or the controller's command not be started.
+    In real time a rejection says little where the stand stood still itself: the case is run again then, `TRIES` times at most,
+    and the last run is what counts. Raises UserError where the bus cannot be had or the controller's command not be started.
     """
     if scenario.skipped_because is not None:
         return skipped(scenario, scenario.skipped_because)
-    runs = 1
+    tries = 1
     result = _run_once(bench, scenario, folder)
-    while runs < RUNS and any(failure.expectation == HOST for failure in result.failures):
-        runs += 1
+    while tries < TRIES and any(failure.expectation == HOST for failure in result.failures):
+        tries += 1
         result = _run_once(bench, scenario, folder)
-    return replace(result, runs=runs)
+    return replace(result, tries=tries)
 
 
 def _run_once(bench: Bench, scenario: Scenario, folder: Path) -> CaseResult:

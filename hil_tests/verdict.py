@@ -52,8 +52,8 @@ class CaseResult:
 
     `number` is that of the group as the machine comes alive (1 boot, ... 11 soak), `name` that of the scenario's file.
     `skipped_because` says why where the outcome is skipped; `not_judged` are expectations that only the plant's truth can
-    answer, where drives are real. `runs` counts those in real time that the stand itself spoilt, and the last. `wall` [s] is no
-    part of what is compared from run to run.
+    answer, where drives are real. `tries` counts the runs in real time that the stand itself spoilt, and the last one.
+    `wall` [s] is no part of what is compared from run to run.
     """
 
     number: int
@@ -69,4 +69,4 @@ class CaseResult:
     wall: float
     folder: Path | None
     not_judged: tuple[str, ...] = ()
-    runs: int = 1
+    tries: int = 1

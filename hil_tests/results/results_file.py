@@ -73,7 +73,7 @@ class MeasuredPart(_Part):
 
 class CasePart(_Part):
     """A case; `folder` relative to results.json, null where it was skipped; `simulated` [s], of real drives by the wall clock;
-    `not_judged` are expectations that only the plant's truth can answer; `runs` counts spoilt ones, too."""
+    `not_judged` are expectations that only the plant's truth can answer; `tries` counts spoilt runs, too."""
 
     number: int
     group: str
@@ -87,7 +87,7 @@ class CasePart(_Part):
     failures: list[FailurePart]
     measured: list[MeasuredPart]
     not_judged: list[str] = []
-    runs: int = 1
+    tries: int = 1
 
 
 class Results(_Part):

@@ -97,10 +97,10 @@ def failure_words(failure: Failure) -> str:
 def caveats(case: CaseResult) -> tuple[str, ...]:
     """`not judged, for want of the plant's truth: holds, no jump`; `run twice: ...`; nothing where nothing is to be said."""
     listed = ", ".join(name.replace("_", " ") for name in case.not_judged)
-    times = "twice" if case.runs == 2 else f"{case.runs} times"
+    times = "twice" if case.tries == 2 else f"{case.tries} times"
     found = [
         f"not judged, for want of the plant's truth: {listed}" if listed else "",
-        f"run {times}: before, the stand stood still itself where it was rejected" if case.runs > 1 else "",
+        f"run {times}: before, the stand stood still itself where it was rejected" if case.tries > 1 else "",
     ]
     return tuple(filter(None, found))
 

@@ -54,9 +54,9 @@ def test_a_case_that_is_met_says_nothing_of_it(tmp_path: Path) -> None:
     assert judge(scenario(tmp_path, "done"), of, tmp_path, 0.0).outcome is Outcome.ACCEPTED
 
 
-@pytest.mark.parametrize(("clock", "runs", "told"), [("realtime", 3, True), ("sync", 1, False)])
+@pytest.mark.parametrize(("clock", "tries", "told"), [("realtime", 3, True), ("sync", 1, False)])
 def test_the_stand_notices_in_real_time_and_tries_three_times_and_in_lockstep_there_is_no_stall(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clock: str, runs: int, told: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clock: str, tries: int, told: bool
 ) -> None:
     look, slow = Observer.look, []
 
@@ -70,7 +70,7 @@ def test_the_stand_notices_in_real_time_and_tries_three_times_and_in_lockstep_th
     result = crashed(tmp_path, clock)
     lasted = [one.measured for one in result.failures if one.expectation == "host"]
     assert result.outcome is Outcome.REJECTED
-    assert result.runs == len(slow) == runs
+    assert result.tries == len(slow) == tries
     assert bool(lasted) is told
     assert all(one is not None and one >= STALL for one in lasted)
 
@@ -80,19 +80,19 @@ def crashed(folder: Path, clock: str) -> CaseResult:
     return run_one(bench, read_scenario(scenario_file(folder), bench), folder / "out")
 
 
-@pytest.mark.parametrize(("outcome", "runs"), [("stopped", 2), ("done", 1)])
+@pytest.mark.parametrize(("outcome", "tries"), [("stopped", 2), ("done", 1)])
 def test_the_last_run_counts_and_one_that_was_met_is_the_last(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, outcome: str, runs: int
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, outcome: str, tries: int
 ) -> None:
     left = [evidence(standing(2.0), stalls=(Stall(0.5, 0.066),)), evidence(standing(2.0))]
     monkeypatch.setitem(STANDS, "virtual", lambda *_: left.pop(0))
     asked = scenario(tmp_path, outcome)
     result = run_one(read_bench(tmp_path / "bench.yaml"), asked, tmp_path / "out")
-    assert result.runs == runs
+    assert result.tries == tries
     assert "host" not in [one.expectation for one in result.failures]
 
 
 def test_a_case_that_was_run_again_says_so(tmp_path: Path) -> None:
     met = judge(scenario(tmp_path, "done"), evidence(standing(2.0)), tmp_path, 0.0)
     assert caveats(met) == ()
-    assert caveats(replace(met, runs=2)) == ("run twice: before, the stand stood still itself where it was rejected",)
+    assert caveats(replace(met, tries=2)) == ("run twice: before, the stand stood still itself where it was rejected",)
