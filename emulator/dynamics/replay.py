@@ -55,26 +55,23 @@ def _weight(motion: Motion) -> NDArray[np.float64]:
 
 def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Torque (n,) that the load asks of the motor, by virtual work on the joint's motion, and the joint's acceleration (n,)."""
-    joint, slope = _at_the_joint(motion, axis.transmission, axis.gear_ratio)
+    joint, ratio = _at_the_joint(motion, axis.transmission, axis.gear_ratio)
     link = motion.inertia - motion.rotor_inertia
-    torque = (_weight(motion) + link * joint.acceleration + axis.friction.resistance(joint)) / slope
+    torque = (_weight(motion) + link * joint.acceleration + axis.friction.resistance(joint)) * ratio
     return np.asarray(torque), joint.acceleration
 
 
 def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tuple[Motion, NDArray[np.float64]]:
-    """How the joint moves on a rigid gear, and d motor / d joint on the way (n,): m = q - e(q), by Newton's method."""
-    slope = np.ones_like(motion.position)
+    """How the joint moves on a rigid gear, and d joint / d motor on the way (n,): q = m + e(m), m as measured."""
     if gear.error_amplitude == 0.0:
-        return motion, slope
-    wave, position = gear.error_order * gear_ratio, motion.position
-    for _ in range(3):
-        angle = wave * position + gear.error_phase
-        slope = 1.0 - gear.error_amplitude * wave * np.cos(angle)
-        position = position - (position - gear.error_amplitude * np.sin(angle) - motion.position) / slope
-    velocity = motion.velocity / slope
-    curvature = gear.error_amplitude * wave**2 * np.sin(angle)
-    acceleration = (motion.acceleration - curvature * velocity**2) / slope
-    return replace(motion, position=position, velocity=velocity, acceleration=acceleration), slope
+        return motion, np.ones_like(motion.position)
+    wave = gear.error_order * gear_ratio
+    angle = wave * motion.position + gear.error_phase
+    ratio = 1.0 + gear.error_amplitude * wave * np.cos(angle)
+    position = motion.position + gear.error_amplitude * np.sin(angle)
+    bend = gear.error_amplitude * wave**2 * np.sin(angle) * motion.velocity**2
+    velocity, acceleration = ratio * motion.velocity, ratio * motion.acceleration - bend
+    return replace(motion, position=position, velocity=velocity, acceleration=acceleration), ratio
 
 
 def _through_a_spring(motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -102,24 +99,19 @@ def _through_a_spring(motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.fl
 
 
 @compiled
-def _uneven(gear, wave, q):  # type: ignore[no-untyped-def]  # record arrays have no static type
-    """Transmission error at a joint position, and d motor / d joint there."""
+def _uneven(gear, wave, motor):  # type: ignore[no-untyped-def]  # record arrays have no static type
+    """Where an untwisted transmission would have the joint, and d joint / d motor there."""
     if gear.error_amplitude == 0.0:
-        return 0.0, 1.0
-    angle = wave * q + gear.error_phase
-    return gear.error_amplitude * sin(angle), 1.0 - gear.error_amplitude * wave * cos(angle)
+        return motor, 1.0
+    angle = wave * motor + gear.error_phase
+    return motor + gear.error_amplitude * sin(angle), 1.0 + gear.error_amplitude * wave * cos(angle)
 
 
 @compiled
-def _start(law, gear, wave, motor, weight, warmth, varying):  # type: ignore[no-untyped-def]
+def _start(law, gear, untwisted, weight, warmth, varying):  # type: ignore[no-untyped-def]
     """Joint position at first, and what hangs on the spring: the weight, but none where friction holds that."""
     hangs = weight if abs(weight) > warmth * (level_at(law, 0.0) + varying) else 0.0
-    untwisted = motor - hangs / gear.stiffness - (copysign(0.5 * gear.gap, hangs) if hangs != 0.0 else 0.0)
-    q = untwisted
-    for _ in range(4):
-        error, slope = _uneven(gear, wave, q)
-        q -= (q - error - untwisted) / slope
-    return q, hangs
+    return untwisted - hangs / gear.stiffness - (copysign(0.5 * gear.gap, hangs) if hangs != 0.0 else 0.0), hangs
 
 
 @compiled
@@ -133,40 +125,39 @@ def _viscous(law, v):  # type: ignore[no-untyped-def]
 def _follow(  # type: ignore[no-untyped-def]
     law, gear, wave, position, velocity, link, weight, warmth, varying, period, steps, torque, moves
 ) -> None:
-    """Torque (n,) through the spring of a link (n,) whose motor is moved, which `moves` (n,); `wave` [rad a joint rad or m]."""
+    """Torque (n,) of the motor on the spring of a link (n,), which `moves` (n,), as it is moved; `wave` [rad a rad or m]."""
     h = period / steps
-    q, torque[0] = _start(law, gear, wave, position[0], weight[0], warmth[0], varying[0])
-    v, through = 0.0, torque[0]
+    untwisted, ratio = _uneven(gear, wave, position[0])
+    q, through = _start(law, gear, untwisted, weight[0], warmth[0], varying[0])
+    torque[0], v = ratio * through, 0.0
     anchors = np.full(BRISTLES, q)
     for k in range(position.shape[0] - 1):
         level = max(0.0, warmth[k] * (level_at(law, abs(v)) + varying[k]))
         viscous = warmth[k] * _viscous(law, v)
         constant = weight[k] + warmth[k] * law.coulomb_asymmetry
         bend = 0.5 * (velocity[k + 1] - velocity[k]) * period
-        slope = 1.0
         for step in range(steps):
             share = (step + 1) / steps
             motor = position[k] + share * (position[k + 1] - position[k]) - share * (1.0 - share) * bend
             rate = velocity[k] + share * (velocity[k + 1] - velocity[k])
             ahead = q + h * v
-            error, slope = _uneven(gear, wave, ahead)
-            twist = motor + error - ahead
+            untwisted, ratio = _uneven(gear, wave, motor)
+            twist = untwisted - ahead
             flank = copysign(0.5 * gear.gap, twist)
-            end = ahead + (twist - flank) / slope
             against, holds = constant, level
             if law.presliding_stiffness > 0.0:
                 against, holds = constant + bristles_torque(law, anchors, level, ahead, v), 0.0
             last, speed, pushes = q, v, 0.0
             touching = abs(twist) > 0.5 * gear.gap or gear.gap == 0.0
             if touching:
-                stiffness, damping = slope**2 * gear.stiffness, slope**2 * gear.damping
+                end, turns = untwisted - flank, ratio * rate
                 q, v, pushes = _step(
-                    last, speed, through, end, rate / slope, stiffness, damping, link[k], viscous, against, holds, h
+                    last, speed, through, end, turns, gear.stiffness, gear.damping, link[k], viscous, against, holds, h
                 )
             if not touching or pushes * flank < 0.0:
                 q, v, pushes = _step(last, speed, through, 0.0, 0.0, 0.0, 0.0, link[k], viscous, against, holds, h)
             through = pushes
-        torque[k + 1] = through / slope
+        torque[k + 1] = ratio * through
         moves[k + 1] = v
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import cos, inf, isinf, sin
+from math import copysign, cos, inf, isinf, sin
 
 import mujoco
 import numpy as np
@@ -19,7 +19,7 @@ from emulator.dynamics.records import records
 class Transmission:
     """Everything on the joint side: q of the joint, m of the motor (its angle by the gear ratio), e the transmission error.
 
-    e(q) = error_amplitude sin(error_order gear q + error_phase); twist = m - (q - e(q)).
+    e(m) = error_amplitude sin(error_order gear m + error_phase); twist = m + e(m) - q.
     Rigid (infinite stiffness): the twist is 0. Elastic: the motor turns by itself, and the torque through the transmission is
     stiffness (|twist| - gap/2) sgn(twist) + damping d(twist)/dt in contact, which never pulls, and 0 inside the gap.
     N·m/rad, N·m·s/rad, rad (N/m, N·s/m, m).
@@ -56,13 +56,25 @@ def _apply_elastic(rows, position, velocity, applied) -> None:  # type: ignore[n
     for row in range(rows.shape[0]):
         t = rows[row]
         wave = t.error_order * t.gear
-        angle = wave * position[t.qpos] + t.error_phase
-        slope = t.error_amplitude * wave * cos(angle)
-        twist = position[t.motor_qpos] - position[t.qpos] + t.error_amplitude * sin(angle)
-        rate = velocity[t.motor_dof] - (1.0 - slope) * velocity[t.dof]
-        torque = _through(t, twist, rate)
-        applied[t.motor_dof] = -torque
-        applied[t.dof] += (1.0 - slope) * torque
+        angle = wave * position[t.motor_qpos] + t.error_phase
+        ratio = 1.0 + t.error_amplitude * wave * cos(angle)
+        twist = position[t.motor_qpos] + t.error_amplitude * sin(angle) - position[t.qpos]
+        torque = _through(t, twist, ratio * velocity[t.motor_dof] - velocity[t.dof])
+        applied[t.motor_dof] = -ratio * torque
+        applied[t.dof] += torque
+
+
+@compiled
+def _untwisted(t, q):  # type: ignore[no-untyped-def]
+    """Motor position m where m + e(m) is q: Kepler's equation, by Newton from the start of Danby and Burkardt 1983."""
+    if t.error_amplitude == 0.0:
+        return q
+    wave = t.error_order * t.gear
+    steep, mean = t.error_amplitude * wave, wave * q + t.error_phase
+    angle = mean - 0.85 * steep * copysign(1.0, sin(mean))
+    for _ in range(6):
+        angle -= (angle + steep * sin(angle) - mean) / (1.0 + steep * cos(angle))
+    return q + (angle - mean) / wave
 
 
 @compiled
@@ -70,8 +82,7 @@ def _relax(rows, position) -> None:  # type: ignore[no-untyped-def]
     """Turn the motors to where nothing is twisted."""
     for row in range(rows.shape[0]):
         t = rows[row]
-        q = position[t.qpos]
-        position[t.motor_qpos] = q - t.error_amplitude * sin(t.error_order * t.gear * q + t.error_phase)
+        position[t.motor_qpos] = _untwisted(t, position[t.qpos])
 
 
 @compiled
@@ -88,16 +99,16 @@ def _through(t, twist, rate):  # type: ignore[no-untyped-def]
 
 @compiled
 def _apply_rigid(rows, links, position, velocity, torque, armature, simple, applied) -> None:  # type: ignore[no-untyped-def]
-    """Lagrange with m = q - e(q): torque and rotor act by the slope 1 - e', and the rotor's inertia changes on the way.
+    """Lagrange with m(q): torque and rotor act by the slope dm/dq, and the rotor's inertia changes on the way.
 
     MuJoCo takes the inertia of `simple` joints, on which nothing else hangs, from dof_M0: that of `links` (n,) and the rotor.
     """
     for row in range(rows.shape[0]):
         t = rows[row]
         wave = t.error_order * t.gear
-        angle = wave * position[t.qpos] + t.error_phase
-        slope = 1.0 - t.error_amplitude * wave * cos(angle)
-        curvature = t.error_amplitude * wave * wave * sin(angle)
+        angle = wave * _untwisted(t, position[t.qpos]) + t.error_phase
+        slope = 1.0 / (1.0 + t.error_amplitude * wave * cos(angle))
+        curvature = t.error_amplitude * wave * wave * sin(angle) * slope**3
         torque[t.actuator] *= slope
         armature[t.dof] = t.motor_inertia * slope * slope
         simple[t.dof] = links[row] + armature[t.dof]
@@ -108,8 +119,7 @@ def _apply_rigid(rows, links, position, velocity, torque, armature, simple, appl
 def _read_rigid(rows, position, angle) -> None:  # type: ignore[no-untyped-def]
     for row in range(rows.shape[0]):
         t = rows[row]
-        error = t.error_amplitude * sin(t.error_order * t.gear * position[t.qpos] + t.error_phase)
-        angle[t.axis] -= t.gear * error
+        angle[t.axis] += t.gear * (_untwisted(t, position[t.qpos]) - position[t.qpos])
 
 
 class ElasticTransmissions:

@@ -23,10 +23,11 @@ _MOST = 0.9
 
 @dataclass(frozen=True)
 class TransmissionError(ReplayedEffect):
-    """q = motor angle / gear ratio + amplitude sin(order * gear ratio * q + phase); rigid, or behind `elasticity`.
+    """q = motor angle / gear ratio + amplitude sin(order * motor angle + phase); rigid, or behind `elasticity`.
 
-    `order` is in waves a motor turn, 2 for a strain wave gear. Torque and rotor inertia act by the ratio of the moment (virtual
-    work). Tuttle and Seering, IEEE Trans. Robotics and Automation 12(3), 1996.
+    `order` is in waves a motor turn, 2 for a strain wave gear, whose error goes with where its wave generator stands: Tuttle
+    and Seering, IEEE Trans. Robotics and Automation 12(3), 1996. Torque and rotor inertia act by the ratio of the moment
+    (virtual work).
     """
 
     name: ClassVar[str] = "transmission_error"

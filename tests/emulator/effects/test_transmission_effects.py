@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from math import cos, exp, pi, sin, sqrt
+from math import cos, exp, inf, pi, sin, sqrt
 
 import numpy as np
 import pytest
 from effect_bench import GEAR, HINGE, LINK, MOTOR, PERIOD, Rig, effect, frequency, hinge, slide
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
 
 from drivetwin.errors import UserError
+from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from emulator.dynamics.replay import motor_torque
+from emulator.dynamics.transmission import Transmission
 
 STIFFNESS = 800.0
 
@@ -146,13 +151,18 @@ def test_flanks_never_pull_however_damped() -> None:
 ERROR = {"amplitude": 0.004, "order": 2.0, "phase": 0.6}
 
 
+def joint(motor: float) -> float:
+    """Where a motor's position by the gear ratio has the joint (Tuttle and Seering 1996: the error goes with the motor)."""
+    return motor + 0.004 * sin(2.0 * GEAR * motor + 0.6)
+
+
 def uneven(position: float) -> float:
     """Motor's angle by the gear ratio at a joint position."""
-    return position - 0.004 * sin(2.0 * GEAR * position + 0.6)
+    return float(brentq(lambda motor: joint(motor) - position, position - 0.005, position + 0.005, xtol=1e-14))
 
 
 def slope(position: float) -> float:
-    return 1.0 - 0.004 * 2.0 * GEAR * cos(2.0 * GEAR * position + 0.6)
+    return 1.0 / (1.0 + 0.004 * 2.0 * GEAR * cos(2.0 * GEAR * uneven(position) + 0.6))
 
 
 def test_encoder_of_an_uneven_gear_reads_the_motors_angle() -> None:
@@ -182,6 +192,27 @@ def test_an_uneven_gear_turns_the_rotor_by_its_slope_and_keeps_the_energy() -> N
     for _ in range(20000):
         rig.step(2.0)
     assert energy() - before == pytest.approx(2.0 * (uneven(rig.position) - way), rel=2e-3)
+
+
+@pytest.mark.parametrize("stiffness", [inf, 5e6])
+def test_a_steep_error_costs_the_motor_what_the_power_of_the_joint_tells(stiffness: float) -> None:
+    """T m' = (d/dt)(Jl q'²/2 + Jm m'²/2) + weight q' + viscous q'², q by `joint`, whose slope is 0.6 to 1.4."""
+    time = np.arange(0.0, 2.0, 1e-4)
+    angle = 0.2 - 0.3 * np.cos(2.0 * time)
+    speed, acceleration = 0.6 * np.sin(2.0 * time), 1.2 * np.cos(2.0 * time)
+    turns = np.array([joint(each) for each in angle])
+    moves = CubicSpline(time, turns).derivative()(time)
+    energy = 0.5 * LINK * moves**2 + 0.5 * MOTOR * speed**2
+    power = CubicSpline(time, energy).derivative()(time) + 1.5 * moves + 0.8 * moves**2
+    motion = Motion(
+        angle, speed, acceleration, np.zeros_like(time), time,
+        (LINK + MOTOR) * acceleration + 1.5, np.full_like(time, LINK + MOTOR), MOTOR,
+    )  # fmt: skip
+    gear = Transmission(stiffness, 0.0 if stiffness == inf else 400.0, 0.0, 0.004, 2.0, 0.6)
+    torque = motor_torque(motion, AxisDynamics(GEAR, transmission=gear, friction=FrictionLaw(viscous=0.8)))
+    turning = (np.abs(speed) > 0.1) & (time > 0.05)
+    wanted = power[turning] / speed[turning]
+    assert np.sqrt(np.mean((torque[turning] - wanted) ** 2)) < 0.01 * np.std(wanted)
 
 
 def test_an_uneven_gear_behind_a_stiff_spring_is_the_rigid_one() -> None:
