@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,9 @@ from diagnosis.nominal import like
 from diagnosis.placing import PARAMETERS
 from diagnosis.regression import FIRST_MEMORY, Fitted, Regression
 from diagnosis.result import NONE
-from diagnosis.search import Found, coarse, less, moved
+from diagnosis.search import BRIEFLY, EVALUATIONS, INNER, STARTS_REFINED, Found, coarse, less, moved
 from diagnosis.side_by_side import side_by_side
-from diagnosis.state import INNER, State, corrected_by_fit, memory, predictor, scales, state_with
+from diagnosis.state import State, corrected_by_fit, memory, predictor, scales, state_with
 from drivetwin.errors import UserError
 from emulator.dynamics import AxisDynamics
 from emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, PlacedEffect, library
@@ -87,13 +88,19 @@ def hypotheses(state: State, known: PlacedEffect | None = None) -> list[Hypothes
     return rated(state, answers)
 
 
-def in_place_of(state: State, kind: type[ModelEffect], axis: str, parameters: frozenset[int]) -> float | None:
-    """Nats by which an effect on the rigid bodies says more than nominal parameters, by number, that it stands for.
+def in_place_of(
+    state: State, kind: type[ModelEffect] | type[AxisEffect], axis: str, parameters: frozenset[int]
+) -> float | None:
+    """Nats by which an effect says more than nominal parameters, by number, that it stands for.
 
     None where the axis cannot have it, or nothing of it is felt.
     """
     changed = replace(state, regression=state.regression.standing_for(kind.name, axis, parameters))
-    tried = [_of(found) for found in _refine(changed, model_starts(state.comparison, changed.regression, axis, kind))]
+    if issubclass(kind, ModelEffect):
+        starts = model_starts(state.comparison, changed.regression, axis, kind)
+    else:
+        starts = coarse(state.comparison, changed.regression, axis, kind, state.dynamics[axis])
+    tried = [_of(found) for found in _refine(changed, starts)]
     if not tried:
         return None
     answers = rated(changed, [*tried, _nominal(state.regression.fit())])
@@ -237,18 +244,35 @@ def _refine(state: State, begun: Sequence[Found]) -> list[Found]:
     for one in begun:
         if isinstance(one.effect, ModelEffect):
             polynomial(state.comparison, one.axis, type(one.effect))  # in threads each call of MuJoCo would pass the lock on
-    searched = side_by_side(partial(_searched_or_none, state), begun)
+    begun = shortlist(state, begun)
+    searched = side_by_side(partial(_searched_or_none, state, EVALUATIONS), begun)
     done: dict[tuple[str, str], Found] = {}
     for start, better in zip(begun, searched, strict=True):
         if better is None or not _makes_a_mechanism(state, better):
             continue
         if isinstance(better.effect, TemperatureDrift) and better.effect.time_constant > MOST_DRIFT * state.comparison.span:
             continue
-        key = (start.effect.name, start.axis)
+        key = _answer(start)
         known = done.get(key)
         if known is None or regression.evidence(better.fitted) > regression.evidence(known.fitted):
             done[key] = better
     return _corrected_where_near(state, list(done.values()))
+
+
+def shortlist(state: State, begun: Sequence[Found]) -> list[Found]:
+    """The starts worth a whole local search: of many of one effect on one axis, the best once all have been moved a little."""
+    chosen: list[Found] = []
+    for _, group in groupby(sorted(begun, key=_answer), key=_answer):
+        same = list(group)
+        if same[0].effect.family == INNER and len(same) > STARTS_REFINED:
+            tried = side_by_side(partial(_searched_or_none, state, BRIEFLY), same)
+            same = sorted(filter(None, tried), key=lambda one: -state.regression.evidence(one.fitted))[:STARTS_REFINED]
+        chosen.extend(same)
+    return chosen
+
+
+def _answer(found: Found) -> tuple[str, str]:
+    return found.effect.name, found.axis
 
 
 def _corrected_where_near(state: State, found: Sequence[Found]) -> list[Found]:
@@ -270,18 +294,20 @@ def _makes_a_mechanism(state: State, found: Found) -> bool:
     return True
 
 
-def _searched_or_none(state: State, start: Found) -> Found | None:
+def _searched_or_none(state: State, evaluations: int, start: Found) -> Found | None:
     try:
-        return _searched(state, start.effect, start.axis, state.dynamics)
+        return _searched(state, start.effect, start.axis, state.dynamics, evaluations)
     except UserError:
         return None
 
 
-def _searched(state: State, start: Effect, axis: str, dynamics: Mapping[str, AxisDynamics]) -> Found:
+def _searched(
+    state: State, start: Effect, axis: str, dynamics: Mapping[str, AxisDynamics], evaluations: int = EVALUATIONS
+) -> Found:
     """An effect moved to where least is left, and everything else fitted beside it."""
     predict = predictor(state.comparison, axis, start, dynamics)
     held = state.regression.replaced_by(start.name, axis)
-    effect = moved(_weighed(state, predict(start), held), start, predict, held)
+    effect = moved(_weighed(state, predict(start), held), start, predict, held, evaluations)
     column = predict(effect)
     fitted = _weighed(state, column, held).fit(target=less(state.regression.target, column), held=held)
     return Found(axis, effect, column, fitted)

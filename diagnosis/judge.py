@@ -9,7 +9,7 @@ import numpy as np
 
 from diagnosis.comparison import Comparison
 from diagnosis.deviations import Deviation, Off, as_effects, deviations, groups
-from diagnosis.distinguish import alike, tell_apart
+from diagnosis.distinguish import ALIKE, alike, tell_apart
 from diagnosis.gap_test import NAME, gap_of
 from diagnosis.hypotheses import in_place_of
 from diagnosis.measured import Run
@@ -41,13 +41,18 @@ from diagnosis.state import State
 from diagnosis.where import regimes
 from diagnosis.wording import fitted_note
 from drivetwin.errors import UserError
-from emulator.effects import PlacedEffect
+from emulator.effects import AxisEffect, ModelEffect, PlacedEffect
+from emulator.effects.coulomb_asymmetry import CoulombAsymmetry
+from emulator.effects.gravity import Gravity
 from emulator.effects.payload import Payload
+from emulator.effects.torque_offset import TorqueOffset
 
 SHOWN = 0.002
 """Probability below which an answer is left out; what is left out is given to the others."""
-AS_WELL = 8.0
-"""Nats by which a payload may be less evident than a body that is heavier than modelled, to be named beside it."""
+AS_WELL: dict[type[ModelEffect] | type[AxisEffect], float] = {
+    Payload: 8.0, TorqueOffset: ALIKE, CoulombAsymmetry: ALIKE, Gravity: ALIKE
+}  # fmt: skip
+"""Nats by which an effect may be less evident than a body whose weight is misjudged, to be named beside it."""
 EXPLAINED, PARTLY = 0.9, 0.3
 """Shares of what can be explained, from which a gap is called so."""
 
@@ -215,7 +220,7 @@ class Judge:
             half = TWO_SIDED_90 * off.deviation
             parameters[name] = Estimate(value, unit, (value - half, value + half))
         closed = self._closed(before, together(before, patch_of_deviations(self.comparison, own)), one.axis)
-        others = self._also_payload(one.axis, own)
+        others = self._as_well(one.axis, same)
         told = tell_apart(one.effect, others)
         return Cause(number, one.effect, one.axis, one.probability, parameters, closed, others, told)
 
@@ -228,16 +233,24 @@ class Judge:
             return None
         return shrink(first, last, axis, self.noise[axis].floor, self.settings.seed)
 
-    def _also_payload(self, axis: str, found: Sequence[Deviation]) -> tuple[str, ...]:
-        """A body that is heavier than the model's carries something, as well as it is misjudged."""
+    def _as_well(self, axis: str, found: Sequence[Deviation]) -> tuple[str, ...]:
+        """Instead of being misjudged a body may carry something, if it is heavier; or something else pulls as its weight."""
         state = self.selection.final
-        members = [off.nominal.key for one in found for off in one.members]
-        numbers = frozenset(number for number, one in enumerate(state.nominals) if one.key in members)
-        heavier = any(off.nominal.body is not None and off.amount > 0.0 for one in found for off in one.members)
-        if not heavier or not numbers or ("payload", axis) in {(one.effect.name, one.axis) for one in self.selection.effects}:
+        members = [off for one in found for off in one.members]
+        keys = {off.nominal.key for off in members}
+        numbers = frozenset(number for number, one in enumerate(state.nominals) if one.key in keys)
+        amounts = [off.amount for off in members if off.nominal.body is not None]
+        if not amounts or not numbers:
             return ()
-        gained = in_place_of(state, Payload, axis, numbers)
-        return ("payload",) if gained is not None and gained > -AS_WELL else ()
+        selected = {one.effect.name for one in self.selection.effects if one.axis == axis}
+        named = []
+        for kind, behind in AS_WELL.items():
+            if kind.name in selected or (kind is Payload and max(amounts) <= 0.0):
+                continue
+            gained = in_place_of(state, kind, axis, numbers)
+            if gained is not None and gained > -behind:
+                named.append(kind.name)
+        return tuple(named)
 
     def _deviations(self, steps: int) -> list[Cause]:
         """A step for each parameter of the model that was found off, but for the one that the first step named."""

@@ -31,11 +31,13 @@ class Nominal:
     """One parameter: what a unit of deviation costs (`column`), its nominal value, and how far it may be off.
 
     `effect` names the cause that it is if it is off: `coulomb`, `viscous`, `inertia` of an axis; None for the mass and inertia
-    together of a body, by number, in shares of its own, and for the timing of an axis [s].
+    together of a body, by number, in shares of its own, and for the timing of an axis [s]. `loaded_axis` is the axis that it is
+    of; of a body, the one of whose torque its mass costs the largest share.
     """
 
     effect: str | None
     axis: str | None
+    loaded_axis: str
     body: int | None
     value: float
     spread: float
@@ -50,13 +52,6 @@ class Nominal:
     def timing(self) -> bool:
         """Whether it is of the recording and not of the model."""
         return self.effect is None and self.body is None
-
-    @property
-    def loaded_axis(self) -> str:
-        """The axis that it is of; of a body, the one on which its mass costs most."""
-        if self.axis is not None:
-            return self.axis
-        return max(self.column, key=lambda axis: _rms(self.column[axis]))
 
 
 def nominal_parameters(comparison: Comparison) -> Sequence[Nominal]:
@@ -88,7 +83,7 @@ def _of_axes(comparison: Comparison) -> list[Nominal]:
         for effect, value, column in columns:
             floor = FLOOR * torque / max(_rms(column), 1e-12)
             spread = float(np.hypot(SPREAD * value, floor))
-            found.append(Nominal(effect, axis, None, value, spread, {axis: column}))
+            found.append(Nominal(effect, axis, axis, None, value, spread, {axis: column}))
     return found
 
 
@@ -108,8 +103,12 @@ def _of_bodies(comparison: Comparison, of_axes: Sequence[Nominal]) -> list[Nomin
     for body in simulation.moving_bodies():
         column = comparison.predicted_by_heavier(body)
         if any(_apart(rows, axis, of_axes) for axis, rows in column.items()):
-            found.append(Nominal(None, None, body, 1.0, SPREAD, column))
+            found.append(Nominal(None, None, _most_loaded(comparison, column), body, 1.0, SPREAD, column))
     return found
+
+
+def _most_loaded(comparison: Comparison, column: Column) -> str:
+    return max(column, key=lambda axis: _rms(column[axis]) / max(_rms(comparison.measured[axis]), 1e-12))
 
 
 def _apart(rows: Array, axis: str, of_axes: Sequence[Nominal]) -> bool:
@@ -127,7 +126,7 @@ def _of_timing(comparison: Comparison) -> list[Nominal]:
     dynamics = comparison.simulation.dynamics()
     for axis in comparison.simulation.axes:
         rows = comparison.rows(axis, partial(_slope, dynamics[axis]))
-        found.append(Nominal(None, axis, None, 1.0, TIMING, {axis: rows}))
+        found.append(Nominal(None, axis, axis, None, 1.0, TIMING, {axis: rows}))
     return found
 
 

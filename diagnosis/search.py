@@ -18,8 +18,12 @@ from emulator.effects import AxisEffect, Effect
 
 Array = NDArray[np.float64]
 
+INNER = "transmission"
+"""Family of the effects behind which an axis moves otherwise than its motor, by its own friction and inertia."""
 STARTS_REFINED = 2
-"""Of one effect on one axis: the best of the coarse search."""
+"""Of one effect on one axis."""
+STARTS_TRIED = 6
+"""Of one of that family: each start has a valley of its own, and is first moved `BRIEFLY`."""
 STEP = 1e-3
 """Of a parameter's own size, for differences."""
 PLACES = ("x", "y", "z", "rest")
@@ -27,6 +31,8 @@ LEAST_PLACE = 0.02
 """Of a place [m or rad], the least that matters: it may well be at 0."""
 EVALUATIONS = 25
 """Of a local search, Jacobians not counted: it begins near."""
+BRIEFLY = 5
+"""Of one that only has to tell whether its start is worth more."""
 
 
 @dataclass(frozen=True)
@@ -67,10 +73,13 @@ def coarse(
         if effect is not None:
             whole = {axis: np.column_stack(tried.columns) @ chosen}
             found.append(Found(axis, effect, whole, fitted))
-    return sorted(found, key=lambda one: -regression.evidence(one.fitted))[:STARTS_REFINED]
+    most = STARTS_TRIED if kind.family == INNER else STARTS_REFINED
+    return sorted(found, key=lambda one: -regression.evidence(one.fitted))[:most]
 
 
-def moved(regression: Regression, effect: Effect, predict: Predict, held: frozenset[int]) -> Effect:
+def moved(
+    regression: Regression, effect: Effect, predict: Predict, held: frozenset[int], evaluations: int = EVALUATIONS
+) -> Effect:
     """The local search: least squares in a trust region (Branch, Coleman, Li 1999) within bounds, all else projected out."""
     movable = movable_fields(effect)
     start = np.array([getattr(effect, field.name) / field.size for field in movable])
@@ -99,7 +108,7 @@ def moved(regression: Regression, effect: Effect, predict: Predict, held: frozen
             jac=slopes,
             bounds=(low, high),
             x_scale=1.0,
-            max_nfev=EVALUATIONS,
+            max_nfev=evaluations,
             xtol=1e-4,
             ftol=1e-5,
         )

@@ -33,6 +33,12 @@ ABSORBED = 1.5
 """Nats by which parameters of the model must be further off without an effect, to count as standing in for it."""
 MUCH, MUCH_OF_FLOOR = 0.12, 4.0
 """Shares of the squared residual and of the squared floor that are much."""
+TENTATIVE = 4.0
+"""Nats by which what takes much may be behind parameters that are a little off: it must prove itself beside a second effect."""
+SURE = 20.0
+"""Nats over parameters that are a little off, from which it is not asked how large the first gap was."""
+MOST_OF_LEFT, SOME_OF_FLOOR = 0.5, 0.25
+"""Shares of the squared residual and of the squared floor that an effect must take then."""
 
 NOTHING = np.zeros(1)
 
@@ -75,6 +81,9 @@ def select_causes(
         selected = in_order([*selected, placed(comparison, chosen.axis, chosen.found.effect)])
         selected = settled(state_with(comparison, nominals, selected, noise), selected)
         state = state_with(comparison, nominals, selected, noise)
+    if len(selected) == 1 and is_tentative(steps[0]):
+        state, selected = steps[0].state, ()
+        steps = [Step(state, steps[0].answers, None)]
     if len(selected) > 1:
         steps, selected = reconsidered(comparison, nominals, noise, steps, selected)
         state = state_with(comparison, nominals, selected, noise)
@@ -181,8 +190,14 @@ def takes_much(state: State, best: Hypothesis, answers: Sequence[Hypothesis]) ->
         rows = max(state.regression.rows[axis], 1)
         taken = (plain.held_out[axis] - best.held_out[axis]) / rows
         if taken > max(MUCH * plain.held_out[axis] / rows, MUCH_OF_FLOOR * state.noise[axis] ** 2):
-            return best.evidence > plain.evidence
+            return best.evidence > plain.evidence - TENTATIVE
     return False
+
+
+def is_tentative(step: Step) -> bool:
+    """Whether what was chosen says less than that parameters are a little off."""
+    plain = next(answer for answer in step.answers if answer.effect == NOMINAL)
+    return step.chosen is not None and step.chosen.evidence <= plain.evidence
 
 
 def matters(state: State, best: Hypothesis, answers: Sequence[Hypothesis]) -> bool:
@@ -196,6 +211,9 @@ def matters(state: State, best: Hypothesis, answers: Sequence[Hypothesis]) -> bo
         first = mean_square(state.comparison.target[axis])
         least = max(LEAST_OF_FLOOR * state.noise[axis] ** 2, LEAST_SHARE * first)
         if taken > least:
+            return True
+        most = max(SOME_OF_FLOOR * state.noise[axis] ** 2, MOST_OF_LEFT * plain.held_out[axis] / rows)
+        if best.evidence > plain.evidence + SURE and taken > most:
             return True
         if best.found is None or first < state.noise[axis] ** 2:
             continue

@@ -15,15 +15,13 @@ from diagnosis.corrections import corrections
 from diagnosis.model_search import polynomial
 from diagnosis.nominal import Nominal
 from diagnosis.regression import FIRST_MEMORY, Fitted, Regression
-from diagnosis.search import Predict, tangents
+from diagnosis.search import INNER, Predict, tangents
 from drivetwin.errors import UserError
 from emulator.dynamics import AxisDynamics
 from emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, PlacedEffect
 
 Array = NDArray[np.float64]
 
-INNER = "transmission"
-"""Family of the effects behind which an axis moves otherwise than its motor, by its own friction and inertia."""
 SELECTED_SPREAD = 0.5
 """Standard deviation of a selected effect's parameter about its value, in its own size: it may move beside another."""
 LONGEST_MEMORY = 2.0

@@ -20,18 +20,20 @@ from rig_bench import (
     written_model,
 )
 
+from diagnosis import selection
 from diagnosis.comparison import Comparison
 from diagnosis.diagnose import diagnose
-from diagnosis.hypotheses import NOMINAL, Hypothesis, hypotheses, rated
+from diagnosis.hypotheses import NOMINAL, Hypothesis, hypotheses, rated, shortlist
 from diagnosis.nominal import nominal_parameters
 from diagnosis.placing import placed
 from diagnosis.result import NONE, Diagnosis
 from diagnosis.search import Found
-from diagnosis.selection import Step, choice, matters, reconsidered
+from diagnosis.selection import Step, choice, matters, reconsidered, select_causes
 from diagnosis.settings import DiagnosisSettings
 from diagnosis.state import State, state_with
 from drivetwin.recording.recording import Recording
 from emulator.effects import Effect, library
+from emulator.effects.backlash import Backlash
 from emulator.effects.delay import Delay
 from emulator.effects.torque_ripple import TorqueRipple
 
@@ -81,6 +83,22 @@ def test_a_body_found_heavier_beside_an_effect_may_carry_something(tmp_path: Pat
     assert any(one.effect == "payload" or "payload" in one.indistinguishable_from for one in told)
 
 
+def test_a_body_found_heavier_may_as_well_be_another_force_that_does_not_change(tmp_path: Path) -> None:
+    """The carriage is pulled down by 1.5 N, as 1.5 deviations of its mass would, on a screw that ripples."""
+
+    def pulled_and_rippled(seed: int, name: str) -> Recording:
+        both = moved(seed, SECONDS)
+        torques = as_modelled(both)
+        torques["lift"] = torques["lift"] + 1.5 + 3.0 * np.sin(2.0 * np.pi * both["lift"].position / 0.01)
+        return recording(torques, {axis: at.position for axis, at in both.items()}, seed, name)
+
+    found = diagnosed(tmp_path, pulled_and_rippled)
+    assert ("torque_ripple", "lift") in {(one.effect.name, one.axis) for one in found.selected}
+    heavier = next(one for one in found.causes if (one.effect, one.axis) == ("inertia", "lift") and one.probability > 0.5)
+    assert set(heavier.indistinguishable_from) >= {"torque_offset", "coulomb_asymmetry"}
+    assert "standstills" in heavier.tell_apart_by
+
+
 @pytest.fixture(scope="module")
 def waving(tmp_path_factory: pytest.TempPathFactory) -> Comparison:
     """The column's friction varies by 0.8 N·m, one wave in 0.6 rad."""
@@ -112,6 +130,27 @@ def test_an_effect_far_from_every_start_is_still_known_where_it_was(waving: Comp
     assert found.effect.order == pytest.approx(2.345, rel=0.02)
 
 
+def test_of_many_starts_behind_a_spring_those_go_on_that_are_best_once_moved_a_little(
+    waving: Comparison, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    state = state_with(waving, nominal_parameters(waving), (), NOISE)
+    fitted = state.regression.fit()
+
+    def start(effect: Effect, left: float) -> Found:
+        held_out = {**fitted.held_out, "turn": left * fitted.held_out["turn"]}
+        return Found("turn", effect, {}, replace(fitted, held_out=held_out))
+
+    valleys = {0.001: 3.0, 0.002: 2.0, 0.003: 0.5, 0.004: 1.0}
+    monkeypatch.setattr(
+        "diagnosis.hypotheses._searched_or_none", lambda _state, _evaluations, one: start(one.effect, valleys[one.effect.gap])
+    )
+    plays = [start(Backlash(gap, 1e4), 1.0) for gap in valleys]
+    ripples = [start(TorqueRipple(0.1, order), 1.0) for order in (1.0, 2.0, 3.0)]
+    assert [one.effect for one in shortlist(state, [*plays, *ripples])] == [
+        Backlash(0.003, 1e4), Backlash(0.004, 1e4), *(one.effect for one in ripples)
+    ]  # fmt: skip
+
+
 def test_a_strong_effect_is_chosen_before_no_effect_at_all(waving: Comparison) -> None:
     """While another is missing, parameters of the model strain for it, and the model to the letter seems more evident."""
     state = state_with(waving, nominal_parameters(waving), (), NOISE)
@@ -121,6 +160,46 @@ def test_a_strong_effect_is_chosen_before_no_effect_at_all(waving: Comparison) -
     nominal = next(one for one in ranked if one.effect == NOMINAL)
     assert choice(state, [letter, best, nominal]) is best
     assert choice(state, [letter, replace(best, held_out=nominal.held_out), nominal]) is None
+
+
+def test_what_is_behind_moved_parameters_is_given_up_where_no_second_effect_comes(
+    waving: Comparison, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It takes most of the gap, and the few rows that count then say a little less for it than for moved parameters."""
+    nominals = nominal_parameters(waving)
+    ranked = hypotheses(state_with(waving, nominals, (), NOISE))
+    best = next(one for one in ranked if one.effect == "position_friction")
+    nominal = next(one for one in ranked if one.effect == NOMINAL)
+
+    def chosen(behind: float) -> list[str]:
+        answers = [nominal, replace(best, evidence=nominal.evidence - behind)]
+        monkeypatch.setattr(selection, "hypotheses", lambda state, _known=None: [nominal] if state.selected else answers)
+        found = select_causes(waving, nominals, NOISE, lambda _stage, _share: None)
+        assert [step.chosen is not None for step in found.steps] == [bool(found.effects)]
+        return [one.effect.name for one in found.effects]
+
+    assert choice(state_with(waving, nominals, (), NOISE), [nominal, replace(best, evidence=nominal.evidence - 1.0)])
+    assert chosen(1.0) == []
+    assert chosen(-0.1) == ["position_friction"]
+
+
+def test_a_sure_effect_that_takes_most_of_what_stands_counts_however_large_the_first_gap_was(waving: Comparison) -> None:
+    """Parameters of the model had taken nearly all of the gap; what they left is behind a spring."""
+    state = state_with(waving, nominal_parameters(waving), (), {"turn": 0.01, "lift": 0.4})
+    fitted, rows = state.regression.fit(), state.regression.rows["turn"]
+
+    def counts(before: float, left: float, evidence: float) -> bool:
+        """In floors, and nats over moved parameters."""
+        squares = {floors: {**fitted.held_out, "turn": rows * (0.01 * floors) ** 2} for floors in (before, left)}
+        found = Found("turn", spring("elasticity"), {}, fitted)
+        one = Hypothesis("elasticity", "turn", found, squares[left], 0.0, 2, evidence)
+        return matters(state, one, [Hypothesis(NOMINAL, None, None, squares[before], 0.0, 0)])
+
+    assert counts(2.8, 0.3, 100.0)
+    assert counts(0.72, 0.33, 100.0)
+    assert not counts(2.8, 0.3, 15.0)
+    assert not counts(2.8, 2.1, 100.0)
+    assert not counts(0.5, 0.1, 100.0)
 
 
 def test_play_that_takes_no_more_than_its_flanks_is_rated_behind_their_elasticity(waving: Comparison) -> None:
