@@ -119,7 +119,7 @@ def reconsidered(
         others = tuple(one for one in selected if one is not own)
         beside = state_with(comparison, nominals, others, noise)
         tried = hypotheses(beside, own)
-        if others and _needless(tried, own):
+        if others and _needless(beside, tried, own):
             rest = settled(beside, others)
             return reconsidered(comparison, nominals, noise, _without(again, number), rest)
         answers = worth_telling(beside, tried)
@@ -133,10 +133,20 @@ def reconsidered(
     return again, selected
 
 
-def _needless(answers: Sequence[Hypothesis], own: PlacedEffect) -> bool:
-    """Whether an effect says less, beside the others, than that nothing more is missing."""
-    plain = max(one.evidence for one in answers if one.found is None)
-    return any((one.effect, one.axis) == (own.effect.name, own.axis) and one.evidence < plain for one in answers)
+def _needless(state: State, answers: Sequence[Hypothesis], own: PlacedEffect) -> bool:
+    """Whether an effect says less, beside the others, than that nothing more is missing; or takes next to nothing."""
+    plain = max((one for one in answers if one.found is None), key=lambda one: one.evidence)
+    known = next((one for one in answers if (one.effect, one.axis) == (own.effect.name, own.axis)), None)
+    return known is not None and (known.evidence < plain.evidence or _takes_nothing(state, known, plain))
+
+
+def _takes_nothing(state: State, one: Hypothesis, plain: Hypothesis) -> bool:
+    """Whether an effect of the plant shrinks nothing that stands above the comparison's own errors, and spares no parameter."""
+    if one.drive_gain > 0.0 or plain.prior_cost - one.prior_cost > ABSORBED:
+        return False
+    rows = {axis: max(count, 1) for axis, count in state.regression.rows.items()}
+    taken = {axis: (plain.held_out[axis] - one.held_out[axis]) / rows[axis] for axis in rows}
+    return all(taken[axis] < SOME_OF_FLOOR * state.noise[axis] ** 2 for axis in taken)
 
 
 def _without(steps: Sequence[Step], number: int) -> list[Step]:

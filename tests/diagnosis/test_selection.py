@@ -32,7 +32,7 @@ from diagnosis.selection import Step, choice, matters, reconsidered, select_caus
 from diagnosis.settings import DiagnosisSettings
 from diagnosis.state import State, state_with
 from drivetwin.recording.recording import Recording
-from emulator.effects import Effect, library
+from emulator.effects import Effect, PlacedEffect, library
 from emulator.effects.backlash import Backlash
 from emulator.effects.delay import Delay
 from emulator.effects.torque_ripple import TorqueRipple
@@ -118,6 +118,36 @@ def test_an_effect_that_only_stood_in_for_another_is_given_up(waving: Comparison
     assert [(one.effect.name, one.axis) for one in selected] == [("position_friction", "turn")]
     assert [one.chosen.effect for one in again if one.chosen is not None] == ["position_friction"]
     assert again[0].state is state
+
+
+def test_an_effect_that_takes_next_to_nothing_beside_another_is_given_up(
+    waving: Comparison, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However sure it is: it was chosen first, and the wave that it stood in for was found later."""
+    nominals = nominal_parameters(waving)
+    state = state_with(waving, nominals, (), NOISE)
+    fitted, rows = state.regression.fit(), state.regression.rows["turn"]
+    pair = tuple(
+        placed(waving, "turn", effect)
+        for effect in (TorqueRipple(0.01, 2.0), library()["position_friction"](amplitude=0.8, period=0.6, phase=0.5))
+    )
+
+    def kept(before: float) -> list[str]:
+        """Where either effect leaves 0.25 floors, and the wave without the ripple so many."""
+
+        def again(_state: State, own: PlacedEffect) -> list[Hypothesis]:
+            alone = {"torque_ripple": before, "position_friction": 9.0}[own.effect.name]
+            squares = [{**fitted.held_out, "turn": rows * (floors * NOISE["turn"]) ** 2} for floors in (0.25, alone)]
+            found = Found("turn", own.effect, {}, fitted)
+            known = Hypothesis(own.effect.name, "turn", found, squares[0], 0.0, 3, 29.0)
+            return [known, Hypothesis(NOMINAL, None, None, squares[1], 0.0, 0)]
+
+        monkeypatch.setattr(selection, "hypotheses", again)
+        steps = [step(state, "torque_ripple"), step(state, "position_friction")]
+        return sorted(one.effect.name for one in reconsidered(waving, nominals, NOISE, steps, pair)[1])
+
+    assert kept(0.47) == ["position_friction"]
+    assert kept(1.0) == ["position_friction", "torque_ripple"]
 
 
 def test_an_effect_far_from_every_start_is_still_known_where_it_was(waving: Comparison) -> None:
