@@ -183,6 +183,8 @@ class Evidence:
     bus_lost: BusLost | None = None
     stalls: tuple[Stall, ...] = ()
     """Of the stand itself, in real time."""
+    late: float = 0.0
+    """One per cent of the time went into turns of the stand's own loop that lasted as long as this [s], in real time."""
 
     @property
     def fault_time(self) -> float | None:

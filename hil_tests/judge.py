@@ -51,14 +51,17 @@ def _always(evidence: Evidence) -> list[Failure]:
 
 def _by_the_host(evidence: Evidence) -> list[Failure]:
     """Where the stand stood still itself, a sound controller may have been rejected for it. It is not accepted for it."""
-    if not evidence.stalls:
-        return []
-    worst = max(evidence.stalls, key=lambda stall: stall.seconds)
-    told = (
-        f"the stand stood still itself, for {1e3 * worst.seconds:.0f} ms the longest of {len(evidence.stalls)} times: what "
-        "failed may be of this host and not of the controller; run it again on a host that does nothing else, or in lockstep"
-    )
-    return [Failure(HOST, told, time=worst.time, measured=worst.seconds, limit=LONGEST, unit="s")]
+    so = "what failed may be of this host and not of the controller; run it where nothing else is done, or in lockstep"
+    if evidence.stalls:
+        worst = max(evidence.stalls, key=lambda stall: stall.seconds)
+        times = len(evidence.stalls)
+        told = f"the stand stood still itself, for {1e3 * worst.seconds:.0f} ms the longest of {times} times: {so}"
+        return [Failure(HOST, told, time=worst.time, measured=worst.seconds, limit=LONGEST, unit="s")]
+    cycle = evidence.bench.cycle
+    if evidence.late > cycle:
+        told = f"the stand was late itself, one per cent of the time by more than a cycle: {so}"
+        return [Failure(HOST, told, measured=evidence.late, limit=cycle, unit="s")]
+    return []
 
 
 def _with_noise(measured: Measured, bench: Bench) -> Measured:

@@ -183,6 +183,7 @@ class Stand:
             left_behind=tuple(self._left_behind),
             timed=self._realtime or self._bench.copper,
             stalls=tuple(self._stalls.found),
+            late=self._stalls.late,
         )
 
 

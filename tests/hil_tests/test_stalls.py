@@ -6,6 +6,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from made_evidence import evidence, standing
 from stage_bench import bad, bench_file, scenario_file
@@ -33,6 +34,28 @@ def test_a_turn_that_takes_longer_than_a_drive_may_is_a_stall() -> None:
     stalls.begin()  # at 9 s
     stalls.look()
     assert stalls.found == [Stall(1.5, pytest.approx(0.0796))]
+
+
+@pytest.mark.parametrize(("long", "late"), [([0.0035, 0.003, 0.0025, 0.002], 0.0025), ([0.0035, 0.003], 0.0), ([], 0.0)])
+def test_how_late_a_hundredth_of_the_time_is(long: list[float], late: float) -> None:
+    """Of 0.8 s in turns of half a millisecond, and a few that last longer."""
+    walls = np.concatenate([[0.0, 0.0], np.cumsum([0.0005] * 1600 + long)]).tolist()
+    stalls = Stalls(lambda: 0.0, iter(walls).__next__)
+    stalls.begin()
+    for _ in range(1600 + len(long)):
+        stalls.look()
+    assert stalls.late == pytest.approx(late)
+    assert stalls.found == []
+
+
+def test_a_host_that_is_late_all_along_is_told_by_the_cycle(tmp_path: Path) -> None:
+    def failures(late: float) -> list[str]:
+        told = judge(scenario(tmp_path, "stopped"), evidence(standing(2.0), late=late), tmp_path, 0.0).failures
+        return [one.expectation for one in told]
+
+    cycle = evidence(standing(2.0)).bench.cycle
+    assert failures(1.1 * cycle) == ["outcome", "host"]
+    assert failures(0.9 * cycle) == ["outcome"]
 
 
 def scenario(folder: Path, outcome: str) -> Scenario:
