@@ -75,12 +75,13 @@ def loaded(seed: int, name: str) -> Recording:
 def uneven_gear(seed: int, name: str) -> Recording:
     """The column turns 4 mrad sin(motor's turn + 0.5) more than its motor: the law of virtual work for both."""
     both = moved(seed, SECONDS)
-    turn, wave = both["turn"], GEAR * both["turn"].position + 0.5
-    slope = 1.0 - 0.004 * GEAR * np.cos(wave)
-    motor_acceleration = slope * turn.acceleration + 0.004 * GEAR**2 * np.sin(wave) * turn.velocity**2
+    motor, wave = both["turn"], GEAR * both["turn"].position + 0.5
+    ratio = 1.0 + 0.004 * GEAR * np.cos(wave)
+    acceleration = ratio * motor.acceleration - 0.004 * GEAR**2 * np.sin(wave) * motor.velocity**2
+    turn = Swing(motor.time, motor.position + 0.004 * np.sin(wave), ratio * motor.velocity, acceleration)
     load = turn_torque(turn) - MOTOR * turn.acceleration
-    torques = as_modelled(both) | {"turn": MOTOR * motor_acceleration + load / slope}
-    return recording(torques, {"turn": turn.position - 0.004 * np.sin(wave), "lift": both["lift"].position}, seed, name)
+    torques = as_modelled(both) | {"turn": MOTOR * motor.acceleration + ratio * load}
+    return recording(torques, {"turn": motor.position, "lift": both["lift"].position}, seed, name)
 
 
 def eccentric_encoder(seed: int, name: str) -> Recording:
