@@ -6,9 +6,11 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+
+import can
 
 DRIVETWIN = [sys.executable, "-c", "from drivetwin.cli import main; main()"]
 
@@ -32,6 +34,15 @@ def drivetwin(*arguments: object) -> Ended:
         command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE, check=False
     )
     return Ended(done.returncode, done.stdout, done.stderr)
+
+
+def wait_for(witness: can.BusABC, count: int, wanted: Callable[[can.Message], bool]) -> None:
+    """Read a bus along until so many frames that are wanted have passed."""
+    seen = 0
+    while seen < count:
+        frame = witness.recv(PATIENCE)
+        assert frame is not None
+        seen += wanted(frame)
 
 
 def start(*arguments: object) -> subprocess.Popen[str]:

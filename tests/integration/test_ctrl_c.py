@@ -7,7 +7,7 @@ from pathlib import Path
 
 import can
 import pytest
-from processes import PATIENCE, emulator, start
+from processes import PATIENCE, emulator, start, wait_for
 
 from drivetwin.bus import open_bus
 
@@ -24,11 +24,7 @@ def test_an_interrupted_controller_stops_every_axis(tmp_path: Path, number: sign
     with emulator("--machine", "stage", "--clock", "sync") as bus:
         witness = open_bus(bus)
         controller = start("identify", "--machine", "stage", "--clock", "sync", "--bus", bus, "--out", out)
-        seen = 0
-        while seen < ENOUGH:
-            frame = witness.recv(PATIENCE)
-            assert frame is not None
-            seen += frame.arbitration_id == 0x201 and frame.data[0] == STREAMING
+        wait_for(witness, ENOUGH, lambda frame: frame.arbitration_id == 0x201 and frame.data[0] == STREAMING)
         for _ in range(5):  # an impatient user
             controller.send_signal(number)
         _, err = controller.communicate(timeout=PATIENCE)

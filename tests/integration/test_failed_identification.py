@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import can
-from processes import PATIENCE, emulator, start
+from processes import PATIENCE, emulator, start, wait_for
 
 from drivetwin.bus import open_bus
 
@@ -19,11 +19,7 @@ def test_the_bus_log_of_drives_that_went_away_is_kept(tmp_path: Path) -> None:
     with emulator("--machine", "stage", "--clock", "sync") as bus:
         witness = open_bus(bus)
         controller = start("identify", "--machine", "stage", "--clock", "sync", "--bus", bus, "--out", out)
-        seen = 0
-        while seen < ENOUGH:
-            frame = witness.recv(PATIENCE)
-            assert frame is not None
-            seen += frame.arbitration_id == SYNC
+        wait_for(witness, ENOUGH, lambda frame: frame.arbitration_id == SYNC)
         witness.shutdown()
     _, err = controller.communicate(timeout=PATIENCE)
     kept = tmp_path / "out" / "run.failed.log"
