@@ -11,7 +11,7 @@ from blind.foreign import FOREIGN_EFFECTS
 from blind.levels import Levels, levels_of
 from blind.machines import DrawnMachine, draw_machine
 from blind.plants import FORMULATIONS
-from blind.sizes import ALONE, FAMILY, KIN, SIZES, draw_cause, draw_foreign, suits
+from blind.sizes import ALONE, FAMILY, KIN, RINGING, SIZES, draw_cause, draw_foreign, suits
 
 Draw = np.random.Generator
 
@@ -92,7 +92,7 @@ def _axis_for(draw: Draw, machine: DrawnMachine, effect: str) -> str:
 
 
 def _another(draw: Draw, first: Cause, machine: DrawnMachine, levels: dict[str, Levels]) -> Cause:
-    """A second cause: of another family or on another axis, and none that could be mistaken for the first."""
+    """A second cause: of another family or on another axis, none that could be mistaken for the first, none that stops it."""
     choices = [
         (effect, axis)
         for effect in SIZES
@@ -101,6 +101,7 @@ def _another(draw: Draw, first: Cause, machine: DrawnMachine, levels: dict[str, 
         if suits(effect, machine, axis)
         and not KIN[effect] & KIN[first.effect]
         and (FAMILY[effect] != FAMILY[first.effect] or axis != first.axis)
+        and not (axis == first.axis and {effect, first.effect} == RINGING)
     ]
     effect, axis = choices[int(draw.integers(len(choices)))]
     return draw_cause(draw, effect, axis, machine, levels)

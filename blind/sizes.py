@@ -277,6 +277,9 @@ KIN = {name: frozenset(number for number, alike in enumerate(_ALIKE) if name in 
 ALONE = frozenset({"torque_saturation"})
 """Effects that no pair has: a machine whose torque ends below what another effect costs stops."""
 
+RINGING = frozenset({"elasticity", "delay"})
+"""Effects that no axis has both of: a spring and a dead time make the loops oscillate, and the drive trips before homing."""
+
 
 def suits(effect: str, machine: DrawnMachine, axis: str) -> bool:
     """Whether an effect makes sense on an axis and is not another one there: a payload of a slide or a disc is inertia."""

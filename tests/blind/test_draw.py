@@ -58,6 +58,13 @@ def test_pairs_are_two_effects_that_nobody_mistakes_for_one(cases: tuple[Case, .
             assert not KIN[first.effect] & KIN[second.effect]
 
 
+def test_no_axis_has_a_spring_and_a_dead_time_that_trip_its_drive_before_anything_is_recorded() -> None:
+    pairs = [case.causes for seed in (7, 2026, 2028, 2029) for case in draw_cases(300, seed) if case.kind == "double"]
+    together = [{one.effect for one in pair} for pair in pairs if pair[0].axis == pair[1].axis]
+    assert any("delay" in effects for effects in together)
+    assert {"elasticity", "delay"} not in together
+
+
 def test_most_machines_have_one_axis_and_every_cause_names_an_axis(cases: tuple[Case, ...]) -> None:
     axes = [list(draw_machine(case.machine, case.seed).axes) for case in cases]
     assert 0.55 < np.mean([len(names) == 1 for names in axes]) < 0.75
