@@ -96,6 +96,20 @@ class Judged:
         )
 
     @property
+    def others_selected(self) -> tuple[str, ...]:
+        """What was selected and is not there, as `effect@axis`; parameters of the model are there where they are off."""
+        report = self.answer.report
+        if report is None:
+            return ()
+        true = {(cause.effect, cause.axis) for cause in self.case.causes}
+        as_good = {(told.effect, told.axis) for told in report.causes if any(covers(told, cause) for cause in self.case.causes)}
+        return tuple(
+            f"{one.effect}@{one.axis}"
+            for one in report.selected
+            if (one.effect, one.axis) not in true | as_good and not (self.nominal == "off" and one.effect in OF_THE_MODEL)
+        )
+
+    @property
     def promise_is_right(self) -> bool:
         """Whether what the first cause's probability speaks of is so: that effect on that axis, or `unknown`, or `none`."""
         first = self.first

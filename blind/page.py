@@ -13,11 +13,14 @@ from blind.duration import Duration
 from blind.score import NominalScore, Score, order_of_answers
 from blind.table import (
     CALIBRATION_HEAD,
+    EXTRA_HEAD,
     HEAD,
     MISS_HEAD,
     RATE_HEAD,
     calibration_rows,
+    extra_row,
     miss_row,
+    nothing_else,
     rate_row,
     target_rows,
 )
@@ -73,6 +76,11 @@ def _nominal_sections(score: NominalScore) -> list[str]:
         _section(f"How far the gap shrinks, {words}", figure_div(_shrinks(score))),
         _section(f"Right by what, {words}", *rates),
         _section(f"Not right, {words}", table(MISS_HEAD, _escaped(miss_row(miss) for miss in score.misses), (0, 6))),
+        _section(
+            f"Selected and not there, {words}",
+            f'<p class="note">{nothing_else(score)}</p>',
+            table(EXTRA_HEAD, _escaped(extra_row(extra) for extra in score.extras), (0,)),
+        ),
     ]
 
 

@@ -79,11 +79,22 @@ class Miss:
 
 
 @dataclass(frozen=True)
+class Extra:
+    """A case of which effects were selected that are not there, `effect@axis` each."""
+
+    number: int
+    machine: str
+    truth: str
+    others: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class NominalScore:
     """All figures of the diagnoses with one kind of nominal parameters.
 
     `shrinks`: closed share of the explainable energy, one value an axis that has an effect of the library. `promises`: how many
-    promised intervals held the shrink on fresh motion.
+    promised intervals held the shrink on fresh motion. `nothing_else`: of the answers to cases with an effect of the library,
+    how many selected none that is not there.
     """
 
     nominal: str
@@ -94,6 +105,7 @@ class NominalScore:
     foreign: Rate
     both: Rate
     one_of_two_first: Rate
+    nothing_else: Rate
     shrinks: tuple[float, ...]
     promises: Rate
     calibration: tuple[Called, ...]
@@ -103,6 +115,7 @@ class NominalScore:
     by_formulation: tuple[Named, ...]
     confusion: tuple[Confused, ...]
     misses: tuple[Miss, ...]
+    extras: tuple[Extra, ...]
 
     @property
     def median_shrink(self) -> float | None:
@@ -161,6 +174,7 @@ def score_nominal(nominal: str, cases: Sequence[Case], answers: Sequence[Answer]
         foreign=rate(one.right for one in of_kind["foreign"]),
         both=rate(one.right for one in of_kind["double"]),
         one_of_two_first=rate(one.first_is_true for one in of_kind["double"]),
+        nothing_else=rate(not one.others_selected for one in in_library if one.answer.report is not None),
         shrinks=tuple(shrink for one in in_library for shrink in one.shrinks),
         promises=rate(low <= gap.closed <= high for (low, high), gap in promised),
         calibration=_calibration(judged),
@@ -170,6 +184,11 @@ def score_nominal(nominal: str, cases: Sequence[Case], answers: Sequence[Answer]
         by_formulation=_by(judged, lambda one: one.case.formulation),
         confusion=_confusion(judged),
         misses=tuple(_miss(one) for one in judged if not one.right),
+        extras=tuple(
+            Extra(one.case.number, one.case.machine, one.truth, others)
+            for one in in_library
+            if (others := one.others_selected)
+        ),
     )
 
 

@@ -34,7 +34,8 @@ def _target_json(target: Target) -> dict[str, Any]:
 
 
 def _nominal_json(score: NominalScore) -> dict[str, Any]:
-    rates = ("effect_first", "effect_first_any_axis", "axis_first", "clean", "foreign", "both", "one_of_two_first", "promises")
+    named = ("effect_first", "effect_first_any_axis", "axis_first", "clean", "foreign", "both", "one_of_two_first")
+    rates = (*named, "nothing_else", "promises")
     groups = ("by_effect", "by_machine", "by_formulation")
     return {
         "rates": {name: _rate_json(getattr(score, name)) for name in rates},
@@ -46,6 +47,7 @@ def _nominal_json(score: NominalScore) -> dict[str, Any]:
         **{name: _named_json(getattr(score, name)) for name in groups},
         "confusion": [vars(cell) for cell in score.confusion],
         "misses": [vars(miss) for miss in score.misses],
+        "extras": [vars(extra) for extra in score.extras],
     }
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.table import Table
 
 from blind.rates import Rate
-from blind.score import Called, Miss, NominalScore, Score, Target
+from blind.score import Called, Extra, Miss, NominalScore, Score, Target
 from drivetwin.files import new_file
 
 WORDS = {True: "reached", False: "missed", None: "no case"}
@@ -59,6 +59,23 @@ def miss_row(miss: Miss) -> tuple[str, ...]:
     return (f"{miss.number}", miss.kind, miss.machine, miss.formulation, miss.truth, miss.answer, called, miss.failed or "")
 
 
+EXTRA_HEAD = ("case", "machine", "truth", "selected beside it")
+
+
+def extra_row(extra: Extra) -> tuple[str, ...]:
+    """One row a case of which effects were selected that are not there, under `EXTRA_HEAD`."""
+    return (f"{extra.number}", extra.machine, extra.truth, ", ".join(extra.others))
+
+
+def nothing_else(score: NominalScore) -> str:
+    """How often no effect was selected that is not there, in words."""
+    found = score.nothing_else
+    return (
+        f"Of {found.of} cases with effects of the library, {found.hits} had none selected that is not there: "
+        f"{percent(found.value)} ({interval(found.ci90)})."
+    )
+
+
 def terminal_table(score: Score) -> Table:
     """The promised figures."""
     table = Table(title=f"{score.cases} cases, seed {score.seed}", title_justify="left")
@@ -81,6 +98,7 @@ def write_markdown(path: Path, score: Score) -> None:
 def _nominal_markdown(score: NominalScore) -> list[str]:
     lines = [*markdown(CALIBRATION_HEAD, calibration_rows(score.calibration)), ""]
     lines += [f"Brier score {score.brier:.3f}." if score.brier is not None else "No probability was called.", ""]
+    lines += [nothing_else(score), "", *markdown(EXTRA_HEAD, map(extra_row, score.extras)), ""]
     for what, named in (("truth", score.by_effect), ("machine", score.by_machine), ("formulation", score.by_formulation)):
         lines += [*markdown((what, *RATE_HEAD[1:]), [rate_row(one.name, one.rate) for one in named]), ""]
     return lines[:-1]

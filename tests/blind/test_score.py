@@ -126,6 +126,16 @@ def test_both_of_two_effects_count_as_indistinguishable_of_a_selected_one() -> N
     assert not judged(both, report(*told, selected=(("payload", "turn"), ("viscous", "slide")))).right
 
 
+def test_effects_that_are_selected_and_not_there() -> None:
+    alike = cause("coulomb", step=2, indistinguishable_from=["stribeck"])
+    selected = (("payload", "turn"), ("coulomb", "slide"), ("inertia", "turn"), ("delay", "slide"))
+    told = report(cause("payload", "turn"), alike, selected=selected)
+    assert judged(case(STRIBECK, PAYLOAD), told).others_selected == ("inertia@turn", "delay@slide")
+    assert judged(case(STRIBECK, PAYLOAD), told, "off").others_selected == ("delay@slide",)
+    assert judged(case(STRIBECK), told).others_selected == ("payload@turn", "inertia@turn", "delay@slide")
+    assert judged(case(STRIBECK), None).others_selected == ()
+
+
 @pytest.mark.parametrize(
     ("truth", "told", "nominal", "right"),
     [
@@ -222,6 +232,16 @@ def test_rates_tables_and_misses_of_a_mixed_run() -> None:
     assert answers == ["stribeck", "none", "unknown"]
     missed = [(miss.number, miss.answer, miss.failed) for miss in scored.misses]
     assert missed == [(2, "stribeck", None), (4, "no answer", "died")]
+    assert (scored.nothing_else, scored.extras) == (Rate(2, 2), ())
+
+
+def test_what_was_selected_beside_the_truth_is_counted_and_told() -> None:
+    cases = [case(STRIBECK, number=1), case(STRIBECK, PAYLOAD, number=2)]
+    beside = report(cause("stribeck"), selected=(("stribeck", "slide"), ("delay", "turn")))
+    alone = report(cause("stribeck"), selected=(("stribeck", "slide"),))
+    scored = score_nominal("exact", cases, [Answer(one, {}, {}, None) for one in (beside, alone)])
+    assert scored.nothing_else == Rate(1, 2)
+    assert [(extra.number, extra.truth, extra.others) for extra in scored.extras] == [(1, "stribeck", ("delay@turn",))]
 
 
 def test_nominal_off_may_cost_five_points() -> None:
