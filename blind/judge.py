@@ -101,8 +101,10 @@ class Judged:
         report = self.answer.report
         if report is None:
             return ()
+        selected = {(one.effect, one.axis) for one in report.selected}
         true = {(cause.effect, cause.axis) for cause in self.case.causes}
-        as_good = {(told.effect, told.axis) for told in report.causes if any(covers(told, cause) for cause in self.case.causes)}
+        open_ones = [cause for cause in self.case.causes if (cause.effect, cause.axis) not in selected]
+        as_good = {(told.effect, told.axis) for told in report.causes if any(covers(told, cause) for cause in open_ones)}
         return tuple(
             f"{one.effect}@{one.axis}"
             for one in report.selected

@@ -71,7 +71,7 @@ def nothing_else(score: NominalScore) -> str:
     """How often no effect was selected that is not there, in words."""
     found = score.nothing_else
     return (
-        f"Of {found.of} cases with effects of the library, {found.hits} had none selected that is not there: "
+        f"Of {found.of} answers to cases with effects of the library, {found.hits} select none that is not there: "
         f"{percent(found.value)} ({interval(found.ci90)})."
     )
 

@@ -134,6 +134,8 @@ def test_effects_that_are_selected_and_not_there() -> None:
     assert judged(case(STRIBECK, PAYLOAD), told, "off").others_selected == ("delay@slide",)
     assert judged(case(STRIBECK), told).others_selected == ("payload@turn", "inertia@turn", "delay@slide")
     assert judged(case(STRIBECK), None).others_selected == ()
+    both_names = report(cause("stribeck"), alike, selected=(("stribeck", "slide"), ("coulomb", "slide")))
+    assert judged(case(STRIBECK), both_names).others_selected == ("coulomb@slide",)
 
 
 @pytest.mark.parametrize(
