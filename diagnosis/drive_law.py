@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.measured import Run
+from drivetwin.compiled import compiled
 from drivetwin.motion.filtering import derivative
 from drivetwin.recording.recording import DriveLoops
-from emulator.compiled import compiled
 
 Array = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from diagnosis.motion_check import least_samples, too_still
 from diagnosis.simulation import motors_of
 from drivetwin.errors import UserError
 from drivetwin.files import sha256
-from drivetwin.motion.inverse_dynamics import compiled
+from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.reader import SIGNALS, check_joints, find_recordings, read_recording
 from drivetwin.recording.recording import Recording
 
@@ -136,7 +136,7 @@ def _mjcf(path: Path) -> mujoco.MjModel:
         raise UserError(f"{path} is not XML ({error}): give the path of a MuJoCo model (MJCF)") from None
     if root != "mujoco":
         raise UserError(f"{path} is <{root}>, not a MuJoCo model <mujoco>: convert it to MJCF, and add a motor to each joint")
-    return compiled(path)
+    return read_mjcf(path)
 
 
 def _check_axes(path: Path, model: mujoco.MjModel, recording: Recording) -> None:

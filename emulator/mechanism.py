@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.compiled import compiled
 from emulator.assembly import DrivenJoint, assemble, check_time_step, motor_joint
-from emulator.compiled import compiled
 from emulator.dynamics import AxisDynamics, FrictionLaw
 from emulator.dynamics.encoder import Encoders
 from emulator.dynamics.friction import Friction, VaryingFriction

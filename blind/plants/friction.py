@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import exp, log, pi, sin, sqrt, tanh
 
-from emulator.compiled import compiled
+from drivetwin.compiled import compiled
 
 LUGRE, MAXWELL_SLIP = 0, 1
 """Formulations."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from blind.plants.friction import lugre, maxwell_slip, sliding_level, viscous_torque
 from blind.plants.rigid import accelerations
-from emulator.compiled import compiled
+from drivetwin.compiled import compiled
 
 STATE = np.dtype(
     [

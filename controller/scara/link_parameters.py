@@ -10,7 +10,7 @@ import numpy as np
 
 from controller.scara.geometry import BELTS, JOINTS
 from drivetwin.errors import UserError
-from drivetwin.motion.inverse_dynamics import compiled
+from drivetwin.motion.inverse_dynamics import read_mjcf
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def from_model(path: Path) -> LinkParameters:
 
     Raises UserError where it cannot be read, or a body or joint is missing.
     """
-    model = compiled(path)
+    model = read_mjcf(path)
     at_joints = np.array([model.dof_armature[_index(path, model, mujoco.mjtObj.mjOBJ_JOINT, name)] for name in JOINTS])
     lift, rotate, stretch = (float(value) for value in at_joints @ BELTS**2)
     return LinkParameters(

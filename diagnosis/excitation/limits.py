@@ -10,7 +10,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from drivetwin.errors import UserError
-from drivetwin.motion.inverse_dynamics import compiled
+from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.motion.jerk_limited import MotionLimits
 
 INNER = 0.9
@@ -92,7 +92,7 @@ def _inside(path: Path, axis: str, entry: _AxisEntry, of_joint: tuple[float, flo
 
 def _joint_ranges(path: Path) -> dict[str, tuple[float, float]]:
     """Of the joints that have one, by name; a slide or a hinge."""
-    model = compiled(path)
+    model = read_mjcf(path)
     one_way = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
     return {
         model.joint(index).name: (float(model.jnt_range[index, 0]), float(model.jnt_range[index, 1]))

@@ -113,10 +113,11 @@ class Model:
             self._follow(link, qpos, qvel, qacc, reduction)
         torque = np.empty((rows, mj.nv))
         q, v, a, needed = data.qpos, data.qvel, data.qacc, data.qfrc_inverse
-        for row in range(rows):
-            q[:], v[:], a[:] = qpos[row], qvel[row], qacc[row]
-            mujoco.mj_inverse(mj, data)
-            torque[row] = needed
+        inverse = mujoco.mj_inverse
+        # each turn of the loop writes a row into MuJoCo's own arrays
+        for q[:], v[:], a[:], row in zip(qpos, qvel, qacc, torque, strict=True):
+            inverse(mj, data)
+            row[:] = needed
         return np.asarray(np.einsum("nv,nvk->nk", torque, reduction), dtype=np.float64)
 
     def _follow(self, link: _Follower, qpos: Samples, qvel: Samples, qacc: Samples, reduction: Samples) -> None:
@@ -162,10 +163,10 @@ class Model:
 
 def load_model(path: Path) -> Model:
     """Read an MJCF file. Raises UserError where it is missing or MuJoCo refuses it."""
-    return Model(compiled(path), path)
+    return Model(read_mjcf(path), path)
 
 
-def compiled(path: Path) -> mujoco.MjModel:
+def read_mjcf(path: Path) -> mujoco.MjModel:
     """MuJoCo's own model of an MJCF file; raises as `load_model`."""
     if not path.is_file():
         raise UserError(f"no model at {path}: give the path of a MuJoCo XML file")

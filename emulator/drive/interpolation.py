@@ -7,7 +7,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.compiled import compiled
+from drivetwin.compiled import compiled
 from emulator.drive.servo import SERVO_PERIOD
 
 

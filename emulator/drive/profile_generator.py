@@ -13,7 +13,7 @@ from math import copysign, inf, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.compiled import compiled
+from drivetwin.compiled import compiled
 from emulator.drive.servo import SERVO_PERIOD
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from emulator.compiled import compiled
+from drivetwin.compiled import compiled
 from emulator.drive.servo import SERVO_PERIOD
 
 

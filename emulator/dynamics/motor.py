@@ -8,7 +8,7 @@ from math import inf, sin
 
 import mujoco
 
-from emulator.compiled import compiled
+from drivetwin.compiled import compiled
 from emulator.dynamics.place import Place
 from emulator.dynamics.records import records
 

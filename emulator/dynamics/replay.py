@@ -8,7 +8,7 @@ from math import ceil, copysign, cos, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.compiled import compiled
+from drivetwin.compiled import compiled
 from emulator.dynamics.axis import AxisDynamics
 from emulator.dynamics.friction import BRISTLES, bristles_torque, level_at
 from emulator.dynamics.motion import Motion

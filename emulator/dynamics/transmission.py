@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.compiled import compiled
+from drivetwin.compiled import compiled
 from emulator.dynamics.place import Place
 from emulator.dynamics.records import records
 

@@ -14,7 +14,7 @@ from controller.scara.dynamics import GRAVITY, base_parameters, torque
 from controller.scara.geometry import BELT_OFFSET, BELTS, Geometry, load_geometry, travel_of
 from controller.scara.link_parameters import Body, LinkParameters, from_model
 from controller.synchronised import synchronised
-from drivetwin.motion.inverse_dynamics import Model, compiled
+from drivetwin.motion.inverse_dynamics import Model, read_mjcf
 from drivetwin.recording.recording import Samples
 
 AXES = ("lift", "rotate", "stretch")
@@ -59,7 +59,7 @@ def torque_along_a_move() -> TorqueComparison:
     return TorqueComparison(
         time=np.asarray(np.arange(1, len(path.position) + 1) * period, dtype=np.float64),
         closed_form=torque(base_parameters(links, arm.geometry), states.joints, states.velocity, states.acceleration),
-        mujoco=mujoco_torque(compiled(arm.machine.model_path), states),
+        mujoco=mujoco_torque(read_mjcf(arm.machine.model_path), states),
         pinocchio=pinocchio_torque(links, arm.geometry, states),
     )
 
@@ -76,7 +76,7 @@ def maximum_relative_difference(seed: int, states: int) -> DynamicsDifference:
     motion = random_states(machine, seed, states)
     ours = torque(base_parameters(links, geometry), motion.joints, motion.velocity, motion.acceleration)
     return DynamicsDifference(
-        mujoco=relative_difference(ours, mujoco_torque(compiled(machine.model_path), motion)),
+        mujoco=relative_difference(ours, mujoco_torque(read_mjcf(machine.model_path), motion)),
         pinocchio=relative_difference(ours, pinocchio_torque(links, geometry, motion)),
     )
 

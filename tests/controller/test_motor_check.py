@@ -8,7 +8,7 @@ from virtual_bench import VirtualBench
 from controller.machine import load_machine
 from controller.motor_check import check_motors
 from drivetwin.errors import UserError
-from drivetwin.motion.inverse_dynamics import compiled
+from drivetwin.motion.inverse_dynamics import read_mjcf
 
 
 @pytest.mark.parametrize("machine", ["scara", "stage", "arm"])
@@ -21,7 +21,7 @@ def test_each_machine_s_own_motors_pass(machine: str, profile: str) -> None:
 @pytest.mark.parametrize("machine", ["scara", "stage", "arm"])
 def test_description_and_nominal_model_have_the_same_motors(machine: str) -> None:
     described = load_machine(machine)
-    model = compiled(described.model_path)
+    model = read_mjcf(described.model_path)
     for axis in described.axes.values():
         assert axis.motor_inertia is not None
         assert axis.motor_inertia * axis.gear_ratio**2 == pytest.approx(float(model.joint(axis.joint).armature[0]), rel=1e-3)

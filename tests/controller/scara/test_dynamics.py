@@ -42,7 +42,7 @@ from controller.scara.kinematics import chain
 from controller.scara.kinematics import links as dh_links
 from controller.scara.link_parameters import Body, LinkParameters, from_model
 from drivetwin.errors import UserError
-from drivetwin.motion.inverse_dynamics import compiled
+from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import Samples
 
 MACHINE, GEOMETRY = load_machine("scara"), load_geometry()
@@ -79,13 +79,13 @@ def test_closed_form_is_mujoco_s_and_pinocchio_s_inverse_dynamics() -> None:
 
 def test_the_plant_s_own_links_give_the_plant_s_torque() -> None:
     states = random_states(MACHINE, 1, 1000)
-    assert relative_difference(ours(from_model(PLANT), states), mujoco_torque(compiled(PLANT), states)) < 1e-12
+    assert relative_difference(ours(from_model(PLANT), states), mujoco_torque(read_mjcf(PLANT), states)) < 1e-12
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_links_without_symmetry_agree_too(seed: int) -> None:
     links, states = lopsided(seed), random_states(MACHINE, seed, 1000)
-    model = compiled(MACHINE.model_path)
+    model = read_mjcf(MACHINE.model_path)
     for name, body in zip(("hub", "upper_arm", "forearm", "blade"), links.bodies, strict=True):
         index = model.body(name).id
         model.body_mass[index] = body.mass
@@ -102,7 +102,7 @@ def test_links_without_symmetry_agree_too(seed: int) -> None:
 
 def test_a_wrong_length_or_a_body_turned_round_is_seen() -> None:
     states = random_states(MACHINE, 0, 100)
-    theirs = mujoco_torque(compiled(MACHINE.model_path), states)
+    theirs = mujoco_torque(read_mjcf(MACHINE.model_path), states)
     longer = base_parameters(NOMINAL, replace(GEOMETRY, arm=0.201))
     assert relative_difference(torque(longer, states.joints, states.velocity, states.acceleration), theirs) > 1e-3
     mirrored = replace(NOMINAL, blade=replace(NOMINAL.blade, along=-NOMINAL.blade.along))
@@ -181,9 +181,9 @@ def test_work_of_the_torque_is_the_change_of_energy(links: LinkParameters) -> No
 
 def test_gravity_is_what_mujoco_holds_the_arm_with() -> None:
     still = States(random_states(MACHINE, 6, 5).joints, np.zeros((5, 3)), np.zeros((5, 3)))
-    held = mujoco_torque(compiled(MACHINE.model_path), still)
+    held = mujoco_torque(read_mjcf(MACHINE.model_path), still)
     np.testing.assert_allclose(held, np.tile(gravity(base_of(NOMINAL)), (5, 1)), rtol=0, atol=1e-11)
-    assert -compiled(MACHINE.model_path).opt.gravity[2] == GRAVITY
+    assert -read_mjcf(MACHINE.model_path).opt.gravity[2] == GRAVITY
 
 
 # The paper's decoupled equations are special cases of the full model.
@@ -252,7 +252,7 @@ def test_motors_behind_the_belts_count_by_their_ratio_squared(tmp_path: Path) ->
     path.write_text(text.replace('<joint name="elbow"', '<joint armature="0.01" name="elbow"'))
     assert from_model(path).armature == pytest.approx((11.05, 0.035, 0.075))
     states = random_states(MACHINE, 11, 100)
-    assert relative_difference(ours(from_model(path), states), mujoco_torque(compiled(path), states)) < 1e-12
+    assert relative_difference(ours(from_model(path), states), mujoco_torque(read_mjcf(path), states)) < 1e-12
 
 
 def test_models_that_are_no_wafer_handler_are_refused(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Compiles the functions that run at every servo period: numba, typed once here for the checker, cached on disk."""
+"""Compiles the functions that run at every servo period or sample: numba, typed once here for the checker, cached on disk."""
 
 from __future__ import annotations
 
