@@ -26,8 +26,14 @@ BLOCK = 2.0
 """Of contiguous time that goes into a fold together [s]: longer than what a filter or an axis remembers."""
 SAME_AXIS = 1e-3
 """Of each of its numbers, by which an axis may differ for a search to begin at the same place."""
-ENOUGH, PIECE = 72.0, 12.0
-"""Of recordings that a coarse search is given, in pieces of so long [s]."""
+LONG = 72.0
+"""Of recordings together, beyond which a search begins on a sample of them [s]."""
+ENOUGH, PIECE = 48.0, 8.0
+"""Of a sample together, about, and of its pieces [s]."""
+MUCH_SHORTER = 0.7
+"""Of the whole, the longest that a sample is worth while."""
+FAIR = 0.5
+"""Of an axis's share of the rows, the least that a sample must have: axes may have moved one after the other."""
 
 
 @dataclass(frozen=True)
@@ -183,10 +189,23 @@ class Comparison:
 
     @cached_property
     def sample(self) -> Comparison:
-        """Some of it, where it is long: pieces spread evenly over all recordings, enough for a coarse search."""
-        whole = sum(len(run.recording.time) * run.period for run in self.runs)
-        pieces = [piece for run in self.runs for piece in _pieces(run, whole)]
-        return Comparison(self.simulation, pieces, self.relative) if pieces else self
+        """Some of it, where it is long: pieces spread over all recordings, enough to begin a search on."""
+        if self.duration <= LONG:
+            return self
+        pieces = [piece for run in self.runs for piece in _pieces(run, self.duration)]
+        sample = Comparison(self.simulation, pieces, self.relative)
+        share = sample.duration / self.duration
+        fair = all(sample.count(axis) >= FAIR * share * self.count(axis) for axis in self.simulation.axes)
+        return sample if share <= MUCH_SHORTER and fair else self
+
+    @property
+    def duration(self) -> float:
+        """Of all recordings together [s]."""
+        return sum(len(run.recording.time) * run.period for run in self.runs)
+
+    def count(self, axis: str) -> int:
+        """How many rows an axis has."""
+        return sum(len(picks) for picks in self._picks[axis])
 
     @property
     def span(self) -> float:
@@ -196,13 +215,10 @@ class Comparison:
 
 
 def _pieces(run: Run, whole: float) -> list[Run]:
-    """Pieces of a recording that together are its share of what a coarse search is given; none where all is short enough."""
-    if whole <= ENOUGH:
-        return []
-    length = round(PIECE / run.period)
-    own = len(run.recording.time) * run.period
-    count = max(1, round(own / whole * ENOUGH / PIECE))
-    if length >= len(run.recording.time):
+    """Pieces of a recording that are its share of a sample: from its beginning to its end, or one from its middle."""
+    length, own = round(PIECE / run.period), len(run.recording.time)
+    count = max(1, round(own * run.period / whole * ENOUGH / PIECE))
+    if length >= own:
         return [run]
-    begins = np.linspace(0, len(run.recording.time) - length, count).astype(int)
+    begins = np.linspace(0, own - length, count).astype(int) if count > 1 else [(own - length) // 2]
     return [run.piece(slice(int(begin), int(begin) + length)) for begin in begins]

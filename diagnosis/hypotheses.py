@@ -79,7 +79,11 @@ class Hypothesis:
 def hypotheses(state: State, known: PlacedEffect | None = None) -> list[Hypothesis]:
     """Every answer of this step, most evident first; among them an effect that is known, searched from where it is."""
     reference = state.regression.fit()
-    tried = _refine(state, [*_promising(_coarse(_sample_of(state))), *_start_at(state, known)])
+    sample = _sample_of(state)
+    begun = _promising(_coarse(sample))
+    if sample is not state:
+        begun = _moved_on(sample, begun)
+    tried = _refine(state, [*begun, *_start_at(state, known)])
     answers = [_of(found) for found in tried]
     answers.extend(_of_drives(state, reference))
     answers.append(_nominal(reference))
@@ -239,6 +243,18 @@ def _start_at(state: State, known: PlacedEffect | None) -> list[Found]:
 
 
 def _refine(state: State, begun: Sequence[Found]) -> list[Found]:
+    """Each effect on each axis where least is left, springs and gaps with what is fitted behind them."""
+    return _corrected_where_near(state, _best_of_each(state, begun))
+
+
+def _moved_on(sample: State, begun: Sequence[Found]) -> list[Found]:
+    """Starts moved to where less is left of a sample; where that ends nowhere, as they were."""
+    found = _best_of_each(sample, begun)
+    moved_on = {_answer(one) for one in found}
+    return [*found, *(one for one in begun if _answer(one) not in moved_on)]
+
+
+def _best_of_each(state: State, begun: Sequence[Found]) -> list[Found]:
     """Each effect on each axis as the best of its local searches leaves it, but for those that make no mechanism."""
     regression = state.regression
     for one in begun:
@@ -256,7 +272,7 @@ def _refine(state: State, begun: Sequence[Found]) -> list[Found]:
         known = done.get(key)
         if known is None or regression.evidence(better.fitted) > regression.evidence(known.fitted):
             done[key] = better
-    return _corrected_where_near(state, list(done.values()))
+    return list(done.values())
 
 
 def shortlist(state: State, begun: Sequence[Found]) -> list[Found]:

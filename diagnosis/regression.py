@@ -34,6 +34,21 @@ class Fitted:
     prior_cost: float
 
 
+@dataclass(frozen=True)
+class _Part:
+    """One axis's rows of each fold: X'X (folds, p, p), X'y (folds, p), y'y (folds,); of further columns where one acts."""
+
+    gram: Array
+    right: Array
+    square: Array
+
+    def left(self, beside: Array) -> float:
+        """Sum over folds of |y - X b|², where each fold has its own b, (folds, p or more)."""
+        b = beside[:, : self.right.shape[1]]
+        explained = np.einsum("fp,fp->f", b, 2.0 * self.right - np.einsum("fpq,fq->fp", self.gram, b))
+        return float(np.maximum(self.square - explained, 0.0).sum())
+
+
 class Regression:
     """Columns that every hypothesis has, with their priors; further columns are tried beside them."""
 
@@ -63,32 +78,26 @@ class Regression:
         self._right = {axis: self._folded(axis, self.matrix[axis], self.target[axis][:, None])[:, :, 0] for axis in self.axes}
         self._square = {axis: self._folded_square(axis, self.target[axis]) for axis in self.axes}
 
-    def fit(
-        self, columns: Sequence[Column] = (), target: Column | None = None, held: frozenset[int] = frozenset()
-    ) -> Fitted:
+    def fit(self, columns: Sequence[Column] = (), target: Column | None = None, held: frozenset[int] = frozenset()) -> Fitted:
         """With further free columns, for a target that differs from the usual one on some axes; `held` coefficients are 0."""
-        count, more = len(self.spreads), len(columns)
-        size = count + more
-        gram, right = {}, {}
-        square = dict(self._square)
-        for axis in self.axes:
-            changed = target[axis] if target is not None and axis in target else None
-            y = self.target[axis] if changed is None else changed
-            gram[axis] = np.zeros((FOLDS, size, size))
-            gram[axis][:, :count, :count] = self._gram[axis]
-            right[axis] = np.zeros((FOLDS, size))
-            right[axis][:, :count] = self._right[axis]
-            if changed is not None:
-                right[axis][:, :count] = self._folded(axis, self.matrix[axis], y[:, None])[:, :, 0]
-                square[axis] = self._folded_square(axis, y)
-            if any(axis in column for column in columns):
-                extra = _matrix(columns, axis, self.rows[axis])
-                cross = self._folded(axis, self.matrix[axis], extra)
-                gram[axis][:, :count, count:] = cross
-                gram[axis][:, count:, :count] = cross.transpose(0, 2, 1)
-                gram[axis][:, count:, count:] = self._folded(axis, extra, extra)
-                right[axis][:, count:] = self._folded(axis, extra, y[:, None])[:, :, 0]
-        return self._solve(gram, right, square, more, held)
+        parts = {axis: self._part(axis, columns, target) for axis in self.axes}
+        return self._solve(parts, len(columns), held)
+
+    def _part(self, axis: str, columns: Sequence[Column], target: Column | None) -> _Part:
+        """What an axis has a say in: without the further columns, where none of them acts on it."""
+        gram, right, square, y = self._gram[axis], self._right[axis], self._square[axis], self.target[axis]
+        if target is not None and axis in target:
+            y = target[axis]
+            right, square = self._folded(axis, self.matrix[axis], y[:, None])[:, :, 0], self._folded_square(axis, y)
+        if not any(axis in column for column in columns):
+            return _Part(gram, right, square)
+        extra = _matrix(columns, axis, self.rows[axis])
+        cross = self._folded(axis, self.matrix[axis], extra)
+        own = self._folded(axis, extra, extra)
+        gram = np.concatenate(
+            [np.concatenate([gram, cross], axis=2), np.concatenate([cross.transpose(0, 2, 1), own], axis=2)], axis=1
+        )
+        return _Part(gram, np.concatenate([right, self._folded(axis, extra, y[:, None])[:, :, 0]], axis=1), square)
 
     def rescaled(self, scale: Mapping[str, float]) -> Regression:
         """The same rows and columns, weighted by other scales."""
@@ -124,24 +133,19 @@ class Regression:
             found[axis] = y - np.hstack([self.matrix[axis], extra]) @ fitted.coefficients
         return found
 
-    def _solve(
-        self,
-        gram: Mapping[str, Array],
-        right: Mapping[str, Array],
-        square: Mapping[str, Array],
-        more: int,
-        held: frozenset[int],
-    ) -> Fitted:
+    def _solve(self, parts: Mapping[str, _Part], more: int, held: frozenset[int]) -> Fitted:
         ridge = np.concatenate([1.0 / self.spreads**2, np.zeros(more)])
         ridge[list(held)] = HELD
-        weight = {axis: 1.0 / self.scale[axis] ** 2 for axis in self.axes}
-        whole = sum(weight[axis] * gram[axis].sum(axis=0) for axis in self.axes)
-        goal = sum(weight[axis] * right[axis].sum(axis=0) for axis in self.axes)
-        parts = sum(weight[axis] * gram[axis] for axis in self.axes)
-        part_goals = sum(weight[axis] * right[axis] for axis in self.axes)
+        size = len(ridge)
+        gram, right = np.zeros((FOLDS, size, size)), np.zeros((FOLDS, size))
+        for axis, part in parts.items():
+            weight, own = 1.0 / self.scale[axis] ** 2, part.right.shape[1]
+            gram[:, :own, :own] += weight * part.gram
+            right[:, :own] += weight * part.right
+        whole, goal = gram.sum(axis=0), right.sum(axis=0)
         coefficients = _solved(whole, goal, ridge)
-        beside = _solved(whole - parts, goal - part_goals, ridge)
-        held_out = {axis: _left(beside, gram[axis], right[axis], square[axis]) for axis in self.axes}
+        beside = _solved(whole - gram, goal - right, ridge)
+        held_out = {axis: part.left(beside) for axis, part in parts.items()}
         coefficients[list(held)] = 0.0
         prior = 0.5 * float(np.sum((coefficients[: len(self.spreads)] / self.spreads) ** 2))
         return Fitted(coefficients, held_out, prior)
@@ -172,12 +176,6 @@ def _matrix(columns: Sequence[Column], axis: str, rows: int) -> Array:
     if not columns:
         return np.zeros((rows, 0))
     return np.column_stack([column.get(axis, np.zeros(rows)) for column in columns])
-
-
-def _left(coefficients: Array, gram: Array, right: Array, square: Array) -> float:
-    """Sum over folds of |y - X b|² from X'X (folds, p, p), X'y (folds, p), y'y (folds,) and each fold's b (folds, p)."""
-    folds = zip(coefficients, gram, right, square, strict=True)
-    return sum(max(float(y2 - 2.0 * b @ xy + b @ xx @ b), 0.0) for b, xx, xy, y2 in folds)
 
 
 def _solved(gram: Array, right: Array, ridge: Array) -> Array:

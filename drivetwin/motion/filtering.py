@@ -6,14 +6,12 @@ filtering" of the inverse dynamic identification model).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import lru_cache
-from typing import cast
 
-import numba
 import numpy as np
 from scipy import signal
 
+from drivetwin.compiled import compiled
 from drivetwin.errors import UserError
 from drivetwin.recording.recording import Samples
 
@@ -53,15 +51,12 @@ def reach(period: float, cutoff_hz: float) -> int:
 def zero_phase(samples: Samples, period: float, cutoff_hz: float) -> Samples:
     """Low-pass `samples` (n,) taken every `period` [s] without shifting them in time."""
     padding = min(3 * reach(period, cutoff_hz), len(samples) - 1)
-    before = 2.0 * samples[0] - samples[padding:0:-1]
-    after = 2.0 * samples[-1] - samples[-2 : -padding - 2 : -1]
-    padded = np.concatenate([before, samples, after], dtype=np.float64)
-    sections, settled = _sections(period, cutoff_hz), _settled(period, cutoff_hz)
-    _pass(sections, settled, padded)
-    _pass(sections, settled, padded[::-1])
-    return padded[padding : len(padded) - padding].copy()
+    filtered = np.array(samples, dtype=np.float64)
+    _there_and_back(_sections(period, cutoff_hz), _settled(period, cutoff_hz), filtered, padding)
+    return filtered
 
 
+@compiled
 def _pass_through(sections, settled, samples):  # type: ignore[no-untyped-def]
     """Two second-order sections in one pass over `samples`, in place: transposed direct form II, as `scipy.signal.sosfilt`.
 
@@ -82,7 +77,18 @@ def _pass_through(sections, settled, samples):  # type: ignore[no-untyped-def]
         samples[k] = out
 
 
-_pass = cast(Callable[[Samples, Samples, Samples], None], numba.njit(cache=True, nogil=True)(_pass_through))
+@compiled
+def _there_and_back(sections, settled, samples, padding) -> None:  # type: ignore[no-untyped-def]
+    """The filter forward and backward, in place; at both ends so many samples more, the others turned about the last."""
+    count = len(samples)
+    padded = np.empty(count + 2 * padding)
+    padded[padding : padding + count] = samples
+    for k in range(padding):
+        padded[k] = 2.0 * samples[0] - samples[padding - k]
+        padded[padding + count + k] = 2.0 * samples[-1] - samples[count - 2 - k]
+    _pass_through(sections, settled, padded)
+    _pass_through(sections, settled, padded[::-1])
+    samples[:] = padded[padding : padding + count]
 
 
 def derivative(samples: Samples, period: float) -> Samples:

@@ -66,21 +66,21 @@ class FrictionLaw:
 
     def resistance(self, motion: Motion) -> NDArray[np.float64]:
         """Torque against the motion, (n,), in sliding; zero at rest, where stiction holds what it must; or that of bristles."""
-        torque = self._held(motion)
-        _beside(records([(self,)])[0], self.warmth(motion), motion.velocity, torque)
+        torque = np.empty_like(motion.velocity)
+        varying, share = self.varying_level(motion), self._stribeck_share(motion)
+        _resist(records([(self,)])[0], self.warmth(motion), varying, share, motion.position, motion.velocity, torque)
         return torque
 
-    def level(self, motion: Motion) -> NDArray[np.float64]:
-        """What w level is on the way, (n,)."""
-        level = self.coulomb + self.varying_level(motion)
-        if self.stribeck_velocity > 0.0:
-            speed = np.abs(motion.velocity) / self.stribeck_velocity
-            level = level + (self.static_torque - self.coulomb) * np.exp(-(speed**self.exponent))
-        return np.asarray(self.warmth(motion) * level)
+    def _stribeck_share(self, motion: Motion) -> NDArray[np.float64]:
+        """exp(-(|v|/stribeck_velocity)^exponent) on the way, (n,)."""
+        if not self.stribeck_velocity > 0.0:
+            return _nothing(motion)
+        velocity, exponent = self.stribeck_velocity, self.exponent
+        return motion.kept_lately(("stribeck", velocity, exponent), lambda same: _shares(same.velocity, velocity, exponent))
 
     def varying_level(self, motion: Motion) -> NDArray[np.float64]:
-        """The part of level, (n,), that load and position make."""
-        level = np.zeros_like(motion.velocity)
+        """The part of level, (n,), that load and position make; shared, not to be written to."""
+        level = _nothing(motion)
         if self.load_coefficient != 0.0:
             level = level + self.load_coefficient * np.abs(motion.torque)
         if self.position_amplitude != 0.0:
@@ -89,19 +89,23 @@ class FrictionLaw:
         return np.asarray(level)
 
     def warmth(self, motion: Motion) -> NDArray[np.float64]:
-        """w on the way, (n,)."""
+        """w on the way, (n,); shared, not to be written to."""
         if self.cold == 0.0:
-            return np.ones_like(motion.time)
-        return np.asarray(1.0 + self.cold * np.exp(-motion.time / self.warming_time))
+            return motion.kept("warm", lambda same: np.ones_like(same.time))
+        time = self.warming_time
+        return np.asarray(1.0 + self.cold * motion.kept_lately(("cold", time), lambda same: np.exp(-same.time / time)))
 
-    def _held(self, motion: Motion) -> NDArray[np.float64]:
-        """Torque of all that sticks, (n,): level sgn(v), or what the bristles give on the way."""
-        level = self.level(motion)
-        if self.presliding_stiffness == 0.0:
-            return np.asarray(np.sign(motion.velocity) * level)
-        held = np.empty_like(level)
-        _stroke(records([(self,)])[0], np.maximum(0.0, level), motion.position, motion.velocity, held)
-        return held
+
+def _nothing(motion: Motion) -> NDArray[np.float64]:
+    return motion.kept("nothing", lambda same: np.zeros_like(same.velocity))
+
+
+@compiled
+def _shares(velocity, stribeck_velocity, exponent):  # type: ignore[no-untyped-def]
+    shares = np.empty_like(velocity)
+    for k in range(velocity.shape[0]):
+        shares[k] = exp(-((abs(velocity[k]) / stribeck_velocity) ** exponent))
+    return shares
 
 
 @compiled
@@ -171,23 +175,19 @@ def bristles_torque(law, anchors, level, q, v):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _beside(law, warmth, velocity, torque) -> None:  # type: ignore[no-untyped-def]
-    """Add to torque (n,) what a joint feels beside its level on a motion (n,)."""
-    offset, viscous, asymmetry = law.coulomb_asymmetry, law.viscous, law.viscous_asymmetry
-    quadratic, cubic = law.quadratic, law.cubic
+def _resist(law, warmth, varying, share, position, velocity, torque) -> None:  # type: ignore[no-untyped-def]
+    """Torque (n,) of friction on a motion (n,), from its warmth, varying level and Stribeck share; bristles begin relaxed."""
+    anchors = np.full(BRISTLES, position[0])
     for k in range(velocity.shape[0]):
         v, speed = velocity[k], abs(velocity[k])
         direction = 1.0 if v > 0.0 else -1.0 if v < 0.0 else 0.0
-        slope = viscous + direction * asymmetry + quadratic * speed + cubic * speed**2
-        torque[k] += warmth[k] * (abs(direction) * offset + slope * v)
-
-
-@compiled
-def _stroke(law, level, position, velocity, torque) -> None:  # type: ignore[no-untyped-def]
-    """Torque (n,) of bristles, relaxed at first, on a motion (n,)."""
-    anchors = np.full(BRISTLES, position[0])
-    for k in range(position.shape[0]):
-        torque[k] = bristles_torque(law, anchors, level[k], position[k], velocity[k])
+        level = warmth[k] * (law.coulomb + varying[k] + (law.static_torque - law.coulomb) * share[k])
+        if law.presliding_stiffness > 0.0:
+            held = bristles_torque(law, anchors, max(0.0, level), position[k], v)
+        else:
+            held = direction * level
+        slope = law.viscous + direction * law.viscous_asymmetry + law.quadratic * speed + law.cubic * speed**2
+        torque[k] = held + warmth[k] * (abs(direction) * law.coulomb_asymmetry + slope * v)
 
 
 class Friction:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields
+from functools import cache
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -31,8 +32,13 @@ def acting(parts: Sequence[P], places: Sequence[Place]) -> list[tuple[P, Place]]
 
 def records(rows: Sequence[tuple[object, ...]]) -> NDArray[np.void]:
     """Record array (n,) with the fields (float) of each part, and of its place where it stands beside."""
-    columns = [(index, field) for index, value in enumerate(rows[0]) for field in fields(value)]  # type: ignore[arg-type]
-    packed = np.zeros(len(rows), dtype=[(field.name, "i8" if field.type == "int" else "f8") for _, field in columns])
-    for index, field in columns:
-        packed[field.name] = [getattr(row[index], field.name) for row in rows]
-    return packed
+    layout, names = _layout(tuple(type(part) for part in rows[0]))
+    return np.array([tuple(getattr(row[index], name) for index, name in names) for row in rows], dtype=layout)
+
+
+@cache
+def _layout(kinds: tuple[type, ...]) -> tuple[np.dtype[np.void], list[tuple[int, str]]]:
+    """Of a record with the fields of these kinds of parts: its type, and which part each field is of."""
+    columns = [(index, field) for index, kind in enumerate(kinds) for field in fields(kind)]
+    layout = np.dtype([(field.name, "i8" if field.type == "int" else "f8") for _, field in columns])
+    return layout, [(index, field.name) for index, field in columns]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rig_bench import PERIOD, compared, strokes
 
-from diagnosis.comparison import BLOCK, ENOUGH, FOLDS, PIECE, Comparison
+from diagnosis.comparison import BLOCK, ENOUGH, FOLDS, LONG, PIECE, Comparison
 from diagnosis.measured import AxisRun, Run
 from diagnosis.result import Array
 from drivetwin.motion.axis_motion import widen
@@ -108,7 +108,7 @@ def test_what_is_short_is_searched_whole(comparison: Comparison) -> None:
 
 
 def test_a_sample_is_pieces_spread_over_a_long_recording(tmp_path: Path) -> None:
-    long = compared(tmp_path, strokes(1, 3.0 * ENOUGH))
+    long = compared(tmp_path, strokes(1, 3.0 * LONG))
     pieces = long.sample.runs
     assert [len(piece.recording.time) * PERIOD for piece in pieces] == pytest.approx([PIECE] * round(ENOUGH / PIECE))
     assert pieces[0].recording.time[0] == long.runs[0].recording.time[0]
@@ -124,3 +124,38 @@ def test_a_sample_is_pieces_spread_over_a_long_recording(tmp_path: Path) -> None
         assert not own.fitted[0]
         assert not own.fitted[-1]
         assert np.all(whole.fitted[begin : begin + len(own.torque)] | ~own.fitted)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "pieces"),
+    [
+        ((60.0, 60.0), [(0.0, 26.0, 52.0), (0.0, 26.0, 52.0)]),
+        ((100.0, 20.0), [(0.0, 23.0, 46.0, 69.0, 92.0), (6.0,)]),
+        ((90.0, 5.0), [(0.0, 16.4, 32.8, 49.2, 65.6, 82.0), (0.0,)]),
+    ],
+)
+def test_each_recording_has_its_share_of_a_sample(
+    tmp_path: Path, seconds: tuple[float, ...], pieces: list[tuple[float, ...]]
+) -> None:
+    runs = [strokes(number, length, name=f"{number}") for number, length in enumerate(seconds, 1)]
+    sample = compared(tmp_path, *runs).sample
+    begins = {name: [run.recording.time[0] for run in sample.runs if run.recording.name == name] for name in ("1", "2")}
+    assert begins["1"] == pytest.approx(pieces[0], abs=PERIOD)
+    assert begins["2"] == pytest.approx(pieces[1], abs=PERIOD)
+
+
+def test_of_short_recordings_no_sample_is_taken_that_is_hardly_shorter(tmp_path: Path) -> None:
+    many = compared(tmp_path, *(strokes(number, 10.0, name=f"{number}") for number in range(1, 10)))
+    assert many.duration > LONG
+    assert many.sample is many
+
+
+def test_no_sample_is_taken_that_misses_where_an_axis_moved(tmp_path: Path) -> None:
+    long = compared(tmp_path, strokes(1, 3.0 * LONG))
+    whole = long.runs[0]
+    between = np.zeros(len(whole.recording.time), dtype=np.bool_)
+    between[round((PIECE + 1.0) / PERIOD) : round((PIECE + 7.0) / PERIOD)] = True
+    turn = replace(whole.axes["turn"], fitted=whole.axes["turn"].fitted & between)
+    briefly = Comparison(long.simulation, [replace(whole, axes={**whole.axes, "turn": turn})])
+    assert briefly.count("turn") > 0
+    assert briefly.sample is briefly

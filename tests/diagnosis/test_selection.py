@@ -160,6 +160,36 @@ def test_an_effect_far_from_every_start_is_still_known_where_it_was(waving: Comp
     assert found.effect.order == pytest.approx(2.345, rel=0.02)
 
 
+@pytest.fixture
+def in_pieces(waving: Comparison, monkeypatch: pytest.MonkeyPatch) -> Comparison:
+    """The same, as if it were so long that a search begins on a sample."""
+    for name, value in (("LONG", 10.0), ("ENOUGH", 9.0), ("PIECE", 3.0)):
+        monkeypatch.setattr(f"diagnosis.comparison.{name}", value)
+    pieces = Comparison(waving.simulation, waving.runs)
+    assert pieces.sample.duration == pytest.approx(9.0)
+    return pieces
+
+
+def test_a_search_that_begins_on_a_sample_ends_where_one_on_all_rows_does(waving: Comparison, in_pieces: Comparison) -> None:
+    whole, sampled = (hypotheses(state_with(one, nominal_parameters(one), (), NOISE)) for one in (waving, in_pieces))
+    assert (sampled[0].effect, sampled[0].axis) == (whole[0].effect, whole[0].axis)
+    assert sampled[0].evidence == pytest.approx(whole[0].evidence, abs=0.05)
+    assert sampled[0].found is not None
+    assert whole[0].found is not None
+    for parameter in type(whole[0].found.effect).parameters:
+        own, other = (getattr(one.found.effect, parameter.name) for one in (sampled[0], whole[0]))  # type: ignore[union-attr]
+        assert own == pytest.approx(other, rel=1e-3)
+
+
+def test_from_a_sample_too_a_known_effect_is_searched_from_where_it_is(in_pieces: Comparison) -> None:
+    known = placed(in_pieces, "turn", library()["torque_ripple"](amplitude=0.1, order=2.345, phase=0.0))
+    answers = hypotheses(state_with(in_pieces, nominal_parameters(in_pieces), (), NOISE), known)
+    found = next(one.found for one in answers if one.effect == "torque_ripple" and one.axis == "turn")
+    assert found is not None
+    assert isinstance(found.effect, TorqueRipple)
+    assert found.effect.order == pytest.approx(2.345, rel=0.02)
+
+
 def test_of_many_starts_behind_a_spring_those_go_on_that_are_best_once_moved_a_little(
     waving: Comparison, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -46,3 +46,35 @@ def test_each_axis_needs_its_own(motion: Motion) -> None:
     one, other = (AxisDynamics(friction=FrictionLaw(coulomb=coulomb)) for coulomb in (1.0, 2.0))
     difference = needed_torque(motion, other) - needed_torque(motion, one)
     np.testing.assert_allclose(difference, np.sign(motion.velocity))
+
+
+def test_of_what_a_search_moves_on_from_only_the_last_is_kept(motion: Motion, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("emulator.dynamics.motion.LATELY", 2)
+    made: list[float] = []
+
+    def asked(share: float) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+        def scaled(of: Motion) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+            made.append(share)
+            return share * of.velocity
+
+        return motion.kept_lately(share, scaled)
+
+    for share in (1.0, 2.0, 1.0, 3.0, 1.0, 2.0):
+        np.testing.assert_array_equal(asked(share), share * motion.velocity)
+    assert made == [1.0, 2.0, 3.0, 2.0]
+
+
+def test_a_law_resists_as_its_formula_whatever_was_asked_before(motion: Motion) -> None:
+    law = FrictionLaw(
+        coulomb=1.0, coulomb_asymmetry=0.1, viscous=0.3, viscous_asymmetry=0.05, quadratic=0.02, cubic=0.01, static_torque=1.7,
+        stribeck_velocity=0.4, exponent=1.3, load_coefficient=0.05, position_amplitude=0.2, position_period=0.5, cold=0.6,
+        warming_time=0.3,
+    )  # fmt: skip
+    speed, way = np.abs(motion.velocity), np.sign(motion.velocity)
+    level = 1.0 + 0.7 * np.exp(-((speed / 0.4) ** 1.3)) + 0.05 * np.abs(motion.torque)
+    level += 0.2 * np.sin(4.0 * np.pi * motion.position)
+    beside = 0.1 * np.abs(way) + (0.3 + 0.05 * way + 0.02 * speed + 0.01 * speed**2) * motion.velocity
+    expected = (1.0 + 0.6 * np.exp(-motion.time / 0.3)) * (level * way + beside)
+    for other in (replace(law, stribeck_velocity=0.2), replace(law, exponent=2.0), replace(law, warming_time=1.0), law):
+        resistance = other.resistance(motion)
+    np.testing.assert_allclose(resistance, expected, rtol=1e-12)
