@@ -89,10 +89,14 @@ def _start_up(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:
 
 
 def enable_streaming(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
-    """Operation enabled in each drive's streaming mode, following its set-point (interpolated position needs bit 4)."""
+    """Operation enabled in each drive's streaming mode, following its set-point (interpolated position needs bit 4).
+
+    An axis that another one has pushed back onto its switch since it was homed is led off it: the least set-point further into
+    the switch, and its drive would trip (EMCY 5442h).
+    """
     enable(cycle, drives, drives[0].profile.streaming_mode)
     for drive in drives:
-        drive.setpoint = drive.position
+        drive.setpoint = drive.clear_of_home_switch
     follow(cycle, drives)
 
 
