@@ -38,7 +38,7 @@ TENTATIVE = 4.0
 SURE = 20.0
 """Nats over parameters that are a little off, from which it is not asked how large the first gap was."""
 MOST_OF_LEFT, SOME_OF_FLOOR = 0.5, 0.25
-"""Shares of the squared residual and of the squared floor that an effect must take then."""
+"""Shares of the squared residual, and beside another effect of the squared floor, that an effect must take then."""
 
 NOTHING = np.zeros(1)
 
@@ -222,8 +222,8 @@ def matters(state: State, best: Hypothesis, answers: Sequence[Hypothesis]) -> bo
         least = max(LEAST_OF_FLOOR * state.noise[axis] ** 2, LEAST_SHARE * first)
         if taken > least:
             return True
-        most = max(SOME_OF_FLOOR * state.noise[axis] ** 2, MOST_OF_LEFT * plain.held_out[axis] / rows)
-        if best.evidence > plain.evidence + SURE and taken > most:
+        floor = SOME_OF_FLOOR * state.noise[axis] ** 2 if state.selected else 0.0  # of the first, the gap's test asks that
+        if best.evidence > plain.evidence + SURE and taken > max(floor, MOST_OF_LEFT * plain.held_out[axis] / rows):
             return True
         if best.found is None or first < state.noise[axis] ** 2:
             continue
