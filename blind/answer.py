@@ -60,6 +60,11 @@ def answered(folder: Path) -> bool:
     return (folder / REPORT).exists() and not (folder / FAILED).exists()
 
 
+def tried(folder: Path) -> bool:
+    """Whether the diagnosis of which `folder` holds the outcome was done or has failed."""
+    return (folder / REPORT).exists() or (folder / FAILED).exists()
+
+
 def first_of_steps(report: GapReport) -> dict[int, CausePart]:
     """The most probable cause of each step; that of step 1 is the answer to "which"."""
     return {cause.step: cause for cause in reversed(report.causes)}

@@ -48,7 +48,7 @@ def run(order: Order, place: Place, procedure: Procedure, workers: AbstractConte
     """
     key = seal(order.cases, order.seed)
     code = claim(place, key, procedure.code, order.cases, order.nominals)
-    todo = place.pending(order.cases, order.nominals)
+    todo = place.pending(order.cases, order.nominals) if code == procedure.code else {}
     watch.sealed(key.commitment, len(order.cases) - len(todo))
     if todo:
         with workers as client:

@@ -153,6 +153,20 @@ def test_unfinished_answers_of_other_code_are_refused(stubs: Stubs) -> None:
         replace(stubs, code="other").run(1)
 
 
+def test_failed_answer_is_tried_again_but_not_by_other_code(stubs: Stubs) -> None:
+    """A case that cannot be recorded must not keep newer code from scoring the others."""
+    stubs.run(2)
+    first = stubs.out / "cases/000/off"
+    (first / "report.json").unlink()
+    (first / "failed.json").write_text('{"failed": "not examined: a drive tripped"}', encoding="utf-8")
+    replace(stubs, code="other").run(2)
+    assert stubs.calls == {0: 1, 1: 1}
+    assert read_answer(Place(stubs.out).outcome(0, "off")).failed == "not examined: a drive tripped"
+    stubs.run(2)
+    assert stubs.calls == {0: 2, 1: 1}
+    assert read_answer(Place(stubs.out).outcome(0, "off")).failed is None
+
+
 def test_foreign_folder_is_refused(stubs: Stubs) -> None:
     stubs.out.mkdir()
     (stubs.out / "letter.txt").write_text("mine", encoding="utf-8")
