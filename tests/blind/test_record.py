@@ -188,7 +188,7 @@ def test_validation_and_fresh_motion_are_other_motion() -> None:
 
 @pytest.mark.usefixtures("short")
 def test_axis_that_another_pushes_back_onto_its_switch_after_homing_is_led_off_it(tmp_path: Path) -> None:
-    """Coupled to the axis before it, the arm's stretch is homed first and pushed 60 urad back when that brakes at its switch."""
+    """Coupled to the axis before it, it is homed first, and pushed 60 urad back when that brakes at its switch."""
     pushed = Cause("coupling", "stretch", {"inertia": 0.019851157314030317, "ratio": 0.5897743901840812})
     record_case(Case(0, 1437442207, "scara3", "single", (pushed,), "lugre"), tmp_path)
     assert len(recordings(tmp_path)) == len(FOLDERS)
