@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from diagnosis.measured import AxisRun, Run
 from diagnosis.side_by_side import side_by_side
-from diagnosis.simulation import Kinematics, Simulation
+from diagnosis.simulation import Kinematics, Simulation, in_a_row
 from emulator.dynamics import AxisDynamics
 from emulator.effects import AxisEffect, Effect, Start
 
@@ -28,7 +28,7 @@ SAME_AXIS = 1e-3
 """Of each of its numbers, by which an axis may differ for a search to begin at the same place."""
 LONG = 72.0
 """Of recordings together, beyond which a search begins on a sample of them [s]."""
-ENOUGH, PIECE = 48.0, 8.0
+ENOUGH, PIECE = 36.0, 12.0
 """Of a sample together, about, and of its pieces [s]."""
 MUCH_SHORTER = 0.7
 """Of the whole, the longest that a sample is worth while."""
@@ -117,12 +117,14 @@ class Comparison:
 
     def rigid_rows(self, of_motion: Callable[[Kinematics], Array]) -> dict[str, Array]:
         """Torque (n, k) that a rigid model needs for a motion of all axes, on the rows of each axis."""
-        thinned = [of_motion(run.kinematics.every(run.stride)) for run in self.runs]
+        thinned = [run.kinematics.every(run.stride) for run in self.runs]
+        ends = np.cumsum([len(each.position) for each in thinned])
+        torques = np.split(of_motion(in_a_row(thinned)), ends[:-1])
         found = {}
         for k, axis in enumerate(self.simulation.axes):
             parts = [
                 torque[picks // run.stride, k]
-                for torque, run, picks in zip(thinned, self.runs, self._picks[axis], strict=True)
+                for torque, run, picks in zip(torques, self.runs, self._picks[axis], strict=True)
             ]
             found[axis] = np.asarray(np.concatenate(parts)[self._order[axis]])
         return found

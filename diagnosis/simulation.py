@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import count
@@ -38,6 +38,14 @@ class Kinematics:
     def every(self, stride: int) -> Kinematics:
         """Each stride-th sample."""
         return Kinematics(self.position[::stride], self.velocity[::stride], self.acceleration[::stride])
+
+
+def in_a_row(motions: Sequence[Kinematics]) -> Kinematics:
+    """All samples of several motions, one after the other."""
+    position, velocity, acceleration = (
+        np.concatenate([getattr(each, name) for each in motions]) for name in ("position", "velocity", "acceleration")
+    )
+    return Kinematics(position, velocity, acceleration)
 
 
 @dataclass(frozen=True)
