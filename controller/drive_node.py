@@ -217,17 +217,6 @@ class DriveNode:
         return self.allowed is not None and not self.allowed[0] <= self.position <= self.allowed[1]
 
     @property
-    def clear_of_home_switch(self) -> int:
-        """Where the axis stands; if that is on a home switch at the end of its travel, the switch's edge."""
-        if not self.homed:
-            return self.position
-        low, high = (self.in_units(end) for end in self.axis.travel)
-        edge = self.in_units(self.axis.homing.switch_position)
-        if edge < low:
-            return max(self.position, edge)
-        return min(self.position, edge) if edge > high else self.position
-
-    @property
     def interpolation(self) -> str:
         """How the drive goes from set-point to set-point, as `bring_up` configures it."""
         return "cubic_spline" if "cubic_spline" in self.profile.interpolation_codes else "linear"

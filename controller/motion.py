@@ -17,6 +17,8 @@ FAULT_RESET = 0x80
 MODE_BIT_4 = 0x10
 
 HOMING_MODE, PROFILE_VELOCITY_MODE = 6, 3
+LIMIT_SWITCH_METHODS = {17: -1, 18: 1}
+"""Homing methods (6098h) whose home position is the edge of a limit switch, and the way that leads into it."""
 HOMING_ATTAINED, HOMING_ERROR, TARGET_REACHED = 1 << 12, 1 << 13, 1 << 10
 
 STATE_TIMEOUT = 1.0
@@ -91,13 +93,26 @@ def _start_up(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:
 def enable_streaming(cycle: Cycle, drives: Sequence[DriveNode]) -> None:
     """Operation enabled in each drive's streaming mode, following its set-point (interpolated position needs bit 4).
 
-    An axis that another one has pushed back onto its switch since it was homed is led off it: the least set-point further into
-    the switch, and its drive would trip (EMCY 5442h).
+    Each begins where it stands, but for one on the limit switch that it was homed at.
     """
     enable(cycle, drives, drives[0].profile.streaming_mode)
     for drive in drives:
-        drive.setpoint = drive.clear_of_home_switch
+        drive.setpoint = first_setpoint(drive, cycle.period)
     follow(cycle, drives)
+
+
+def first_setpoint(drive: DriveNode, period: float) -> int:
+    """Where an axis stands [user units]; a step out of the limit switch where it is on that, having been homed at its edge.
+
+    Another axis that braked may have pushed it back and still do: where it was a cycle ago is then a set-point further into the
+    switch, and its drive would trip (EMCY 5442h or 5443h). The step is what the axis does in a cycle at the speed of homing.
+    """
+    homing = drive.axis.homing
+    inwards = LIMIT_SWITCH_METHODS.get(homing.method)
+    if inwards is None or not drive.homed:
+        return drive.position
+    behind = inwards * (drive.position - drive.in_units(homing.switch_position))
+    return drive.position - inwards * min(max(behind, 0), drive.in_units(homing.search_speed * period))
 
 
 def follow(cycle: Cycle, drives: Sequence[DriveNode]) -> None:

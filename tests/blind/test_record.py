@@ -15,6 +15,8 @@ from blind.machines import FAMILIES, DrawnMachine, draw_machine
 from blind.motions import Plan, Plans, draw_plans
 from blind.plants import FORMULATIONS
 from blind.record import record_case
+from controller.drive_node import DriveNode
+from controller.motion import first_setpoint as usual_first_setpoint
 from controller.trajectory import move, stroke
 from drivetwin.bus import InprocBus
 from drivetwin.motion.filtering import derivative, zero_phase
@@ -187,8 +189,19 @@ def test_validation_and_fresh_motion_are_other_motion() -> None:
 
 
 @pytest.mark.usefixtures("short")
-def test_axis_that_another_pushes_back_onto_its_switch_after_homing_is_led_off_it(tmp_path: Path) -> None:
+def test_axis_that_another_pushes_back_onto_its_switch_after_homing_is_led_off_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Coupled to the axis before it, it is homed first, and pushed 60 urad back when that brakes at its switch."""
+    steps = []
+
+    def spied(drive: DriveNode, period: float) -> int:
+        first = usual_first_setpoint(drive, period)
+        steps.append((drive.name, (first - drive.position) * drive.unit))
+        return first
+
+    monkeypatch.setattr("controller.motion.first_setpoint", spied)
     pushed = Cause("coupling", "stretch", {"inertia": 0.019851157314030317, "ratio": 0.5897743901840812})
     record_case(Case(0, 1437442207, "scara3", "single", (pushed,), "lugre"), tmp_path)
+    assert [name for name, step in steps if step > 0.0] == ["stretch"]
     assert len(recordings(tmp_path)) == len(FOLDERS)

@@ -9,7 +9,7 @@ import pytest
 from virtual_bench import VirtualBench
 
 from controller import link as link_module
-from controller.motion import Offsets, disable, enable_streaming, home, positions_now, stream
+from controller.motion import Offsets, disable, enable_streaming, first_setpoint, home, positions_now, stream
 from controller.pacing import Lockstep
 from controller.sdo_check import friction_by_sdo
 from controller.stop import stopped_at_the_end
@@ -85,6 +85,29 @@ def test_streaming_follows_and_converts_to_the_joint() -> None:
     load = float(data.qfrc_bias[0])
     assert model.nv == 1
     assert torque == pytest.approx(load, abs=2.2 + 0.05)
+
+
+@pytest.mark.parametrize(
+    ("method", "homed", "at", "step"),
+    [
+        (17, True, -5.0, 0.08),
+        (17, True, -0.05, 0.05),
+        (17, True, 5.0, 0.0),
+        (18, True, 5.0, -0.08),
+        (18, True, -5.0, 0.0),
+        (19, True, -5.0, 0.0),
+        (17, False, -5.0, 0.0),
+    ],
+    ids=["negative", "just on it", "off it", "positive", "off the positive", "another switch", "not homed"],
+)
+def test_the_first_set_point_leads_a_step_out_of_the_limit_switch(method: int, homed: bool, at: float, step: float) -> None:
+    """The SCARA's lift, homed at 0.08 m/s: 80 um a cycle at most, wherever from the edge it stands [mm]."""
+    drive = VirtualBench("scara").drives[0]
+    homing = drive.axis.homing.model_copy(update={"method": method})
+    drive.axis = drive.axis.model_copy(update={"homing": homing})
+    drive.homed = homed
+    drive.position = drive.in_units(homing.switch_position + 1e-3 * at)
+    assert (first_setpoint(drive, 0.001) - drive.position) * drive.unit == pytest.approx(1e-3 * step, abs=drive.unit)
 
 
 def moving(machine: str, profile: str = "servoone") -> VirtualBench:
