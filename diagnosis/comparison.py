@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from diagnosis.measured import AxisRun, Run
 from diagnosis.side_by_side import side_by_side
-from diagnosis.simulation import Kinematics, Simulation, in_a_row
+from diagnosis.simulation import Kinematics, Simulation
+from drivetwin.motion.inverse_dynamics import Model
 from emulator.dynamics import AxisDynamics
 from emulator.effects import AxisEffect, Effect, Start
 
@@ -28,8 +29,8 @@ SAME_AXIS = 1e-3
 """Of each of its numbers, by which an axis may differ for a search to begin at the same place."""
 LONG = 72.0
 """Of recordings together, beyond which a search begins on a sample of them [s]."""
-ENOUGH, PIECE = 36.0, 12.0
-"""Of a sample together, about, and of its pieces [s]."""
+ENOUGH, PIECE, LEAST_PIECE = 36.0, 12.0, 8.0
+"""Of a sample together, about, of its pieces, and of the one of a recording that is owed less [s]."""
 MUCH_SHORTER = 0.7
 """Of the whole, the longest that a sample is worth while."""
 FAIR = 0.5
@@ -117,14 +118,12 @@ class Comparison:
 
     def rigid_rows(self, of_motion: Callable[[Kinematics], Array]) -> dict[str, Array]:
         """Torque (n, k) that a rigid model needs for a motion of all axes, on the rows of each axis."""
-        thinned = [run.kinematics.every(run.stride) for run in self.runs]
-        ends = np.cumsum([len(each.position) for each in thinned])
-        torques = np.split(of_motion(in_a_row(thinned)), ends[:-1])
+        thinned = [of_motion(run.kinematics.every(run.stride)) for run in self.runs]
         found = {}
         for k, axis in enumerate(self.simulation.axes):
             parts = [
                 torque[picks // run.stride, k]
-                for torque, run, picks in zip(torques, self.runs, self._picks[axis], strict=True)
+                for torque, run, picks in zip(thinned, self.runs, self._picks[axis], strict=True)
             ]
             found[axis] = np.asarray(np.concatenate(parts)[self._order[axis]])
         return found
@@ -161,14 +160,15 @@ class Comparison:
 
     def predicted_by_model(self, axis: str, effect: Effect) -> dict[str, Array]:
         """Torque that an effect on the rigid bodies costs, on every axis."""
-        return self._beyond_rigid(partial(self.simulation.torques_with, axis, effect))
+        return self._beyond_rigid(self.simulation.rigid_with(axis, effect))
 
     def predicted_by_heavier(self, body: int) -> dict[str, Array]:
         """Torque that twice the mass and inertia of one body, by its number, costs besides, on every axis."""
-        return self._beyond_rigid(partial(self.simulation.torques_with_heavier, body))
+        return self._beyond_rigid(self.simulation.rigid_with_heavier(body))
 
-    def _beyond_rigid(self, torques: Callable[[Kinematics], Array]) -> dict[str, Array]:
-        return {name: (rows - self._rigid[name]) * self._moves[name] for name, rows in self.rigid_rows(torques).items()}
+    def _beyond_rigid(self, changed: Model) -> dict[str, Array]:
+        whole = self.rigid_rows(partial(self.simulation.torques_of, changed))
+        return {name: (rows - self._rigid[name]) * self._moves[name] for name, rows in whole.items()}
 
     @cached_property
     def _moves(self) -> dict[str, Array]:
@@ -218,8 +218,10 @@ class Comparison:
 
 def _pieces(run: Run, whole: float) -> list[Run]:
     """Pieces of a recording that are its share of a sample: from its beginning to its end, or one from its middle."""
-    length, own = round(PIECE / run.period), len(run.recording.time)
-    count = max(1, round(own * run.period / whole * ENOUGH / PIECE))
+    own = len(run.recording.time)
+    owed = ENOUGH * own * run.period / whole
+    count = max(1, round(owed / PIECE))
+    length = round((PIECE if owed > LEAST_PIECE else LEAST_PIECE) / run.period)
     if length >= own:
         return [run]
     begins = np.linspace(0, own - length, count).astype(int) if count > 1 else [(own - length) // 2]

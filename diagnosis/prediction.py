@@ -70,7 +70,7 @@ def cost(simulation: Simulation, run: Run, placed: PlacedEffect, dynamics: Mappi
     if isinstance(effect, ModelEffect):
         stride = max(1, int(1.0 / (SMOOTH_RATE * run.cutoff_hz * run.period)))
         few = run.kinematics.every(stride)
-        torque = simulation.torques_with(placed.axis, effect, few) - simulation.torques(few)
+        torque = simulation.torques_of(simulation.rigid_with(placed.axis, effect), few) - simulation.torques(few)
         return _by_axis(simulation, run, torque, stride)
     return {}
 
@@ -78,7 +78,7 @@ def cost(simulation: Simulation, run: Run, placed: PlacedEffect, dynamics: Mappi
 def _of_body(simulation: Simulation, run: Run, body: int) -> dict[str, Array]:
     stride = max(1, int(1.0 / (SMOOTH_RATE * run.cutoff_hz * run.period)))
     few = run.kinematics.every(stride)
-    torque = simulation.torques_with_heavier(body, few) - simulation.torques(few)
+    torque = simulation.torques_of(simulation.rigid_with_heavier(body), few) - simulation.torques(few)
     return _by_axis(simulation, run, torque, stride)
 
 

@@ -222,8 +222,9 @@ def matters(state: State, best: Hypothesis, answers: Sequence[Hypothesis]) -> bo
         least = max(LEAST_OF_FLOOR * state.noise[axis] ** 2, LEAST_SHARE * first)
         if taken > least:
             return True
-        floor = SOME_OF_FLOOR * state.noise[axis] ** 2 if state.selected else 0.0  # of the first, the gap's test asks that
-        if best.evidence > plain.evidence + SURE and taken > max(floor, MOST_OF_LEFT * plain.held_out[axis] / rows):
+        alone = not state.selected and axis == best.axis  # whether there is a gap at all the gap's own test says
+        most = max(0.0 if alone else SOME_OF_FLOOR * state.noise[axis] ** 2, MOST_OF_LEFT * plain.held_out[axis] / rows)
+        if best.evidence > plain.evidence + SURE and taken > most:
             return True
         if best.found is None or first < state.noise[axis] ** 2:
             continue

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import count
@@ -38,14 +38,6 @@ class Kinematics:
     def every(self, stride: int) -> Kinematics:
         """Each stride-th sample."""
         return Kinematics(self.position[::stride], self.velocity[::stride], self.acceleration[::stride])
-
-
-def in_a_row(motions: Sequence[Kinematics]) -> Kinematics:
-    """All samples of several motions, one after the other."""
-    position, velocity, acceleration = (
-        np.concatenate([getattr(each, name) for each in motions]) for name in ("position", "velocity", "acceleration")
-    )
-    return Kinematics(position, velocity, acceleration)
 
 
 @dataclass(frozen=True)
@@ -93,24 +85,25 @@ class Simulation:
 
     def torques(self, kinematics: Kinematics) -> Array:
         """Torque (n, k) of the rigid model without friction."""
-        return self.rigid.torques(self.joints, kinematics.position, kinematics.velocity, kinematics.acceleration)
+        return self.torques_of(self.rigid, kinematics)
 
-    def torques_with(self, axis: str, effect: Effect, kinematics: Kinematics) -> Array:
-        """The same of the model that an effect on the rigid bodies has changed."""
-        spec = self.spec()
-        effect.add_to(spec, spec.joint(self.drives[axis].joint), AxisDynamics())
-        rigid = Model(spec.compile(), self.path)
+    def torques_of(self, rigid: Model, kinematics: Kinematics) -> Array:
+        """The same of a changed model."""
         return rigid.torques(self.joints, kinematics.position, kinematics.velocity, kinematics.acceleration)
 
-    def torques_with_heavier(self, body: int, kinematics: Kinematics) -> Array:
-        """The same of the model in which one body, by its number, has twice its mass and inertia."""
+    def rigid_with(self, axis: str, effect: Effect) -> Model:
+        """The model as an effect on the rigid bodies changes it."""
+        spec = self.spec()
+        effect.add_to(spec, spec.joint(self.drives[axis].joint), AxisDynamics())
+        return Model(spec.compile(), self.path)
+
+    def rigid_with_heavier(self, body: int) -> Model:
+        """The model in which one body, by its number, has twice its mass and inertia."""
         heavier = copy.copy(self.model)
         heavier.body_mass[body] *= 2.0
         heavier.body_inertia[body] *= 2.0
         mujoco.mj_setConst(heavier, mujoco.MjData(heavier))
-        rigid = Model(heavier, self.path)
-        motion = (kinematics.position, kinematics.velocity, kinematics.acceleration)
-        return rigid.torques(self.joints, *motion)
+        return Model(heavier, self.path)
 
     def moving_bodies(self) -> list[int]:
         """Bodies with mass that a joint moves."""

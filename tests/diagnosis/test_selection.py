@@ -238,18 +238,19 @@ def test_what_is_behind_moved_parameters_is_given_up_where_no_second_effect_come
 
 @pytest.mark.parametrize("beside", [False, True])
 def test_a_sure_effect_that_takes_most_of_what_stands_counts_however_large_the_gap_is(waving: Comparison, beside: bool) -> None:
-    """Parameters of the model had taken nearly all of a large gap, and what they left is behind a spring; or the gap is in few
-    rows and below the floor on average. Whether there is a gap at all its own test says; what comes second must stand out.
+    """Parameters of the model had taken nearly all of a large gap, and what they left is behind a spring; or it is in few rows.
+
+    What is left may be below the floor then, on the effect's own axis, unless another effect is selected.
     """
     first = (placed(waving, "turn", library()["torque_offset"](offset=0.1)),) if beside else ()
     state = state_with(waving, nominal_parameters(waving), first, {"turn": 0.01, "lift": 0.4})
     fitted, rows = state.regression.fit(), state.regression.rows["turn"]
 
-    def counts(before: float, left: float, evidence: float) -> bool:
+    def counts(before: float, left: float, evidence: float, of: str = "turn") -> bool:
         """In floors, and nats over moved parameters."""
         squares = {floors: {**fitted.held_out, "turn": rows * (0.01 * floors) ** 2} for floors in (before, left)}
-        found = Found("turn", spring("elasticity"), {}, fitted)
-        one = Hypothesis("elasticity", "turn", found, squares[left], 0.0, 2, evidence)
+        found = Found(of, spring("elasticity"), {}, fitted)
+        one = Hypothesis("elasticity", of, found, squares[left], 0.0, 2, evidence)
         return matters(state, one, [Hypothesis(NOMINAL, None, None, squares[before], 0.0, 0)])
 
     assert counts(2.8, 0.3, 100.0)
@@ -257,6 +258,7 @@ def test_a_sure_effect_that_takes_most_of_what_stands_counts_however_large_the_g
     assert not counts(2.8, 0.3, 15.0)
     assert not counts(2.8, 2.1, 100.0)
     assert counts(0.5, 0.1, 100.0) is not beside
+    assert not counts(0.5, 0.1, 100.0, of="lift")
 
 
 def test_play_that_takes_no_more_than_its_flanks_is_rated_behind_their_elasticity(waving: Comparison) -> None:
