@@ -43,23 +43,24 @@ class Place:
         }
         return {number: names for number, names in missing.items() if names}
 
-    def all_tried(self, cases: Sequence[Case], nominals: Sequence[str]) -> bool:
-        """Whether every case has an answer or has failed: nothing but what failed would be tried again."""
-        return all(tried(self.outcome(case.number, nominal)) for case in cases for nominal in nominals)
+    def may_be_scored_by_other_code(self, cases: Sequence[Case], nominals: Sequence[str]) -> bool:
+        """Whether every case was tried, and some have answers: nothing but what failed would be tried again."""
+        outcomes = [self.outcome(case.number, nominal) for case in cases for nominal in nominals]
+        return all(tried(folder) for folder in outcomes) and any(answered(folder) for folder in outcomes)
 
 
 def claim(place: Place, key: Key, code: str, cases: Sequence[Case], nominals: Sequence[str]) -> str:
     """Make OUT the folder of this run, or find it so, and commit to the key; hash of the code by which OUT's answers are.
 
-    Raises UserError where OUT holds anything else, or other code has not tried every case: a run that it has is scored again as
-    it is. run.json has no seed, from which anyone could draw the truth.
+    Raises UserError where OUT holds anything else, or other code's answers to some of the cases only. run.json has no seed,
+    from which anyone could draw the truth.
     """
     if (place.out / RUN).exists():
         found = json.loads((place.out / RUN).read_text(encoding="utf-8"))
         if found["commitment"] != key.commitment:
             same = "give the same ones to go on with it, or another --out"
             raise UserError(f"{place.out} holds a run with another --seed or --cases; {same}")
-        if found["code"] != code and not place.all_tried(cases, nominals):
+        if found["code"] != code and not place.may_be_scored_by_other_code(cases, nominals):
             mixed = "new ones cannot be mixed with them: choose another --out"
             raise UserError(f"{place.out} holds answers of other code; {mixed}")
         code = found["code"]

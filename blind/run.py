@@ -37,6 +37,9 @@ class Watch(Protocol):
     def sealed(self, commitment: str, answered: int) -> None:
         """The key is sealed, nothing is recorded yet; so many cases are answered from before."""
 
+    def of_other_code(self, failed: int) -> None:
+        """OUT is scored as it is, for it was answered by other code; so many cases that failed are not tried again."""
+
     def examined(self) -> None:
         """One more case is answered."""
 
@@ -44,13 +47,16 @@ class Watch(Protocol):
 def run(order: Order, place: Place, procedure: Procedure, workers: AbstractContextManager[Client], watch: Watch) -> Score:
     """Seal the key, examine what is not answered yet on the `workers`, open the key, score, and write all of it to `place`.
 
-    Raises UserError where `place` is of another run, or its answers not by this code.
+    Answers by other code are scored as they are, where it tried every case. Raises UserError where `place` is of another run,
+    or other code has answered some of it only.
     """
     key = seal(order.cases, order.seed)
     code = claim(place, key, procedure.code, order.cases, order.nominals)
-    todo = place.pending(order.cases, order.nominals) if code == procedure.code else {}
+    todo = place.pending(order.cases, order.nominals)
     watch.sealed(key.commitment, len(order.cases) - len(todo))
-    if todo:
+    if code != procedure.code:
+        watch.of_other_code(len(todo))
+    elif todo:
         with workers as client:
             _examine(client, order.cases, todo, place, procedure, watch)
     open_key(key, place.out)

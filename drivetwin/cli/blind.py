@@ -66,6 +66,10 @@ class _Watch:
         self._bars.console.print(f"key sealed: sha256 {commitment}", highlight=False, soft_wrap=True)
         self._bars.update(self._task, completed=answered)
 
+    def of_other_code(self, failed: int) -> None:
+        again = f"; {failed} cases that failed are not tried again, for that choose another --out" if failed else ""
+        self._bars.console.print(f"answered by other code, scored as it is{again}", highlight=False, soft_wrap=True)
+
     def examined(self) -> None:
         self._bars.advance(self._task)
         if not self._bars.console.is_terminal:

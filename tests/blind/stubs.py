@@ -52,9 +52,13 @@ class CountingWatch:
     commitment: str = ""
     answered: int = 0
     examined_now: int = 0
+    failed_by_other_code: int | None = None
 
     def sealed(self, commitment: str, answered: int) -> None:
         self.commitment, self.answered = commitment, answered
+
+    def of_other_code(self, failed: int) -> None:
+        self.failed_by_other_code = failed
 
     def examined(self) -> None:
         self.examined_now += 1

@@ -153,18 +153,35 @@ def test_unfinished_answers_of_other_code_are_refused(stubs: Stubs) -> None:
         replace(stubs, code="other").run(1)
 
 
+def fail(stubs: Stubs, number: int, nominal: str) -> None:
+    """As if the machine of a case could not be recorded."""
+    folder = stubs.out / f"cases/{number:03d}/{nominal}"
+    (folder / "report.json").unlink()
+    (folder / "failed.json").write_text('{"failed": "not examined: a drive tripped"}', encoding="utf-8")
+
+
 def test_failed_answer_is_tried_again_but_not_by_other_code(stubs: Stubs) -> None:
     """A case that cannot be recorded must not keep newer code from scoring the others."""
     stubs.run(2)
-    first = stubs.out / "cases/000/off"
-    (first / "report.json").unlink()
-    (first / "failed.json").write_text('{"failed": "not examined: a drive tripped"}', encoding="utf-8")
-    replace(stubs, code="other").run(2)
+    fail(stubs, 0, "off")
+    watch = CountingWatch()
+    replace(stubs, code="other").run(2, watch)
+    assert watch.failed_by_other_code == 1
     assert stubs.calls == {0: 1, 1: 1}
     assert read_answer(Place(stubs.out).outcome(0, "off")).failed == "not examined: a drive tripped"
-    stubs.run(2)
+    watch = CountingWatch()
+    stubs.run(2, watch)
+    assert watch.failed_by_other_code is None
     assert stubs.calls == {0: 2, 1: 1}
     assert read_answer(Place(stubs.out).outcome(0, "off")).failed is None
+
+
+def test_run_of_other_code_in_which_nothing_was_answered_is_refused(stubs: Stubs) -> None:
+    stubs.run(1)
+    for nominal in ("exact", "off"):
+        fail(stubs, 0, nominal)
+    with pytest.raises(UserError, match="of other code"):
+        replace(stubs, code="other").run(1)
 
 
 def test_foreign_folder_is_refused(stubs: Stubs) -> None:
