@@ -36,17 +36,27 @@ class Fitted:
 
 @dataclass(frozen=True)
 class _Part:
-    """One axis's rows of each fold: X'X (folds, p, p), X'y (folds, p), y'y (folds,); of further columns where one acts."""
+    """One axis's rows of each fold: X'X (trials, folds, p, p), X'y (trials, folds, p), y'y (folds,).
+
+    Of further columns where one acts; `trials` is 1 where all have the same.
+    """
 
     gram: Array
     right: Array
     square: Array
 
-    def left(self, beside: Array) -> float:
-        """Sum over folds of |y - X b|², where each fold has its own b, (folds, p or more)."""
-        b = beside[:, : self.right.shape[1]]
-        explained = np.einsum("fp,fp->f", b, 2.0 * self.right - np.einsum("fpq,fq->fp", self.gram, b))
-        return float(np.maximum(self.square - explained, 0.0).sum())
+    def left(self, beside: Array) -> Array:
+        """Sum over folds of |y - X b|² (trials,), where each fold of a trial has its own b, (trials, folds, p or more)."""
+        b = beside[..., : self.right.shape[-1]]
+        explained = np.einsum("tfp,tfp->tf", b, 2.0 * self.right - np.einsum("tfpq,tfq->tfp", self.gram, b))
+        return np.asarray(np.maximum(self.square - explained, 0.0).sum(axis=1))
+
+    def beside(self, cross: Array, own: Array, goal: Array) -> _Part:
+        """With m further columns Z of each trial: X'Z (trials, folds, p, m), Z'Z (.., m, m), Z'y (.., m)."""
+        gram, right = (np.broadcast_to(each, (len(cross), *each.shape[1:])) for each in (self.gram, self.right))
+        above = np.concatenate([gram, cross], axis=3)
+        below = np.concatenate([cross.swapaxes(2, 3), own], axis=3)
+        return _Part(np.concatenate([above, below], axis=2), np.concatenate([right, goal], axis=2), self.square)
 
 
 class Regression:
@@ -81,23 +91,42 @@ class Regression:
     def fit(self, columns: Sequence[Column] = (), target: Column | None = None, held: frozenset[int] = frozenset()) -> Fitted:
         """With further free columns, for a target that differs from the usual one on some axes; `held` coefficients are 0."""
         parts = {axis: self._part(axis, columns, target) for axis in self.axes}
-        return self._solve(parts, len(columns), held)
+        return self._solve(parts, len(columns), held)[0]
+
+    def fit_each(self, axis: str, trials: Sequence[Sequence[Array]], held: frozenset[int] = frozenset()) -> list[Fitted]:
+        """`fit` with each of several trials, whose columns (N,) act on one axis: many small ones at once."""
+        sizes = [len(columns) for columns in trials]
+        if not trials:
+            return []
+        extra = np.column_stack([column for columns in trials for column in columns])
+        cross, own = self._folded(axis, self.matrix[axis], extra), self._folded(axis, extra, extra)
+        goal = self._folded(axis, extra, self.target[axis][:, None])[:, :, 0]
+        begins = np.cumsum([0, *sizes[:-1]])
+        plain = {each: self._part(each, (), None) for each in self.axes}
+        found: dict[int, Fitted] = {}
+        for size in sorted(set(sizes)):
+            numbers = [number for number, each in enumerate(sizes) if each == size]
+            picks = begins[numbers][:, None] + np.arange(size)
+            part = plain[axis].beside(
+                np.moveaxis(cross[:, :, picks], 2, 0),
+                np.moveaxis(own[:, picks[:, :, None], picks[:, None, :]], 1, 0),
+                np.moveaxis(goal[:, picks], 1, 0),
+            )
+            found.update(zip(numbers, self._solve({**plain, axis: part}, size, held), strict=True))
+        return [found[number] for number in range(len(trials))]
 
     def _part(self, axis: str, columns: Sequence[Column], target: Column | None) -> _Part:
         """What an axis has a say in: without the further columns, where none of them acts on it."""
-        gram, right, square, y = self._gram[axis], self._right[axis], self._square[axis], self.target[axis]
+        right, square, y = self._right[axis], self._square[axis], self.target[axis]
         if target is not None and axis in target:
             y = target[axis]
             right, square = self._folded(axis, self.matrix[axis], y[:, None])[:, :, 0], self._folded_square(axis, y)
+        part = _Part(self._gram[axis][None], right[None], square)
         if not any(axis in column for column in columns):
-            return _Part(gram, right, square)
+            return part
         extra = _matrix(columns, axis, self.rows[axis])
-        cross = self._folded(axis, self.matrix[axis], extra)
-        own = self._folded(axis, extra, extra)
-        gram = np.concatenate(
-            [np.concatenate([gram, cross], axis=2), np.concatenate([cross.transpose(0, 2, 1), own], axis=2)], axis=1
-        )
-        return _Part(gram, np.concatenate([right, self._folded(axis, extra, y[:, None])[:, :, 0]], axis=1), square)
+        cross, own = self._folded(axis, self.matrix[axis], extra), self._folded(axis, extra, extra)
+        return part.beside(cross[None], own[None], self._folded(axis, extra, y[:, None])[None, :, :, 0])
 
     def rescaled(self, scale: Mapping[str, float]) -> Regression:
         """The same rows and columns, weighted by other scales."""
@@ -133,22 +162,26 @@ class Regression:
             found[axis] = y - np.hstack([self.matrix[axis], extra]) @ fitted.coefficients
         return found
 
-    def _solve(self, parts: Mapping[str, _Part], more: int, held: frozenset[int]) -> Fitted:
+    def _solve(self, parts: Mapping[str, _Part], more: int, held: frozenset[int]) -> list[Fitted]:
+        """Of each trial; `more` columns stand beside those that every hypothesis has."""
         ridge = np.concatenate([1.0 / self.spreads**2, np.zeros(more)])
         ridge[list(held)] = HELD
-        size = len(ridge)
-        gram, right = np.zeros((FOLDS, size, size)), np.zeros((FOLDS, size))
+        size, trials = len(ridge), max(len(part.right) for part in parts.values())
+        gram, right = np.zeros((trials, FOLDS, size, size)), np.zeros((trials, FOLDS, size))
         for axis, part in parts.items():
-            weight, own = 1.0 / self.scale[axis] ** 2, part.right.shape[1]
-            gram[:, :own, :own] += weight * part.gram
-            right[:, :own] += weight * part.right
-        whole, goal = gram.sum(axis=0), right.sum(axis=0)
+            weight, own = 1.0 / self.scale[axis] ** 2, part.right.shape[-1]
+            gram[..., :own, :own] += weight * part.gram
+            right[..., :own] += weight * part.right
+        whole, goal = gram.sum(axis=1), right.sum(axis=1)
         coefficients = _solved(whole, goal, ridge)
-        beside = _solved(whole - gram, goal - right, ridge)
-        held_out = {axis: part.left(beside) for axis, part in parts.items()}
-        coefficients[list(held)] = 0.0
-        prior = 0.5 * float(np.sum((coefficients[: len(self.spreads)] / self.spreads) ** 2))
-        return Fitted(coefficients, held_out, prior)
+        beside = _solved(whole[:, None] - gram, goal[:, None] - right, ridge)
+        left = {axis: part.left(beside).tolist() for axis, part in parts.items()}
+        coefficients[:, list(held)] = 0.0
+        prior = 0.5 * np.sum((coefficients[:, : len(self.spreads)] / self.spreads) ** 2, axis=1)
+        return [
+            Fitted(coefficients[trial], {axis: each[trial] for axis, each in left.items()}, float(prior[trial]))
+            for trial in range(trials)
+        ]
 
     def _folded(self, axis: str, left: Array, right: Array) -> Array:
         return np.stack([left[rows].T @ right[rows] for rows in self.folds[axis]])

@@ -62,13 +62,15 @@ def coarse(
     comparison: Comparison, regression: Regression, axis: str, kind: type[AxisEffect], dynamics: AxisDynamics
 ) -> list[Found]:
     """The best starts of an effect on an axis, best first, each with the coefficients of its members free."""
+    starts = [
+        tried
+        for tried in comparison.starts(axis, kind, dynamics)
+        if all(np.isfinite(rows).all() and rows.any() for rows in tried.columns)
+    ]
+    each = regression.fit_each(axis, [tried.columns for tried in starts], held=regression.replaced_by(kind.name, axis))
     found = []
-    for tried in comparison.starts(axis, kind, dynamics):
-        columns = [{axis: rows} for rows in tried.columns]
-        if not all(np.isfinite(rows).all() and rows.any() for rows in tried.columns):
-            continue
-        fitted = regression.fit(columns, held=regression.replaced_by(kind.name, axis))
-        chosen = fitted.coefficients[-len(columns) :]
+    for tried, fitted in zip(starts, each, strict=True):
+        chosen = fitted.coefficients[-len(tried.columns) :]
         effect = tried.start.compose([float(value) for value in chosen])
         if effect is not None:
             whole = {axis: np.column_stack(tried.columns) @ chosen}

@@ -122,6 +122,21 @@ def test_another_target_is_fitted_as_if_it_had_been_the_usual_one(
     assert one.held_out == pytest.approx(dict(usual.held_out), rel=1e-9)
 
 
+def test_many_trials_at_once_are_fitted_as_one_by_one(regression: Regression) -> None:
+    """Of one and of two columns, in an order of their own, with and without a column that is held."""
+    rng = np.random.default_rng(3)
+    trials = [[rng.standard_normal(regression.rows["turn"]) for _ in range(count)] for count in (2, 1, 2, 1, 1)]
+    for held in (frozenset[int](), frozenset({1})):
+        found = regression.fit_each("turn", trials, held)
+        assert len(found) == len(trials)
+        for columns, one in zip(trials, found, strict=True):
+            alone = regression.fit([{"turn": column} for column in columns], held=held)
+            np.testing.assert_allclose(one.coefficients, alone.coefficients, rtol=1e-9, atol=1e-12)
+            assert one.held_out == pytest.approx(alone.held_out, rel=1e-9)
+            assert one.prior_cost == pytest.approx(alone.prior_cost, rel=1e-9)
+    assert regression.fit_each("turn", []) == []
+
+
 def test_residual_is_target_less_columns(regression: Regression, columns: list[Column], target: dict[str, Array]) -> None:
     fitted = regression.fit([columns[3]])
     a, b, _, d = fitted.coefficients
