@@ -357,7 +357,7 @@ def settled(
     """The selected effects, each moved in turn to where least is left beside the others and the nominal parameters.
 
     `scale` weighs the rows of each axis; without it, what stands without the effect that is moved does: nominal parameters are
-    held more firmly then, while other effects may still be missing.
+    held more firmly then, while other effects may still be missing. One without which the others make no mechanism stays.
     """
     comparison, nominals = state.comparison, state.nominals
     for _ in range(ROUNDS if len(selected) > 1 else 1):
@@ -365,8 +365,8 @@ def settled(
             if isinstance(placed.effect, DriveEffect):
                 continue
             others = selected[:number] + selected[number + 1 :]
-            beside = state_with(comparison, nominals, others, state.noise)
             try:
+                beside = state_with(comparison, nominals, others, state.noise)
                 dynamics = comparison.simulation.dynamics((*state.corrected, *others))
                 predict = predictor(comparison, placed.axis, placed.effect, dynamics)
                 weighed = beside.regression.rescaled(scale or beside.regression.scale)

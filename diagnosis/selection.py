@@ -14,6 +14,7 @@ from diagnosis.nominal import Nominal
 from diagnosis.placing import in_order, placed
 from diagnosis.result import NONE
 from diagnosis.state import State, state_with
+from drivetwin.errors import UserError
 from emulator.effects import PlacedEffect
 
 MOST_EFFECTS = 3
@@ -117,7 +118,10 @@ def reconsidered(
         assert former is not None
         own = next(one for one in selected if (one.effect.name, one.axis) == (former.effect, former.axis))
         others = tuple(one for one in selected if one is not own)
-        beside = state_with(comparison, nominals, others, noise)
+        try:
+            beside = state_with(comparison, nominals, others, noise)
+        except UserError:  # a viscous friction, say, without which its asymmetry would push
+            continue
         tried = hypotheses(beside, own)
         if others and _needless(beside, tried, own):
             rest = settled(beside, others)

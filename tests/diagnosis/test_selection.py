@@ -23,7 +23,7 @@ from rig_bench import (
 from diagnosis import selection
 from diagnosis.comparison import Comparison
 from diagnosis.diagnose import diagnose
-from diagnosis.hypotheses import NOMINAL, Hypothesis, hypotheses, rated, shortlist
+from diagnosis.hypotheses import NOMINAL, Hypothesis, hypotheses, rated, settled, shortlist
 from diagnosis.nominal import nominal_parameters
 from diagnosis.placing import placed
 from diagnosis.result import NONE, Diagnosis
@@ -118,6 +118,22 @@ def test_an_effect_that_only_stood_in_for_another_is_given_up(waving: Comparison
     assert [(one.effect.name, one.axis) for one in selected] == [("position_friction", "turn")]
     assert [one.chosen.effect for one in again if one.chosen is not None] == ["position_friction"]
     assert again[0].state is state
+
+
+def test_an_effect_without_which_another_would_push_is_not_tried_away(waving: Comparison) -> None:
+    """An asymmetry larger than the model's own viscous friction, beside a viscous friction that carries it."""
+    viscous = waving.simulation.dynamics()["turn"].friction.viscous
+    carrying = placed(waving, "turn", library()["viscous"](viscous=3.0 * viscous))
+    asymmetry = placed(waving, "turn", library()["viscous_asymmetry"](asymmetry=1.5 * viscous))
+    nominals, selected = nominal_parameters(waving), (carrying, asymmetry)
+    state = state_with(waving, nominals, selected, NOISE)
+    assert waving.simulation.dynamics(settled(state, selected))
+    fitted = state.regression.fit()
+    found = [Found("turn", one.effect, {}, fitted) for one in selected]
+    chosen = [Hypothesis(one.effect.name, "turn", one, fitted.held_out, fitted.prior_cost, 1) for one in found]
+    steps = [Step(state, [one], one) for one in chosen]
+    _, kept = reconsidered(waving, nominals, NOISE, steps, selected)
+    assert waving.simulation.dynamics(kept)
 
 
 def test_an_effect_that_takes_next_to_nothing_beside_another_is_given_up(
