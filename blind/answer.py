@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from diagnosis.gap_report import CausePart, GapReport, read_report
+from diagnosis.report.schema import CausePart, GapReport, read_report
 from drivetwin.errors import UserError
 
 NOMINALS = ("exact", "off")

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from blind.answer import Answer, Gap, first_of_steps
 from blind.case import Case, Cause
-from diagnosis.gap_report import CausePart
-from diagnosis.result import NONE, UNKNOWN, Verdict
+from diagnosis.report.schema import CausePart
+from diagnosis.report.result import UNKNOWN, Verdict
 
 OF_THE_MODEL = frozenset({"coulomb", "viscous", "inertia"})
 """What nominal parameters that are off are rightly named as."""

@@ -1,4 +1,5 @@
-"""Diagnosis: recordings to the gap of each axis, its causes step by step, and a simulation that has them."""
+"""Diagnosis: recordings to the gap of each axis, its causes, and a simulation that has them. The way: prepare, propose, weigh,
+report."""
 
 from __future__ import annotations
 
@@ -9,21 +10,19 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from diagnosis.comparison import Comparison
-from diagnosis.hold_back import hold_back
-from diagnosis.inputs import without_position
-from diagnosis.judge import Judge
-from diagnosis.measured import prepare, thresholds
-from diagnosis.noise import noise_of
-from diagnosis.nominal import nominal_parameters
-from diagnosis.result import Diagnosis
-from diagnosis.selection import select_causes
-from diagnosis.settings import DiagnosisSettings
-from diagnosis.simulation import simulation
+from diagnosis.prepare.prepared import prepared
+from diagnosis.propose.drives import drive_effects
+from diagnosis.report.build import build
+from diagnosis.report.result import Diagnosis
+from diagnosis.settings import Settings
+from diagnosis.weigh.averaging import weighed
+from diagnosis.weigh.moves import Search
+from diagnosis.weigh.refit import refitted
+from diagnosis.weigh.state import bench_of
 from drivetwin.recording.recording import Recording
+from emulator.effects import DriveEffect
 
 Progress = Callable[[str, float], None]
-
 
 TURN = 5e-4
 """After which a thread passes Python's lock on [s]: what runs without it takes less than Python's usual 5 ms."""
@@ -46,25 +45,26 @@ def diagnose(
     model: Path,
     training: Sequence[Recording],
     validation: Sequence[Recording],
-    settings: DiagnosisSettings,
+    settings: Settings,
     progress: Progress,
 ) -> Diagnosis:
     """The causes of the gap, fitted on `training`, their shrink measured on `validation` (blocks held back where empty).
 
-    Raises UserError where a recording's axes do not fit the model.
+    Raises UserError where a recording's axes do not fit the model, or nothing can be asked of any.
     """
-    held_back = not validation
-    fitted, held = hold_back(training, settings.cutoff_hz) if held_back else (list(training), list(validation))
-    twin = simulation(model, fitted[0].info.axes)
-    standstill = thresholds(twin, [*fitted, *held], settings.cutoff_hz)
-    progress("filter, inverse dynamics", 0.05)
-    runs = [prepare(twin, recording, settings.cutoff_hz, standstill) for recording in fitted]
-    checks = [prepare(twin, recording, settings.cutoff_hz, standstill) for recording in held]
-    comparison = Comparison(twin, runs, without_position(fitted))
-    noise = {axis: noise_of(axis, [*runs, *checks]) for axis in twin.axes}
-    selection = select_causes(
-        comparison, nominal_parameters(comparison), {axis: one.floor for axis, one in noise.items()}, progress
-    )
-    progress("gap, shrink, intervals", 0.9)
-    unseen = Comparison(twin, checks, without_position(held))
-    return Judge(twin, comparison, unseen, selection, runs, checks, noise, settings, standstill, held_back).diagnosis()
+    progress("filter, inverse dynamics", 0.02)
+    ready = prepared(model, training, validation, settings)
+    rows = ready.rows
+    whole = bench_of(rows, settings, ready.absolute)
+    part = whole if rows.part is rows else bench_of(rows.part, settings, ready.absolute)
+    kinds = {
+        axis: [kind for kind in each.kinds if not issubclass(kind, DriveEffect)]
+        for axis, each in ready.testable.items()
+        if rows.count(axis)
+    }
+    found = Search(whole, part, kinds, progress).run()
+    progress("probabilities", 0.8)
+    answers = [weighed(family, settings) for family in found.families]
+    drives = [one for axis in kinds for one in drive_effects(ready.runs, axis, ready.testable[axis].kinds)]
+    progress("gap, shares, shrink", 0.9)
+    return build(ready, found, refitted(found.state), answers, drives, settings)

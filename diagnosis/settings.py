@@ -1,4 +1,4 @@
-"""What the user may choose about a diagnosis; all of it stands in the report."""
+"""Every number that steers a diagnosis: one record, printed in report.json, with the source of each."""
 
 from __future__ import annotations
 
@@ -6,12 +6,36 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class DiagnosisSettings:
-    """Choices of the diagnosis.
+class Settings:
+    """What steers the answer; the defaults hold for every machine. docs/diagnosis.md has a table of their sensitivity.
 
-    cutoff_hz: -3 dB frequency of one pass of the 4th-order Butterworth low-pass [Hz]; it runs forward and backward.
-    seed: of what is drawn: the resampled blocks behind the intervals.
+    cutoff_hz: -3 dB frequency of one pass of the zero-phase low-pass [Hz]; None: chosen from the recordings.
+    seed: of the Bayesian bootstrap and of the resampled blocks behind the intervals.
+    nominal_spread: standard deviation of a nominal parameter about the true one, as a share: what a data sheet and a weighed
+        part usually give.
+    timing_spread, timing_share: standard deviation of the time by which torque and position of a sample differ [s]: half a bus
+        cycle, and a share of the sample period.
+    misfit: rms of each component of the smooth unknown, as a share of the axis's torque: the discrepancy of a calibrated
+        simulator (Kennedy and O'Hagan, J. R. Stat. Soc. B 63(3), 2001).
+    misfit_waves: how many bends a component of the unknown may have over its range.
+    colour_order: order of the autoregression that describes the noise.
+    model_error: share of the torque that the comparison itself errs by (filters, derivatives, resampling).
+    least_share: share of an axis's gap energy that an effect has to take, to be worth a name.
+    blocks: stretches of contiguous time in which motion is held out.
+    folds: parts of which each is held out in turn (Geisser 1975).
+    rounds: effects that are added at most, axis by axis.
     """
 
-    cutoff_hz: float = 48.0
+    cutoff_hz: float | None = None
     seed: int = 0
+    nominal_spread: float = 0.04
+    timing_spread: float = 5e-4
+    timing_share: float = 0.2
+    misfit: float = 0.02
+    misfit_waves: float = 8.0
+    colour_order: int = 8
+    model_error: float = 0.012
+    least_share: float = 0.01
+    blocks: int = 40
+    folds: int = 5
+    rounds: int = 6

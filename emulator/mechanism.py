@@ -15,7 +15,7 @@ from emulator.dynamics import AxisDynamics, FrictionLaw
 from emulator.dynamics.encoder import Encoders
 from emulator.dynamics.friction import Friction, VaryingFriction
 from emulator.dynamics.load import Loads
-from emulator.dynamics.motor import Motors
+from emulator.dynamics.motor import Motors, Ripples
 from emulator.dynamics.place import Place
 from emulator.dynamics.records import acting
 from emulator.dynamics.transmission import ElasticTransmissions, UnevenTransmissions
@@ -124,9 +124,12 @@ class Mechanism:
         self._motor_angle = np.zeros(len(axes))
         self.motor_position = self._motor_angle
         self._reading: list[UnevenTransmissions | Encoders] = []
-        self._acting: list[Friction | VaryingFriction | Loads | Motors | ElasticTransmissions | UnevenTransmissions] = []
+        self._acting: list[Friction | VaryingFriction | Loads | Motors | Ripples | ElasticTransmissions | UnevenTransmissions] = []
         if motors := acting([axis.motor for axis in axes], places):
             self._acting.append(Motors(motors, data))
+        ripples = [(ripple, place) for axis, place in zip(axes, places, strict=True) for ripple in axis.ripples]
+        if ripples:
+            self._acting.append(Ripples(ripples, data))
         self._frictions: list[Friction | VaryingFriction] = [
             Friction([axis.friction for axis in axes], places, self.brakes, model, data)
         ]

@@ -24,16 +24,16 @@ from controller.machine import load_machine
 from controller.pacing import Lockstep
 from controller.progress import Progress
 from controller.session import session_on
-from diagnosis.comparison import Comparison
+from diagnosis.prepare.rows import Comparison
 from diagnosis.diagnose import diagnose
 from diagnosis.excitation.choice import Question
 from diagnosis.excitation.limits import AxisLimits
 from diagnosis.excitation.plan import plan
-from diagnosis.measured import prepare, thresholds
-from diagnosis.noise import noise_of
-from diagnosis.nominal import nominal_parameters
+from diagnosis.prepare.motion import prepare, thresholds
+from diagnosis.prepare.noise import noise_of
+from diagnosis.propose.nominal import nominal_parameters
 from diagnosis.settings import DiagnosisSettings
-from diagnosis.simulation import simulation
+from diagnosis.prepare.simulation import simulation
 from diagnosis.state import state_with
 from drive_profiles import load_profile
 from drivetwin.bus import InprocBus

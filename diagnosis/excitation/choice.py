@@ -14,9 +14,11 @@ from diagnosis.excitation.standstills import Standstills
 from diagnosis.excitation.sweep import Sweep
 from diagnosis.excitation.warm_up import WarmUp
 from diagnosis.excitation.whole_travel import WholeTravel
-from diagnosis.gap_report import CausePart, GapReport
-from diagnosis.result import NONE, UNKNOWN
+from diagnosis.prepare.testable import WHY
+from diagnosis.report.result import UNKNOWN
+from diagnosis.report.schema import CausePart, GapReport, NotTestablePart
 from drivetwin.errors import UserError
+from emulator.effects import Need
 
 EXCITATIONS: tuple[Excitation, ...] = (
     WarmUp(),
@@ -36,9 +38,13 @@ LIKELY = 0.05
 """Probability from which an answer beside the first is worth a motion."""
 
 
+MOTION_HELPS = frozenset({Need.BOTH_DIRECTIONS, Need.TWO_SPEEDS, Need.REVERSALS, Need.ACCELERATION, Need.TIME})
+"""What a recording may lack that another motion gives it."""
+
+
 @dataclass(frozen=True)
 class Question:
-    """Effects on one axis that recordings did not tell apart, most probable first, and the words of the report to it."""
+    """Effects on one axis that recordings left open, most weight first, and the words of the report to it."""
 
     axis: str
     effects: tuple[str, ...]
@@ -46,34 +52,44 @@ class Question:
 
 
 def open_question(report: GapReport, axis: str) -> Question:
-    """The first step's answers on an axis that are left: those called indistinguishable, and those with 5 % or more.
+    """What is open on an axis: causes that are not settled, or where no effect is a cause, what could not be tested.
 
-    Raises UserError where the report has no such axis, or nothing is open about it.
+    A cause is settled that is distinguished from all others and has a probability of 95 % or more.
+    Raises UserError where the report has no such axis, or nothing is open about it that a motion settles.
     """
     if axis not in report.axes:
         raise UserError(f"the report has no axis {axis!r}; it has {', '.join(report.axes)}")
-    for step in sorted({cause.step for cause in report.causes}):
-        causes = [one for one in report.causes if one.step == step and one.axis == axis and one.effect not in (UNKNOWN, NONE)]
-        effects = _left(causes)
-        if len(effects) > 1:
-            words = next((one.tell_apart_by for one in causes if one.tell_apart_by), "")
-            return Question(axis, effects, words)
-    raise UserError(f"the report leaves nothing open on axis {axis!r}: every step has one effect there that stands alone")
+    causes = [one for one in report.causes if one.axis == axis and one.effect != UNKNOWN]
+    return _among(causes, axis) if causes else _untested(report.axes[axis].not_testable, axis)
 
 
-def _left(causes: Sequence[CausePart]) -> tuple[str, ...]:
-    if not causes:
-        return ()
-    likely = [one.effect for one in causes if one.probability >= LIKELY]
-    return tuple(dict.fromkeys([causes[0].effect, *causes[0].indistinguishable_from, *likely]))
+def _among(causes: Sequence[CausePart], axis: str) -> Question:
+    """The first cause, those that it is not distinguished from, and whatever else is likely."""
+    likely = [one for one in causes if one is causes[0] or one.probability >= LIKELY]
+    if all(one.probability >= 1.0 - LIKELY and not one.indistinguishable_from for one in likely):
+        raise UserError(f"the report leaves nothing open on axis {axis!r}: each of its causes stands alone")
+    effects = [effect for one in likely for effect in (one.effect, *one.indistinguishable_from)]
+    words = dict.fromkeys(one.tell_apart_by for one in likely if one.tell_apart_by)
+    return Question(axis, tuple(dict.fromkeys(effects)), "; ".join(words))
+
+
+def _untested(entries: Sequence[NotTestablePart], axis: str) -> Question:
+    """Effects that another motion would make testable."""
+    motions = {WHY[need] for need in MOTION_HELPS}
+    asked = [one for one in entries if (one.reason, one.needed) in motions]
+    if not asked:
+        rest = f"; it could not test {entries[0].effect}, which needs {entries[0].needed}" if entries else ""
+        raise UserError(f"the report leaves nothing open on axis {axis!r} that a motion settles{rest}")
+    needed = dict.fromkeys(one.needed for one in asked)
+    return Question(axis, tuple(dict.fromkeys(one.effect for one in asked)), "; ".join(needed))
 
 
 def chosen(effects: Sequence[str]) -> tuple[Excitation, ...]:
-    """Every motion that sets one of the effects apart, in the order in which they run.
+    """Every motion that distinguishes one of the effects from others, in the order in which they run.
 
-    Raises UserError for effects that no motion of this library sets apart.
+    Raises UserError for effects that no motion of this library distinguishes.
     """
     found = tuple(one for one in EXCITATIONS if one.tells & set(effects))
     if not found:
-        raise UserError(f"no motion of this library sets apart {', '.join(effects)}")
+        raise UserError(f"no motion of this library distinguishes {', '.join(effects)}")
     return found

@@ -10,9 +10,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from diagnosis.diagnose import diagnose
-from diagnosis.inputs import read_inputs
-from diagnosis.settings import DiagnosisSettings
-from diagnosis.write import write_diagnosis
+from diagnosis.prepare.inputs import read_inputs
+from diagnosis.settings import Settings
+from diagnosis.report.write import write_diagnosis
 from drivetwin.cli.diagnose_summary import print_summary
 from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace
 
@@ -28,7 +28,9 @@ def diagnose_command(
         list[Path] | None,
         typer.Option(metavar="RECORDING...", help="Recordings to measure the shrink on, not fitted; up to the next option."),
     ] = None,
-    cutoff: Annotated[float, typer.Option(metavar="HZ", help="Cut-off of the zero-phase filter, in Hz.")] = 48.0,
+    cutoff: Annotated[
+        float | None, typer.Option(metavar="HZ", help="Cut-off of the zero-phase filter, in Hz; without it, by the recordings.")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of what is drawn for the intervals.")] = 0,
     allow_gaps: Annotated[bool, typer.Option("--allow-gaps", help="Split a recording at lost samples.")] = False,
     no_html: Annotated[bool, typer.Option("--no-html", help="Leave report.html out.")] = False,
@@ -52,7 +54,7 @@ def diagnose_command(
         def progress(what: str, share: float = 1.0) -> None:
             bars.update(task, description=what, completed=share)
 
-        found = diagnose(model, inputs.training, inputs.validation, DiagnosisSettings(cutoff, seed), progress)
+        found = diagnose(model, inputs.training, inputs.validation, Settings(cutoff_hz=cutoff, seed=seed), progress)
         with new_directory(out) as staged:
             write_diagnosis(found, inputs.files, staged, html=not no_html, progress=progress)
     print_summary(console, found)

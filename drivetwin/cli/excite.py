@@ -1,4 +1,4 @@
-"""`drivetwin excite`: the motion that tells apart what a gap report could not."""
+"""`drivetwin excite`: the motion that distinguishes what a gap report could not."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from diagnosis.excitation.choice import open_question
 from diagnosis.excitation.limits import read_limits
 from diagnosis.excitation.plan import Plan, plan
 from diagnosis.excitation.write import write_plan
-from diagnosis.gap_report import read_report
-from diagnosis.wording import name_of, number
+from diagnosis.report.schema import read_report
+from diagnosis.report.wording import name_of, number
 from drivetwin.errors import UserError
 from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace
 
@@ -23,12 +23,12 @@ def excite_command(
     model: Annotated[Path, typer.Argument(metavar="MODEL.xml", help="MuJoCo model that was diagnosed; its ranges count.")],
     *,
     report: Annotated[Path, typer.Option(metavar="FILE", help="report.json of `drivetwin diagnose`.")],
-    axis: Annotated[str, typer.Option(metavar="AXIS", help="Axis on which causes are to be told apart.")],
+    axis: Annotated[str, typer.Option(metavar="AXIS", help="Axis on which causes are to be distinguished.")],
     limits: Annotated[Path, typer.Option(metavar="FILE", help="YAML: speed, acceleration, jerk, travel of each axis.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where set-points, motion.json and motion.png appear.")],
     period: Annotated[float, typer.Option(metavar="S", help="Time between two set-points, in seconds.")] = 0.001,
 ) -> None:
-    """Write the motion that tells apart what a report could not: move the machine so, record it, diagnose again.
+    """Write the motion that distinguishes what a report could not: move the machine so, record it, diagnose again.
 
     Example: drivetwin excite model.xml --report out/gap/report.json --axis lift --limits limits.yaml --out out/motion
 
@@ -45,7 +45,7 @@ def excite_command(
         write_plan(found, inputs, staged)
     console = Console(width=max(112, Console().width))
     effects = ", ".join(name_of(effect) for effect in found.question.effects)
-    console.print(f"To tell apart on {axis}: {effects}; {number(float(found.time[-1]))} s of motion", highlight=False)
+    console.print(f"To distinguish on {axis}: {effects}; {number(float(found.time[-1]))} s of motion", highlight=False)
     console.print(_passages(found))
     console.print("  ".join(str(out / name) for name in ("setpoints.csv", "motion.json", "motion.png")), highlight=False)
 

@@ -20,6 +20,8 @@ Mask = NDArray[np.bool_]
 _SHARE_OF_TOP_SPEED = 0.002
 _NOISE_FACTOR = 5.0
 _MOVES_ABOVE_NOISE = 20.0
+_ON_GRID = 0.05
+"""Of a quantum, that samples on its grid are off in the median."""
 _ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
 """Share of a position that filtering leaves as rounding: an axis that stands must not seem to move by it."""
 STANDSTILL_REACH = 1.5
@@ -105,6 +107,14 @@ def standstill_velocity(motions: Sequence[AxisMotion]) -> float | None:
     return max(_SHARE_OF_TOP_SPEED * top, _NOISE_FACTOR * noise)
 
 
+def standstill_velocities(motions: Sequence[AxisMotion]) -> list[float]:
+    """`standstill_velocity` by what each motion's own noise is; infinite in all where the axis never moves in any."""
+    top = max(float(np.abs(motion.velocity[_inside(motion)]).max()) for motion in motions)
+    if top <= _MOVES_ABOVE_NOISE * min(motion.velocity_noise for motion in motions):
+        return [np.inf] * len(motions)
+    return [max(_SHARE_OF_TOP_SPEED * top, _NOISE_FACTOR * motion.velocity_noise) for motion in motions]
+
+
 def select(motion: AxisMotion, threshold: float, reversal_margin: float) -> AxisSamples:
     """Mark the samples that count.
 
@@ -148,13 +158,21 @@ def velocity_noise(recording: Recording, axis: str, raw: Samples, filtered: Samp
     share = 2.0 * cutoff_hz * period
     info = recording.info.axes[axis]
     edge = reach(period, cutoff_hz)
-    quantum = max((info.position_resolution or 0.0) / np.sqrt(12.0), _ROUNDING * float(np.abs(raw).max()))
+    quantum = max(_quantum(raw, info.position_resolution) / np.sqrt(12.0), _ROUNDING * float(np.abs(raw).max()))
     if "position" not in recording.columns[axis] or f"{axis}.position" in recording.info.derived:
         lost = derivative(raw - filtered, period)[edge:-edge]
         return float(np.std(lost) / np.sqrt(1.0 - share) * np.sqrt(share))
     lost = (raw - filtered)[edge:-edge]
     noise = max(float(np.std(lost)) / np.sqrt(1.0 - share), quantum)
     return float(2.0 * np.pi * cutoff_hz * noise * np.sqrt(share / 3.0))
+
+
+def _quantum(raw: Samples, resolution: float | None) -> float:
+    """The resolution, if the samples stand on its grid: an integrated or filtered position does not."""
+    if not resolution:
+        return 0.0
+    steps = (raw - raw[0]) / resolution
+    return resolution if float(np.median(np.abs(steps - np.round(steps)))) < _ON_GRID else 0.0
 
 
 def _refuse_short(recording: Recording, period: float, cutoff_hz: float) -> None:

@@ -3,5 +3,6 @@
 from emulator.dynamics.axis import AxisDynamics
 from emulator.dynamics.friction import FrictionLaw
 from emulator.dynamics.motion import Motion
+from emulator.dynamics.motor import Ripple
 
-__all__ = ["AxisDynamics", "FrictionLaw", "Motion"]
+__all__ = ["AxisDynamics", "FrictionLaw", "Motion", "Ripple"]

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
-from functools import lru_cache
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass, field
 
 from emulator.dynamics.encoder import Encoder
 from emulator.dynamics.friction import FrictionLaw
 from emulator.dynamics.load import Load
-from emulator.dynamics.motor import Motor
+from emulator.dynamics.motor import Motor, Ripple
 from emulator.dynamics.transmission import Transmission
 
 
@@ -25,19 +21,8 @@ class AxisDynamics:
     gear_ratio: float = 1.0
     slide: bool = False
     motor: Motor = field(default_factory=Motor)
+    ripples: tuple[Ripple, ...] = ()
     transmission: Transmission = field(default_factory=Transmission)
     friction: FrictionLaw = field(default_factory=FrictionLaw)
     load: Load = field(default_factory=Load)
     encoder: Encoder = field(default_factory=Encoder)
-
-    def is_nearly(self, other: AxisDynamics, share: float) -> bool:
-        """Whether no number of the two differs by more than that share of it."""
-        return bool(np.allclose(_numbers(self), _numbers(other), rtol=share, atol=0.0))
-
-
-@lru_cache(maxsize=256)
-def _numbers(axis: AxisDynamics) -> NDArray[np.float64]:
-    """All parameters of an axis, (n,)."""
-    parts = (axis.motor, axis.transmission, axis.friction, axis.load, axis.encoder)
-    own = [axis.gear_ratio, float(axis.slide)]
-    return np.array([*own, *(float(getattr(part, one.name)) for part in parts for one in fields(part))])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
+from math import inf
 from threading import Lock
 
 import numpy as np
@@ -20,7 +21,7 @@ class Motion:
     Position, as the encoder tells it, and its derivatives; `torque` is the motor's as the drive reports it, times the gear
     ratio. `rigid_torque` is what the frictionless rigid machine needs for this motion, `inertia` its d torque / d acceleration,
     both with the motor; `rotor_inertia` is the motor's share of it. `from_others`: what of `rigid_torque` the other axes'
-    accelerations cost. Samples stand in equal steps.
+    accelerations cost. `band`: the highest frequency that the motion holds [Hz]. Samples stand in equal steps.
     """
 
     position: NDArray[np.float64]
@@ -32,6 +33,7 @@ class Motion:
     inertia: NDArray[np.float64]
     rotor_inertia: float
     from_others: NDArray[np.float64] | float = 0.0
+    band: float = inf
     _kept: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
     _lately: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
     _lock: Lock = field(init=False, repr=False, compare=False, default_factory=Lock)

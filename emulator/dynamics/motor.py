@@ -1,4 +1,4 @@
-"""The motor as it is, against what its drive takes it for: torque by current, and what the power stage gives."""
+"""The motor as it is, against what its drive takes it for: torque by current, cogging, and what the power stage gives."""
 
 from __future__ import annotations
 
@@ -15,34 +15,46 @@ from emulator.dynamics.records import records
 
 @dataclass(frozen=True)
 class Motor:
-    """Shaft torque = (1 + constant_error) reported torque + offset + ripple_amplitude sin(ripple_order angle + ripple_phase).
+    """Shaft torque = (1 + constant_error) reported torque + offset + ripples.
 
-    Torques on the joint side [N·m or N], the angle is the motor's [rad]. `current_limit` [N·m or N]: the current that the power
-    stage gives ends there; `bandwidth` [Hz]: the current loop's, 0 where it is as the drive was commissioned. The reported
-    torque is the measured current's, so the drive sees these two and none of the others.
+    Torques on the joint side [N·m or N]. `current_limit` [N·m or N]: the current that the power stage gives ends there;
+    `bandwidth` [Hz]: the current loop's, 0 where it is as the drive was commissioned. The reported torque is the measured
+    current's, so the drive sees these two and none of the others.
     """
 
     constant_error: float = 0.0
     offset: float = 0.0
-    ripple_amplitude: float = 0.0
-    ripple_order: float = 1.0
-    ripple_phase: float = 0.0
     current_limit: float = inf
     bandwidth: float = 0.0
 
     @property
     def acts(self) -> bool:
         """Whether the shaft gives anything else than the drive reports."""
-        return any((self.constant_error, self.offset, self.ripple_amplitude))
+        return any((self.constant_error, self.offset))
 
 
 @compiled
 def _apply(motors, position, torque) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
     for row in range(motors.shape[0]):
         motor = motors[row]
-        angle = motor.gear * position[motor.motor_qpos]
-        ripple = motor.ripple_amplitude * sin(motor.ripple_order * angle + motor.ripple_phase)
-        torque[motor.actuator] = (1.0 + motor.constant_error) * torque[motor.actuator] + (motor.offset + ripple) / motor.gear
+        torque[motor.actuator] = (1.0 + motor.constant_error) * torque[motor.actuator] + motor.offset / motor.gear
+
+
+@dataclass(frozen=True)
+class Ripple:
+    """Torque amplitude sin(order angle + phase) on the shaft, whatever the current; joint side [N·m or N], motor angle [rad]."""
+
+    amplitude: float
+    order: float
+    phase: float = 0.0
+
+
+@compiled
+def _apply_ripples(ripples, position, torque) -> None:  # type: ignore[no-untyped-def]
+    for row in range(ripples.shape[0]):
+        ripple = ripples[row]
+        angle = ripple.gear * position[ripple.motor_qpos]
+        torque[ripple.actuator] += ripple.amplitude * sin(ripple.order * angle + ripple.phase) / ripple.gear
 
 
 class Motors:
@@ -55,3 +67,15 @@ class Motors:
     def act(self) -> None:
         """Turn reported motor torques into shaft torques."""
         _apply(self._motors, *self._arrays)
+
+
+class Ripples:
+    """The ripples of all motors; act after Motors, for no torque constant scales them."""
+
+    def __init__(self, ripples: Sequence[tuple[Ripple, Place]], data: mujoco.MjData) -> None:
+        self._ripples = records(ripples)
+        self._arrays = (data.qpos, data.ctrl)
+
+    def act(self) -> None:
+        """Add them to the shaft torques of the coming step."""
+        _apply_ripples(self._ripples, *self._arrays)

@@ -1,6 +1,6 @@
 """The library of effects: one class a file, found by listing this folder."""
 
-from emulator.effects.base import AxisEffect, DriveEffect, Effect, ModelEffect, Parameter, Start, StaticEffect
+from emulator.effects.base import AxisEffect, DriveEffect, Effect, ModelEffect, Need, Parameter, Start, StaticEffect
 from emulator.effects.file import PlacedEffect, read_effects
 from emulator.effects.library import library
 
@@ -9,6 +9,7 @@ __all__ = [
     "DriveEffect",
     "Effect",
     "ModelEffect",
+    "Need",
     "Parameter",
     "PlacedEffect",
     "Start",

@@ -12,15 +12,17 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import replayed
-from emulator.effects.base import DAMPING, POSITION, STIFFNESS, Parameter, ReplayedEffect, Start
-from emulator.effects.springs import springs
+from emulator.effects.base import DAMPING, POSITION, STIFFNESS, Need, Parameter, ReplayedEffect, Start
+from emulator.effects.springs import springs, too_soft
 from emulator.effects.waves import travel
 
 _FLANKS = (15.0, 45.0)
 """How fast the link swings on a flank of a locked motor [Hz]."""
 _CROSSING_TIMES = (0.003, 0.08)
 """From flank to flank [s]."""
-_GAPS = 20
+_SHARES = (1e-3, 0.08)
+"""Of the travel, that a gap may be."""
+_GAPS = 8
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,8 @@ class Backlash(ReplayedEffect):
 
     name: ClassVar[str] = "backlash"
     family: ClassVar[str] = "transmission"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.REVERSALS})
+    scales: ClassVar[bool] = False
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("gap", POSITION, low=0.0),
         Parameter("stiffness", STIFFNESS, low=1e-3),
@@ -49,13 +53,25 @@ class Backlash(ReplayedEffect):
     def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return replayed(motion, self._on(axis))
 
+    def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
+        return too_soft(motion, self.stiffness)
+
     @classmethod
-    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
-        """By how long a link that coasts takes from flank to flank while the motor turns back."""
-        turns = float(np.sqrt(np.mean(motion.acceleration**2)))
-        gaps = 0.5 * turns * np.geomspace(*_CROSSING_TIMES, _GAPS) ** 2
-        flanks = [spring for at in _FLANKS for spring in springs(motion, at, (0.5,))]
-        return [cls._start(float(gap), flank) for flank in flanks for gap in gaps if gap < 0.1 * travel(motion)]
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
+        """By how long a link that coasts takes from flank to flank while the motor turns back, and by shares of the travel.
+
+        Where friction holds the link, the flanks are also tried that its friction bends by half a gap.
+        """
+        turns, way = float(np.sqrt(np.mean(motion.acceleration**2))), travel(motion)
+        coasting = 0.5 * turns * np.geomspace(*_CROSSING_TIMES, _GAPS) ** 2
+        held = way * np.geomspace(*_SHARES, _GAPS)
+        flanks = [spring for at in _FLANKS for spring in springs(motion, at, (0.2,))]
+        tried = [(float(gap), flank) for flank in flanks for gap in (*coasting, *held) if gap < 0.1 * way]
+        level = max(axis.friction.coulomb, axis.friction.static_torque)
+        if level > 0.0 and flanks:
+            link = float(np.median(motion.inertia)) - motion.rotor_inertia
+            tried += [(float(gap), (float(2.0 * level / gap), float(0.4 * np.sqrt(2.0 * level / gap * link)))) for gap in held]
+        return [cls._start(gap, flank) for gap, flank in tried]
 
     @classmethod
     def _start(cls, gap: float, flank: tuple[float, float]) -> Start:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from typing import ClassVar
 
 import mujoco
@@ -53,6 +54,19 @@ class Parameter:
     high: float = np.inf
 
 
+class Need(StrEnum):
+    """What a motion or a recording must have, so that an effect can be told from others at all."""
+
+    BOTH_DIRECTIONS = "both_directions"
+    TWO_SPEEDS = "two_speeds"
+    REVERSALS = "reversals"
+    ACCELERATION = "acceleration"
+    ABSOLUTE_POSITION = "absolute_position"
+    WEIGHT = "weight"
+    TIME = "time"
+    DEMAND = "demand"
+
+
 @dataclass(frozen=True)
 class Effect(ABC):
     """One physical effect on one axis. Subclasses are frozen dataclasses whose fields are the parameters."""
@@ -60,6 +74,10 @@ class Effect(ABC):
     name: ClassVar[str]
     family: ClassVar[str]
     parameters: ClassVar[tuple[Parameter, ...]]
+    needs: ClassVar[frozenset[Need]] = frozenset()
+    """Without these in the recordings it is not asked for."""
+    several: ClassVar[bool] = False
+    """Whether an axis may have more than one: two orders of cogging."""
 
     @abstractmethod
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
@@ -67,6 +85,14 @@ class Effect(ABC):
 
         Raises UserError where the joint or the model cannot have the effect.
         """
+
+    def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
+        """A change of each parameter that changes the torque about as much as the effect itself, for a search to scale by."""
+        return {one.name: abs(float(getattr(self, one.name))) or 1.0 for one in self.parameters}
+
+    def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
+        """How rare its size is among machines [nats]: 0 for an ordinary one."""
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -84,6 +110,9 @@ class Start:
 @dataclass(frozen=True)
 class AxisEffect(Effect):
     """An effect whose torque follows from the measured motion of its axis, its past included."""
+
+    scales: ClassVar[bool] = True
+    """Whether a start's members may be scaled to say how large the effect is; else they are tried as they are."""
 
     @abstractmethod
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:

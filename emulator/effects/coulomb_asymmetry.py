@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import TORQUE, FrictionEffect, Parameter, Start
+from emulator.effects.base import TORQUE, FrictionEffect, Need, Parameter, Start
 
 
 @dataclass(frozen=True)
@@ -16,6 +16,7 @@ class CoulombAsymmetry(FrictionEffect):
 
     name: ClassVar[str] = "coulomb_asymmetry"
     family: ClassVar[str] = "friction"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.BOTH_DIRECTIONS})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("asymmetry", TORQUE),)
 
     asymmetry: float

@@ -9,7 +9,7 @@ import mujoco
 
 from drivetwin.errors import UserError
 from emulator.dynamics import AxisDynamics
-from emulator.effects.base import INERTIA, NUMBER, ModelEffect, Parameter
+from emulator.effects.base import INERTIA, NUMBER, ModelEffect, Need, Parameter
 from emulator.effects.model_tree import driven_joint_before
 
 
@@ -23,6 +23,7 @@ class Coupling(ModelEffect):
 
     name: ClassVar[str] = "coupling"
     family: ClassVar[str] = "rigid body"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("inertia", INERTIA, low=0.0),
         Parameter("ratio", NUMBER),

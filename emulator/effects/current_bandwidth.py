@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from emulator.dynamics import AxisDynamics
-from emulator.effects.base import FREQUENCY, DriveEffect, Parameter
+from emulator.effects.base import FREQUENCY, DriveEffect, Need, Parameter
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,7 @@ class CurrentBandwidth(DriveEffect):
 
     name: ClassVar[str] = "current_bandwidth"
     family: ClassVar[str] = "motor and drive"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.DEMAND})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("bandwidth", FREQUENCY, low=1.0, high=4000.0),)
 
     bandwidth: float

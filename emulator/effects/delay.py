@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import needed_acceleration, needed_torque
-from emulator.effects.base import TIME, AxisEffect, Parameter, Start
+from emulator.effects.base import TIME, AxisEffect, Need, Parameter, Start
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,7 @@ class Delay(AxisEffect):
 
     name: ClassVar[str] = "delay"
     family: ClassVar[str] = "sensing and timing"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("delay", TIME, low=0.0, high=0.05),)
 
     delay: float

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import replayed
-from emulator.effects.base import DAMPING, STIFFNESS, Parameter, ReplayedEffect, Start
-from emulator.effects.springs import springs
+from emulator.effects.base import DAMPING, STIFFNESS, Need, Parameter, ReplayedEffect, Start
+from emulator.effects.springs import springs, too_soft
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,8 @@ class Elasticity(ReplayedEffect):
 
     name: ClassVar[str] = "elasticity"
     family: ClassVar[str] = "transmission"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
+    scales: ClassVar[bool] = False
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("stiffness", STIFFNESS, low=1e-3),
         Parameter("damping", DAMPING, low=0.0),
@@ -40,6 +42,9 @@ class Elasticity(ReplayedEffect):
 
     def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return replayed(motion, self._on(axis))
+
+    def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
+        return too_soft(motion, self.stiffness)
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

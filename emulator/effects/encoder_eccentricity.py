@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import replayed
-from emulator.effects.base import ANGLE, POSITION, Parameter, ReplayedEffect, Start
+from emulator.effects.base import ANGLE, POSITION, Need, Parameter, ReplayedEffect, Start
 from emulator.effects.waves import amplitude_and_phase
 
 
@@ -26,6 +26,7 @@ class EncoderEccentricity(ReplayedEffect):
 
     name: ClassVar[str] = "encoder_eccentricity"
     family: ClassVar[str] = "sensing and timing"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION, Need.ACCELERATION})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude", POSITION, low=0.0),
         Parameter("phase", ANGLE),
@@ -39,6 +40,9 @@ class EncoderEccentricity(ReplayedEffect):
 
     def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return replayed(self._truth(motion, axis.gear_ratio), axis)
+
+    def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
+        return super().sizes(motion, axis) | {"phase": 1.0}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

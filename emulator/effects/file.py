@@ -66,9 +66,14 @@ def read_effects(path: Path) -> tuple[PlacedEffect, ...]:
 def _refuse_twice(path: Path, entries: list[_Entry]) -> None:
     seen = set()
     for number, entry in enumerate(entries):
-        if (entry.effect, entry.axis) in seen:
+        if (entry.effect, entry.axis) in seen and not _several(entry.effect):
             raise UserError(f"{path}: effects[{number}]: {entry.effect} stands twice on axis {entry.axis!r}")
         seen.add((entry.effect, entry.axis))
+
+
+def _several(name: str) -> bool:
+    known = library()
+    return name in known and known[name].several
 
 
 def _place(path: Path, number: int, entry: _Entry) -> PlacedEffect:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.load import Load
-from emulator.effects.base import ANGLE, TORQUE, Parameter, Start, StaticEffect
+from emulator.effects.base import ANGLE, TORQUE, Need, Parameter, Start, StaticEffect
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,7 @@ class Gravity(StaticEffect):
 
     name: ClassVar[str] = "gravity"
     family: ClassVar[str] = "rigid body"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.WEIGHT})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("moment", TORQUE),
         Parameter("angle", ANGLE),
@@ -43,6 +44,9 @@ class Gravity(StaticEffect):
         if axis.slide:
             return Load(constant=self.moment)
         return Load(sine=self.moment * cos(self.angle), cosine=-self.moment * sin(self.angle))
+
+    def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
+        return super().sizes(motion, axis) | {"angle": 1.0}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

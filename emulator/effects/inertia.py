@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import INERTIA, Parameter, Start, StaticEffect
+from emulator.effects.base import INERTIA, Need, Parameter, Start, StaticEffect
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,7 @@ class Inertia(StaticEffect):
 
     name: ClassVar[str] = "inertia"
     family: ClassVar[str] = "rigid body"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("difference", INERTIA),)
 
     difference: float

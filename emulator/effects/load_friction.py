@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from emulator.dynamics.replay import needed_torque
-from emulator.effects.base import NUMBER, FrictionEffect, Parameter, Start
+from emulator.effects.base import NUMBER, FrictionEffect, Need, Parameter, Start
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,7 @@ class LoadFriction(FrictionEffect):
 
     name: ClassVar[str] = "load_friction"
     family: ClassVar[str] = "friction"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("coefficient", NUMBER, low=0.0, high=0.9),)
 
     coefficient: float

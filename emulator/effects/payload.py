@@ -7,9 +7,13 @@ from typing import ClassVar
 
 import mujoco
 
-from emulator.dynamics import AxisDynamics
-from emulator.effects.base import LENGTH, MASS, ModelEffect, Parameter
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.effects.base import LENGTH, MASS, ModelEffect, Need, Parameter
 from emulator.effects.model_tree import outermost
+
+
+_PLACE = 0.02
+"""Of a place [m], the least that matters: it may well be at 0."""
 
 
 @dataclass(frozen=True)
@@ -21,6 +25,7 @@ class Payload(ModelEffect):
 
     name: ClassVar[str] = "payload"
     family: ClassVar[str] = "rigid body"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("mass", MASS, low=0.0),
         Parameter("x", LENGTH),
@@ -32,6 +37,9 @@ class Payload(ModelEffect):
     x: float = 0.0
     y: float = 0.0
     z: float = 0.0
+
+    def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
+        return super().sizes(motion, axis) | {name: max(abs(getattr(self, name)), _PLACE) for name in ("x", "y", "z")}
 
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         body = outermost(spec, joint.parent)

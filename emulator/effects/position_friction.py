@@ -10,8 +10,8 @@ from typing import ClassVar
 import numpy as np
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import ANGLE, POSITION, TORQUE, FrictionEffect, Parameter, Start
-from emulator.effects.waves import amplitude_and_phase, long_waves, strongest, unexplained
+from emulator.effects.base import ANGLE, POSITION, TORQUE, FrictionEffect, Need, Parameter, Start
+from emulator.effects.waves import amplitude_and_phase, long_waves, strongest, travel, unexplained
 
 _PERIODS = 16
 
@@ -25,6 +25,7 @@ class PositionFriction(FrictionEffect):
 
     name: ClassVar[str] = "position_friction"
     family: ClassVar[str] = "friction"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude", TORQUE, low=0.0),
         Parameter("period", POSITION, low=1e-6),
@@ -39,6 +40,9 @@ class PositionFriction(FrictionEffect):
         return replace(
             law, position_amplitude=self.amplitude, position_period=self.period, position_phase=self.phase
         )
+
+    def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
+        return super().sizes(motion, axis) | {"period": self.period**2 / max(2.0 * pi * travel(motion), self.period), "phase": 1.0}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import log
 from typing import ClassVar
 
 import mujoco
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import motor_torque, needed_torque
-from emulator.effects.base import DAMPING, STIFFNESS, AxisEffect, Parameter, Start
+from emulator.effects.base import DAMPING, STIFFNESS, AxisEffect, Need, Parameter, Start
 from emulator.effects.waves import travel
 
 
@@ -27,6 +28,8 @@ class Presliding(AxisEffect):
 
     name: ClassVar[str] = "presliding"
     family: ClassVar[str] = "friction"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.REVERSALS})
+    scales: ClassVar[bool] = False
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("stiffness", STIFFNESS, low=1e-3),
         Parameter("damping", DAMPING, low=0.0),
@@ -40,6 +43,11 @@ class Presliding(AxisEffect):
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return motor_torque(motion, self._on(axis)) - needed_torque(motion, axis)
+
+    def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
+        """Friction gives way over some 10 um to 1 mm, 0.1 to 10 mrad (Armstrong-Helouvry, Dupont, Canudas de Wit 1994, sec. 2)."""
+        way = max(axis.friction.coulomb, axis.friction.static_torque) / self.stiffness
+        return 0.5 * (max(0.0, log(max(way, 1e-12) / (1e-3 if axis.slide else 1e-2))) / log(2.0)) ** 2
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:

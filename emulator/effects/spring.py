@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import POSITION, STIFFNESS, Parameter, Start, StaticEffect
+from emulator.effects.base import POSITION, STIFFNESS, Need, Parameter, Start, StaticEffect
 from emulator.effects.model_tree import as_written
 from emulator.effects.waves import travel
 
@@ -22,6 +22,7 @@ class Spring(StaticEffect):
 
     name: ClassVar[str] = "spring"
     family: ClassVar[str] = "rigid body"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("stiffness", STIFFNESS, low=0.0),
         Parameter("rest", POSITION),
@@ -40,6 +41,9 @@ class Spring(StaticEffect):
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return self.stiffness * (motion.position - self.rest)
+
+    def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
+        return super().sizes(motion, axis) | {"rest": max(abs(self.rest), travel(motion))}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

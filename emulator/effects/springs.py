@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import pi
+from math import log, pi, sqrt
 
 import numpy as np
 
@@ -17,3 +17,16 @@ def springs(motion: Motion, frequency: float, damping_ratios: Iterable[float]) -
         return []
     swing = 2.0 * pi * frequency
     return [(link * swing**2, 2.0 * ratio * link * swing) for ratio in damping_ratios]
+
+
+_SOFT = 8.0
+"""Frequency [Hz] at which a link swings on a transmission that hardly any servo axis is softer than."""
+
+
+def too_soft(motion: Motion, stiffness: float) -> float:
+    """How rare a spring is on which the link swings so slowly [nats]: log-normal below 8 Hz, with a factor of 1.5."""
+    link = float(np.median(motion.inertia)) - motion.rotor_inertia
+    if link <= 0.0:
+        return 0.0
+    swing = sqrt(stiffness / link) / (2.0 * pi)
+    return 0.5 * (max(0.0, log(_SOFT / swing)) / log(1.5)) ** 2

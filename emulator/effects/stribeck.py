@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import NUMBER, TORQUE, VELOCITY, FrictionEffect, Parameter, Start
+from emulator.effects.base import NUMBER, TORQUE, VELOCITY, FrictionEffect, Need, Parameter, Start
 from emulator.effects.waves import top_speed
 
 
@@ -22,6 +22,7 @@ class Stribeck(FrictionEffect):
 
     name: ClassVar[str] = "stribeck"
     family: ClassVar[str] = "friction"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.TWO_SPEEDS})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("static_torque", TORQUE, low=0.0),
         Parameter("stribeck_velocity", VELOCITY, low=1e-6),

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import NUMBER, TIME, FrictionEffect, Parameter, Start
+from emulator.effects.base import NUMBER, TIME, FrictionEffect, Need, Parameter, Start
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,7 @@ class TemperatureDrift(FrictionEffect):
 
     name: ClassVar[str] = "temperature_drift"
     family: ClassVar[str] = "friction"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.TIME})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("cold", NUMBER, low=-0.9),
         Parameter("time_constant", TIME, low=1e-3),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import log
 from typing import ClassVar
 
 import mujoco
@@ -12,7 +13,10 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import needed_torque
-from emulator.effects.base import NUMBER, AxisEffect, Parameter, Start, StaticEffect
+from emulator.effects.base import NUMBER, AxisEffect, Need, Parameter, Start, StaticEffect
+
+
+_SCATTER = 0.15
 
 
 @dataclass(frozen=True)
@@ -24,6 +28,7 @@ class TorqueConstant(StaticEffect):
 
     name: ClassVar[str] = "torque_constant"
     family: ClassVar[str] = "motor and drive"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("error", NUMBER, low=-0.9, high=9.0),)
 
     error: float
@@ -33,6 +38,10 @@ class TorqueConstant(StaticEffect):
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return -self.error / (1.0 + self.error) * needed_torque(motion, axis)
+
+    def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
+        """Torque constants scatter by some 10 % from motor to motor, and by 20 % with the magnets' temperature."""
+        return 0.5 * (log(1.0 + self.error) / _SCATTER) ** 2
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import TORQUE, Parameter, Start, StaticEffect
+from emulator.effects.base import TORQUE, Need, Parameter, Start, StaticEffect
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,7 @@ class TorqueOffset(StaticEffect):
 
     name: ClassVar[str] = "torque_offset"
     family: ClassVar[str] = "motor and drive"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.BOTH_DIRECTIONS})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("offset", TORQUE),)
 
     offset: float

@@ -11,9 +11,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import ANGLE, NUMBER, TORQUE, Parameter, Start, StaticEffect
-from emulator.effects.waves import amplitude_and_phase, orders, unexplained
+from emulator.dynamics import AxisDynamics, Motion, Ripple
+from emulator.effects.base import ANGLE, NUMBER, TORQUE, Need, Parameter, Start, StaticEffect
+from emulator.effects.waves import amplitude_and_phase, orders, turns_apart, unexplained
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,11 @@ class TorqueRipple(StaticEffect):
 
     name: ClassVar[str] = "torque_ripple"
     family: ClassVar[str] = "motor and drive"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION})
+    several: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude", TORQUE, low=0.0),
-        Parameter("order", NUMBER, low=1e-6),
+        Parameter("order", NUMBER, low=0.5),
         Parameter("phase", ANGLE),
     )
 
@@ -37,11 +39,13 @@ class TorqueRipple(StaticEffect):
     phase: float = 0.0
 
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
-        ripple = replace(axis.motor, ripple_amplitude=self.amplitude, ripple_order=self.order, ripple_phase=self.phase)
-        return replace(axis, motor=ripple)
+        return replace(axis, ripples=(*axis.ripples, Ripple(self.amplitude, self.order, self.phase)))
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return -self.amplitude * np.sin(self.order * axis.gear_ratio * motion.position + self.phase)
+
+    def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
+        return super().sizes(motion, axis) | {"order": turns_apart(motion, axis), "phase": 1.0}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:

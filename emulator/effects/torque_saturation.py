@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics
-from emulator.effects.base import TORQUE, DriveEffect, Parameter
+from emulator.effects.base import TORQUE, DriveEffect, Need, Parameter
 
 _BINS = 200
 _TRIES = 6
@@ -26,6 +26,7 @@ class TorqueSaturation(DriveEffect):
 
     name: ClassVar[str] = "torque_saturation"
     family: ClassVar[str] = "motor and drive"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.DEMAND})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("limit", TORQUE, low=1e-6),)
 
     limit: float

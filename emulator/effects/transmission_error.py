@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import replayed
-from emulator.effects.base import ANGLE, NUMBER, POSITION, Parameter, ReplayedEffect, Start
-from emulator.effects.waves import amplitude_and_phase, orders, unexplained
+from emulator.effects.base import ANGLE, NUMBER, POSITION, Need, Parameter, ReplayedEffect, Start
+from emulator.effects.waves import amplitude_and_phase, orders, turns_apart, unexplained
 
 _SMALL = 0.02
 _MOST = 0.9
@@ -32,9 +32,10 @@ class TransmissionError(ReplayedEffect):
 
     name: ClassVar[str] = "transmission_error"
     family: ClassVar[str] = "transmission"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude", POSITION, low=0.0),
-        Parameter("order", NUMBER, low=1e-6),
+        Parameter("order", NUMBER, low=0.5),
         Parameter("phase", ANGLE),
     )
 
@@ -47,6 +48,9 @@ class TransmissionError(ReplayedEffect):
 
     def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return replayed(motion, self._on(axis))
+
+    def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
+        return super().sizes(motion, axis) | {"order": turns_apart(motion, axis), "phase": 1.0}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import DAMPING, FrictionEffect, Parameter, Start
+from emulator.effects.base import DAMPING, FrictionEffect, Need, Parameter, Start
 
 
 @dataclass(frozen=True)
@@ -16,6 +16,7 @@ class Viscous(FrictionEffect):
 
     name: ClassVar[str] = "viscous"
     family: ClassVar[str] = "friction"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.TWO_SPEEDS})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("viscous", DAMPING, low=0.0),)
 
     viscous: float

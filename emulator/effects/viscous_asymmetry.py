@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import DAMPING, FrictionEffect, Parameter, Start
+from emulator.effects.base import DAMPING, FrictionEffect, Need, Parameter, Start
 
 
 @dataclass(frozen=True)
@@ -16,6 +16,7 @@ class ViscousAsymmetry(FrictionEffect):
 
     name: ClassVar[str] = "viscous_asymmetry"
     family: ClassVar[str] = "friction"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.BOTH_DIRECTIONS, Need.TWO_SPEEDS})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("asymmetry", DAMPING),)
 
     asymmetry: float

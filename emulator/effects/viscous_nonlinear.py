@@ -8,7 +8,7 @@ from math import sqrt
 from typing import ClassVar
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import CUBIC, QUADRATIC, FrictionEffect, Parameter, Start
+from emulator.effects.base import CUBIC, QUADRATIC, FrictionEffect, Need, Parameter, Start
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,7 @@ class ViscousNonlinear(FrictionEffect):
 
     name: ClassVar[str] = "viscous_nonlinear"
     family: ClassVar[str] = "friction"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.TWO_SPEEDS})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("quadratic", QUADRATIC),
         Parameter("cubic", CUBIC, low=0.0),

@@ -12,12 +12,11 @@ from scipy import ndimage
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import needed_torque
 
-HIGHEST = 48.0
-"""What passes faster than this [Hz] is not looked for: a judge of torques filters it away."""
 _BINS = 8192
 _NEIGHBOURS = 65
 _USUAL_ORDERS = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
 _SHOWN = 10
+_LEAST_ORDER = 0.9
 _LONGEST = 8.0
 """Waves a travel up to which all lengths are tried."""
 
@@ -48,9 +47,10 @@ def unexplained(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
 
 
 def shortest(motion: Motion) -> float:
-    """Shortest wavelength [rad or m] that passes slowly enough in a good part of the motion; infinite where nothing moves."""
+    """Shortest wavelength [rad or m] that passes within the motion's band a good part of the time; infinite where nothing moves."""
     speeds = np.abs(motion.velocity[moving(motion)])
-    return float(np.quantile(speeds, 0.1)) / HIGHEST if len(speeds) else inf
+    highest = min(motion.band, 0.5 / motion.period)
+    return float(np.quantile(speeds, 0.1)) / highest if len(speeds) else inf
 
 
 def strongest(motion: Motion, torque: NDArray[np.float64], most: int) -> list[float]:
@@ -72,6 +72,11 @@ def strongest(motion: Motion, torque: NDArray[np.float64], most: int) -> list[fl
     return sorted(float(numbers[peak]) for peak in peaks[np.argsort(power[peaks])[::-1][:most]])
 
 
+def turns_apart(motion: Motion, axis: AxisDynamics) -> float:
+    """Orders that differ by a radian over the whole of a motion [waves a motor turn]."""
+    return 1.0 / max(axis.gear_ratio * travel(motion), 1.0)
+
+
 def long_waves(motion: Motion) -> list[float]:
     """Wave numbers [1/rad or 1/m] of 1 to 8 waves a travel, half a wave apart.
 
@@ -82,7 +87,7 @@ def long_waves(motion: Motion) -> list[float]:
 
 
 def orders(motion: Motion, axis: AxisDynamics, torque: NDArray[np.float64]) -> list[float]:
-    """Waves a motor turn to look for in a torque (n,): those that gears and motors have, and those that it shows."""
+    """Waves a motor turn to look for in a torque (n,): those that gears and motors have, and those that it shows; 1 or more."""
     turn = 2.0 * np.pi / axis.gear_ratio
     usual = [order for order in _USUAL_ORDERS if shortest(motion) <= turn / order <= travel(motion)]
-    return sorted({*usual, *(number * turn for number in strongest(motion, torque, _SHOWN))})
+    return sorted({*usual, *(number * turn for number in strongest(motion, torque, _SHOWN) if number * turn > _LEAST_ORDER)})

@@ -16,7 +16,7 @@ from blind.case import Case, Cause
 from blind.judge import Judged
 from blind.rates import Rate
 from blind.score import Target, order_of_answers, score_nominal
-from diagnosis.gap_report import GapReport
+from diagnosis.report.schema import GapReport
 
 AXES = ("slide", "turn")
 STRIBECK = Cause("stribeck", "slide", {})

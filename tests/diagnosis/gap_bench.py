@@ -9,8 +9,8 @@ import numpy as np
 from scipy import signal
 
 from diagnosis import gap_test
-from diagnosis.patterns import patterns
-from diagnosis.result import (
+from diagnosis.report.patterns import patterns
+from diagnosis.report.result import (
     Array,
     AxisGap,
     AxisPrediction,
@@ -22,7 +22,7 @@ from diagnosis.result import (
     Shrink,
     Verdict,
 )
-from diagnosis.where import regimes
+from diagnosis.report.where import regimes
 from emulator.effects import PlacedEffect, library
 
 PERIOD, CUTOFF, STANDSTILL = 1e-3, 48.0, 0.002

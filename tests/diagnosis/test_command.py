@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 from gap_bench import PERIOD, swinging, time_of
 
-from diagnosis.gap_report import read_report
+from diagnosis.report.schema import read_report
 from drivetwin.cli import main
 from drivetwin.cli.many_values import repeated
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from rig_bench import PERIOD, compared, strokes
 
-from diagnosis.comparison import BLOCK, ENOUGH, FOLDS, LONG, PIECE, Comparison
-from diagnosis.measured import AxisRun, Run
-from diagnosis.result import Array
+from diagnosis.prepare.rows import BLOCK, ENOUGH, FOLDS, LONG, PIECE, Comparison
+from diagnosis.prepare.motion import AxisRun, Run
+from diagnosis.report.result import Array
 from drivetwin.motion.axis_motion import widen
 from drivetwin.motion.filtering import reach
 from emulator.effects import library

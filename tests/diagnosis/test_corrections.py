@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from rig_bench import COULOMB, MOTOR, PERIOD, TURNING, VISCOUS, as_modelled, compared, moved, recording
 
-from diagnosis.nominal import nominal_parameters
-from diagnosis.result import Array
+from diagnosis.propose.nominal import nominal_parameters
+from diagnosis.report.result import Array
 from diagnosis.state import State, state_with
 from emulator.effects import PlacedEffect
 from emulator.effects.backlash import Backlash

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.comparison import Comparison
-from diagnosis.measured import prepare, thresholds
-from diagnosis.result import Array
-from diagnosis.simulation import simulation
+from diagnosis.prepare.rows import Comparison
+from diagnosis.prepare.motion import prepare, thresholds
+from diagnosis.report.result import Array
+from diagnosis.prepare.simulation import simulation
 from drivetwin.recording.recording import Recording, RecordingInfo
 from emulator.effects import AxisEffect
 from emulator.effects.backlash import Backlash

@@ -30,10 +30,10 @@ from rig_bench import (
 )
 
 from diagnosis.diagnose import diagnose
-from diagnosis.result import Array, Cause, Diagnosis, Verdict
+from diagnosis.report.result import Array, Cause, Diagnosis, Verdict
 from diagnosis.settings import DiagnosisSettings
-from diagnosis.simulation import simulation
-from diagnosis.write import write_diagnosis
+from diagnosis.prepare.simulation import simulation
+from diagnosis.report.write import write_diagnosis
 from drivetwin.recording.recording import Recording
 from emulator.effects import read_effects
 from emulator.mechanism import Mechanism

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from rig_bench import COULOMB, PERIOD, TURNING, VISCOUS, compared, recording, swing, written_model
 
-from diagnosis.comparison import Comparison
+from diagnosis.prepare.rows import Comparison
 from diagnosis.diagnose import diagnose
-from diagnosis.drive_law import asked_of
-from diagnosis.drive_search import DriveFound, drive_effects
-from diagnosis.result import UNKNOWN, Array, Verdict
+from diagnosis.propose.drive_law import asked_of
+from diagnosis.propose.drives import DriveFound, drive_effects
+from diagnosis.report.result import UNKNOWN, Array, Verdict
 from diagnosis.settings import DiagnosisSettings
 from drivetwin.recording.recording import DriveLoops, Recording
 from emulator.effects.current_bandwidth import CurrentBandwidth

@@ -9,8 +9,8 @@ import pytest
 from rig_bench import CARRIAGE, GRAVITY, MODEL, as_modelled, moved, recording, strokes
 
 from diagnosis.diagnose import diagnose
-from diagnosis.inputs import read_inputs
-from diagnosis.result import Diagnosis
+from diagnosis.prepare.inputs import read_inputs
+from diagnosis.report.result import Diagnosis
 from diagnosis.settings import DiagnosisSettings
 from drivetwin.recording.recording import Recording
 from drivetwin.recording.writer import write_recording

@@ -9,7 +9,7 @@ import pytest
 from rig_bench import COULOMB, VISCOUS, compared, strokes
 
 from diagnosis.hypotheses import hypotheses
-from diagnosis.nominal import nominal_parameters
+from diagnosis.propose.nominal import nominal_parameters
 from diagnosis.state import State, state_with
 
 OFFSET = 4.0

@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 from gap_bench import PERIOD, time_of
 
-from diagnosis.hold_back import hold_back
-from diagnosis.inputs import Inputs, read_inputs, without_position
-from diagnosis.result import Array
+from diagnosis.prepare.hold_back import hold_back
+from diagnosis.prepare.inputs import Inputs, read_inputs, without_position
+from diagnosis.report.result import Array
 from drivetwin.errors import UserError
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
 from drivetwin.recording.writer import write_recording

@@ -11,11 +11,11 @@ import pyarrow.parquet as pq
 import pytest
 from typer.testing import CliRunner
 
-from diagnosis.gap_report import GapReport, read_report
-from diagnosis.measured import prepare
-from diagnosis.prediction import Patch, predict
-from diagnosis.simulation import simulation
-from diagnosis.write import prediction_table
+from diagnosis.report.schema import GapReport, read_report
+from diagnosis.prepare.motion import prepare
+from diagnosis.report.prediction import Patch, predict
+from diagnosis.prepare.simulation import simulation
+from diagnosis.report.write import prediction_table
 from drivetwin.cli import app
 from drivetwin.recording.reader import read_recording
 from emulator.effects import read_effects

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from rig_bench import ARM, GRAVITY, compared, strokes
 
-from diagnosis.comparison import Comparison
-from diagnosis.model_search import Polynomial, polynomial
-from diagnosis.result import Array
+from diagnosis.prepare.rows import Comparison
+from diagnosis.propose.rigid import Polynomial, polynomial
+from diagnosis.report.result import Array
 from emulator.effects.coupling import Coupling
 from emulator.effects.payload import Payload
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from rig_bench import CUTOFF, PERIOD, RESOLUTION, compared, moved, recording, strokes
 
-from diagnosis.measured import Run
-from diagnosis.noise import MODEL_FLOOR, TIMING, WEIGHT_FLOOR, noise_of
-from diagnosis.result import Array
+from diagnosis.prepare.motion import Run
+from diagnosis.prepare.noise import MODEL_FLOOR, TIMING, WEIGHT_FLOOR, noise_of
+from diagnosis.report.result import Array
 from drivetwin.motion.filtering import zero_phase
 
 COUNT = 60_000

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rig_bench import compared, strokes
 
-from diagnosis.comparison import Comparison
+from diagnosis.prepare.rows import Comparison
 from diagnosis.deviations import Deviation
 from diagnosis.hypotheses import Hypothesis
 from diagnosis.probability import (
@@ -27,7 +27,7 @@ from diagnosis.probability import (
     worst_axis,
 )
 from diagnosis.regression import Regression
-from diagnosis.result import AxisPrediction, Prediction
+from diagnosis.report.result import AxisPrediction, Prediction
 from diagnosis.selection import Selection, Step
 from diagnosis.state import State
 

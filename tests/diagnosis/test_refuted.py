@@ -7,11 +7,11 @@ import pytest
 from rig_bench import compared, strokes
 
 from diagnosis import selection
-from diagnosis.comparison import Comparison
+from diagnosis.prepare.rows import Comparison
 from diagnosis.hypotheses import Hypothesis
-from diagnosis.placing import placed
+from diagnosis.propose.placing import placed
 from diagnosis.regression import Regression
-from diagnosis.search import Found
+from diagnosis.propose.search import Found
 from diagnosis.selection import Step, reconsidered, without_refuted
 from diagnosis.state import State
 from emulator.effects.transmission_error import TransmissionError

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from rig_bench import compared, strokes
 
-from diagnosis.comparison import FOLDS, Column, Comparison
+from diagnosis.prepare.rows import FOLDS, Column, Comparison
 from diagnosis.regression import Fitted, Regression
-from diagnosis.result import Array
+from diagnosis.report.result import Array
 
 AXES = ("turn", "lift")
 SPREADS = np.array([0.3, np.inf, 0.05])

@@ -21,13 +21,13 @@ from rig_bench import (
 )
 
 from diagnosis import selection
-from diagnosis.comparison import Comparison
+from diagnosis.prepare.rows import Comparison
 from diagnosis.diagnose import diagnose
 from diagnosis.hypotheses import NOMINAL, Hypothesis, hypotheses, rated, settled, shortlist
-from diagnosis.nominal import nominal_parameters
-from diagnosis.placing import placed
-from diagnosis.result import NONE, Diagnosis
-from diagnosis.search import Found
+from diagnosis.propose.nominal import nominal_parameters
+from diagnosis.propose.placing import placed
+from diagnosis.report.result import NONE, Diagnosis
+from diagnosis.propose.search import Found
 from diagnosis.selection import Step, choice, matters, reconsidered, select_causes
 from diagnosis.settings import DiagnosisSettings
 from diagnosis.state import State, state_with
@@ -170,7 +170,7 @@ def test_an_effect_that_takes_next_to_nothing_beside_another_is_given_up(
 def in_pieces(waving: Comparison, monkeypatch: pytest.MonkeyPatch) -> Comparison:
     """The same, as if it were so long that a search begins on a sample."""
     for name, value in (("LONG", 10.0), ("ENOUGH", 9.0), ("PIECE", 3.0)):
-        monkeypatch.setattr(f"diagnosis.comparison.{name}", value)
+        monkeypatch.setattr(f"diagnosis.prepare.rows.{name}", value)
     pieces = Comparison(waving.simulation, waving.runs)
     assert pieces.sample.duration == pytest.approx(9.0)
     return pieces

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from rig_bench import compared, strokes
 
-from diagnosis.comparison import Comparison
-from diagnosis.result import Array
-from diagnosis.side_by_side import side_by_side
+from diagnosis.prepare.rows import Comparison
+from diagnosis.report.result import Array
+from diagnosis.propose.side_by_side import side_by_side
 from drivetwin.errors import UserError
 from emulator.effects.backlash import Backlash
 

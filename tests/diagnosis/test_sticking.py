@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from rig_bench import COULOMB, PERIOD, TURNING, VISCOUS, compared, lift_torque, moved, recording
 
-from diagnosis.comparison import Comparison
-from diagnosis.result import Array
+from diagnosis.prepare.rows import Comparison
+from diagnosis.report.result import Array
 from emulator.effects.torque_offset import TorqueOffset
 
 SECONDS = 20.0

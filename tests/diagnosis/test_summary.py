@@ -9,8 +9,8 @@ import pytest
 from gap_bench import CAUSES, STRIBECK, died_out_case, stribeck_case
 from rich.console import Console
 
-from diagnosis.result import Diagnosis, Verdict
-from diagnosis.wording import closed_of_explainable, fitted_note, percent, verdict_sentence
+from diagnosis.report.result import Diagnosis, Verdict
+from diagnosis.report.wording import closed_of_explainable, fitted_note, percent, verdict_sentence
 from drivetwin.cli.diagnose_summary import print_summary
 
 CASE = stribeck_case(20.0)

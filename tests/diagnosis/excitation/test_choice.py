@@ -8,7 +8,7 @@ import pytest
 
 from diagnosis.excitation.choice import open_question
 from diagnosis.excitation.limits import read_limits
-from diagnosis.gap_report import GapReport
+from diagnosis.report.schema import GapReport
 from drivetwin.errors import UserError
 
 MODEL = """<mujoco><compiler angle="radian"/><worldbody><body><joint name="axis" axis="0 0 1" range="-1 2"/>

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from typer.testing import CliRunner
 
-from diagnosis.gap_report import CausePart, GapReport, read_report
+from diagnosis.report.schema import CausePart, GapReport, read_report
 from drivetwin.cli import app
 from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo

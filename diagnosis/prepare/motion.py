@@ -1,0 +1,255 @@
+"""From recordings to what causes are compared on: the motion of each axis, its torque, and which samples count."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from diagnosis.prepare.simulation import Kinematics, Simulation
+from drivetwin.motion.axis_motion import (
+    STANDSTILL_REACH,
+    AxisMotion,
+    measured_position,
+    select,
+    standstill_velocities,
+    velocity_noise,
+    widen,
+)
+from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
+from drivetwin.recording.recording import Recording
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.effects import AxisEffect
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+WIDE = 2.5
+"""The motion that effects see is filtered this many times wider than what is compared: their torque is filtered once more."""
+RIGID_RATE = 3.0
+"""The rigid model is evaluated at so many samples a period of the motion's own cut-off, and joined by a cubic spline."""
+SAMPLED = ("position", "velocity", "acceleration", "torque", "time", "rigid_torque", "inertia", "from_others")
+"""Fields of a motion that are samples."""
+HARDLY_COUPLED = 1e-3
+"""Of the inertias of two axes, that the one between them must be to count."""
+COMPARED_RATE = 2.5
+"""Samples that are compared, a period of the cut-off: no more is in them."""
+
+
+@dataclass(frozen=True)
+class AxisRun:
+    """One axis over one recording, (n,) each; torque filtered [N·m or N]. `used` counts in gaps, `fitted` in fits.
+
+    `base` is the torque of the simulation as it stands; where `sticks`, for a moment in the middle of a motion, the measured
+    one, for stiction holds any.
+    """
+
+    axis: str
+    motion: Motion
+    torque: Array
+    base: Array
+    sticks: Mask
+    used: Mask
+    fitted: Mask
+
+    def piece(self, span: slice, edge: int) -> AxisRun:
+        """A part of it, of which `edge` samples at both ends are not fitted."""
+        fitted = self.fitted[span].copy()
+        fitted[:edge] = fitted[-edge:] = False
+        own = {name: getattr(self.motion, name)[span] for name in SAMPLED}
+        return replace(
+            self,
+            motion=replace(self.motion, **own),
+            torque=self.torque[span],
+            base=self.base[span],
+            sticks=self.sticks[span],
+            used=self.used[span],
+            fitted=fitted,
+        )
+
+
+@dataclass(frozen=True)
+class Run:
+    """One recording, prepared: every `stride`-th sample is compared; `kinematics` (n, k) of all axes through that filter.
+
+    `coupling` (n,), by two axes: d torque of the second / d acceleration of the first, where there is any.
+    """
+
+    recording: Recording
+    period: float
+    cutoff_hz: float
+    stride: int
+    kinematics: Kinematics
+    axes: Mapping[str, AxisRun]
+    coupling: Mapping[tuple[str, str], Array]
+
+    def piece(self, span: slice) -> Run:
+        """A part of it; what the filter cannot know at the two cuts is not fitted."""
+        edge = reach(self.period, self.cutoff_hz)
+        axes = {name: axis.piece(span, edge) for name, axis in self.axes.items()}
+        recording = replace(self.recording, time=self.recording.time[span])
+        coupling = {pair: inertia[span] for pair, inertia in self.coupling.items()}
+        return replace(self, recording=recording, kinematics=self.kinematics.part(span), axes=axes, coupling=coupling)
+
+    def cost(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> dict[str, Array]:
+        """Torque (n,), filtered, that an effect costs its axis, and those that feel the joint move otherwise than measured."""
+        motion = self.axes[axis].motion
+        torque, strays = effect.predict_with_joint(motion, dynamics)
+        found = {axis: self.felt(self.axes[axis], torque)}
+        if strays is not None:
+            for (of, other), inertia in self.coupling.items():
+                if of == axis:
+                    found[other] = self.felt(self.axes[other], inertia * strays)
+        return found
+
+    def smooth(self, torque: Array) -> Array:
+        """The filter that measured torque went through."""
+        return zero_phase(torque, self.period, self.cutoff_hz)
+
+    def felt(self, own: AxisRun, torque: Array) -> Array:
+        """What is compared of a torque (n,) beside the simulation's: nothing while the axis sticks, and through the filter."""
+        return self.smooth(np.where(own.sticks, 0.0, torque))
+
+    def moves(self, own: AxisRun) -> Array:
+        """`felt` of a torque 1: what is left of one (n,) that changes little while the axis sticks, and is filtered already."""
+        return self.felt(own, np.ones(len(own.torque)))
+
+
+def standstill_of(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz: float) -> list[dict[str, float]]:
+    """Speed [rad/s or m/s] above which each axis counts as moving, recording by recording; infinite for an axis that never moves.
+
+    0.2 % of its highest speed in all recordings, and five times what noise of this recording leaves of a velocity at the cut-off.
+    """
+    pieces = [_narrow(simulation, recording, cutoff_hz) for recording in recordings]
+    found: list[dict[str, float]] = [{} for _ in pieces]
+    for axis in simulation.axes:
+        speeds = standstill_velocities([piece[axis] for piece in pieces])
+        for each, speed in zip(found, speeds, strict=True):
+            each[axis] = speed
+    return found
+
+
+def prepare(
+    simulation: Simulation, recording: Recording, cutoff_hz: float, motion_hz: float, standstill: Mapping[str, float]
+) -> Run:
+    """Filter a recording and evaluate the simulation as it stands on its motion.
+
+    `cutoff_hz` is that of the comparison, `motion_hz` up to where the position tells more than noise.
+    """
+    period = recording.info.sample_period
+    cutoff = effective_cutoff(period, cutoff_hz)
+    wide = effective_cutoff(period, min(WIDE * cutoff, motion_hz))
+    kinematics = _kinematics(simulation, recording, wide)
+    compared = _kinematics(simulation, recording, min(cutoff, wide))
+    rigid = _rigid(simulation, kinematics, max(1, int(1.0 / (RIGID_RATE * wide * period))))
+    inertia = _inertia(simulation, kinematics, max(1, int(0.02 / period)))
+    dynamics, narrow = simulation.dynamics(), _narrow(simulation, recording, min(cutoff, wide))
+    axes = {}
+    for k, axis in enumerate(simulation.axes):
+        motion = Motion(
+            position=kinematics.position[:, k].copy(),
+            velocity=kinematics.velocity[:, k].copy(),
+            acceleration=kinematics.acceleration[:, k].copy(),
+            torque=recording.columns[axis]["torque"],
+            time=recording.time,
+            rigid_torque=rigid[:, k].copy(),
+            inertia=inertia[:, k, k].copy(),
+            rotor_inertia=float(simulation.model.dof_armature[simulation.dof(axis)]),
+            from_others=_from_others(inertia[:, k], kinematics.acceleration, k),
+            band=cutoff,
+        )
+        chosen = select(narrow[axis], standstill[axis], 0.0)
+        sticks = _sticks(motion, standstill[axis], chosen.fitted, round(STANDSTILL_REACH * reach(period, cutoff)))
+        simulated = rigid[:, k] + dynamics[axis].friction.resistance(motion)
+        base = zero_phase(np.where(sticks, motion.torque, simulated), period, cutoff)
+        torque = zero_phase(motion.torque, period, cutoff)
+        axes[axis] = AxisRun(axis, motion, torque, base, sticks, chosen.moving, chosen.fitted)
+    stride = max(1, int(1.0 / (COMPARED_RATE * cutoff * period)))
+    return Run(recording, period, cutoff, stride, compared, axes, _coupling(simulation.axes, inertia))
+
+
+def _sticks(motion: Motion, threshold: float, fitted: Mask, near: int) -> Mask:
+    """Where an axis stands within so many samples of some that are fitted, into which the filter smears what it holds then.
+
+    As it reverses: for the milliseconds in which friction turns round, any torque between its two levels holds.
+    """
+    return np.asarray((np.abs(motion.velocity) <= threshold) & widen(fitted, near))
+
+
+def _kinematics(simulation: Simulation, recording: Recording, cutoff: float) -> Kinematics:
+    period = recording.info.sample_period
+    raw = [measured_position(recording.columns[axis], period) for axis in simulation.axes]
+    position = np.column_stack([zero_phase(samples, period, cutoff) for samples in raw])
+    velocity = np.column_stack([fine_derivative(samples, period) for samples in position.T])
+    acceleration = np.column_stack([fine_derivative(samples, period) for samples in velocity.T])
+    return Kinematics(position, velocity, acceleration)
+
+
+def _narrow(simulation: Simulation, recording: Recording, cutoff_hz: float) -> dict[str, AxisMotion]:
+    """The motion through the filter of the comparison, by which moving and standing are told apart."""
+    period = recording.info.sample_period
+    cutoff = effective_cutoff(period, cutoff_hz)
+    found = {}
+    for axis in simulation.axes:
+        raw = measured_position(recording.columns[axis], period)
+        position = zero_phase(raw, period, cutoff)
+        velocity = fine_derivative(position, period)
+        found[axis] = AxisMotion(
+            recording=recording.name,
+            axis=axis,
+            period=period,
+            cutoff_hz=cutoff,
+            time=recording.time,
+            position=position,
+            velocity=velocity,
+            acceleration=velocity,
+            torque=velocity,
+            model_torque=velocity,
+            velocity_noise=velocity_noise(recording, axis, raw, position, cutoff),
+        )
+    return found
+
+
+def _rigid(simulation: Simulation, kinematics: Kinematics, stride: int) -> Array:
+    return between(simulation.torques(kinematics.every(stride)), len(kinematics.position), stride)
+
+
+def _inertia(simulation: Simulation, kinematics: Kinematics, stride: int) -> Array:
+    """d torque / d acceleration along the motion, (n, k, k): of each axis, by each axis."""
+    few = kinematics.every(stride)
+    rest = np.zeros_like(few.position)
+    still = simulation.torques(Kinematics(few.position, rest, rest))
+    columns = []
+    for k in range(few.position.shape[1]):
+        unit = rest.copy()
+        unit[:, k] = 1.0
+        columns.append(simulation.torques(Kinematics(few.position, rest, unit)) - still)
+    whole = [between(column, len(kinematics.position), stride) for column in columns]
+    return np.stack(whole, axis=2)
+
+
+def _from_others(inertia: Array, acceleration: Array, k: int) -> Array:
+    """Torque (n,) of axis k that the others' accelerations cost; both (n, axes)."""
+    return np.asarray(np.einsum("nj,nj->n", inertia, acceleration) - inertia[:, k] * acceleration[:, k])
+
+
+def _coupling(axes: Sequence[str], inertia: Array) -> dict[tuple[str, str], Array]:
+    """Inertia (n,) by which one axis's acceleration is felt on another, where it is."""
+    own = np.abs(np.diagonal(inertia, axis1=1, axis2=2)).max(axis=0)
+    found = {}
+    for k, of in enumerate(axes):
+        for j, on in enumerate(axes):
+            if j != k and np.abs(inertia[:, j, k]).max() > HARDLY_COUPLED * np.sqrt(own[j] * own[k]):
+                found[of, on] = inertia[:, j, k].copy()
+    return found
+
+
+def between(values: Array, count: int, stride: int) -> Array:
+    """Values (m, k) at every stride-th of `count` samples, joined by a cubic spline."""
+    if stride == 1 or len(values) < 4:
+        return np.repeat(values, stride, axis=0)[:count]
+    at = np.arange(len(values)) * float(stride)
+    return np.asarray(CubicSpline(at, values)(np.arange(count, dtype=np.float64)))

@@ -1,0 +1,108 @@
+"""What no model can explain in the compared band: noise and resolution of the torque sensor, and when samples were taken."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from diagnosis.prepare.motion import Run
+from drivetwin.motion.filtering import derivative
+
+Array = NDArray[np.float64]
+
+ABOVE = 3.0
+"""Noise is read from the torque's spectrum above so many cut-offs, where no motion is."""
+TIMING = 0.1
+"""Share of a sample period within which position and torque of a sample are not known to be of the same instant."""
+LOWER_QUARTILE = 0.25
+"""Of the density of what is left over the compared band: no pattern fills a whole band."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Of one axis, rms in the compared band [N·m or N]: noise alone, how it was found, and what a model is expected to miss."""
+
+    rms: float
+    found_by: str
+    model_error: float
+
+    @property
+    def floor(self) -> float:
+        """Both together: what is no gap of the machine."""
+        return float(np.hypot(self.rms, self.model_error))
+
+
+def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error: float) -> Noise:
+    """The largest of three: the torque's white noise above the motion's band, its resolution, and the floor of what is left.
+
+    `left` (n,) is what stays of each run's torque with everything that was found, NaN where it does not count; the floor of its
+    density in the compared band is what no cause makes, for none is spread evenly over frequency. `model_error`: share of the
+    torque that the comparison errs by.
+    """
+    powers, floors, weights, timing = [], [], [], []
+    quantum = 0.0
+    for run, rest in zip(runs, left, strict=True):
+        torque = run.axes[axis].motion.torque
+        quantum = max(quantum, run.recording.info.axes[axis].torque_resolution or 0.0)
+        powers.append(_density(torque, run) * _bandwidth(run))
+        floors.append(_floor(rest, run))
+        weights.append(len(torque) * run.period)
+        slope = derivative(run.axes[axis].torque, run.period)[run.axes[axis].used]
+        timing.append(float(np.mean(slope**2)) * (TIMING * run.period) ** 2 if slope.size else 0.0)
+    band = _bandwidth(runs[0]) * 2.0 * runs[0].period
+    sensor = float(np.average(powers, weights=weights))
+    floor = float(np.average(floors, weights=weights))
+    resolution = quantum**2 / 12.0 * band
+    of_time = float(np.average(timing, weights=weights))
+    rms = float(np.sqrt(max(sensor, resolution, floor) + of_time))
+    told = (
+        f"spectrum of the torque above {ABOVE:g} cut-offs, taken as white, through the filter: {np.sqrt(sensor):.3g}; "
+        f"lower quartile of the spectrum of what is left in the band: {np.sqrt(floor):.3g}; "
+        f"resolution: {np.sqrt(resolution):.3g}; {TIMING:g} of a sample between position and torque: {np.sqrt(of_time):.3g}"
+    )
+    compared = np.concatenate([run.axes[axis].torque[run.axes[axis].used] for run in runs])
+    error = model_error * float(np.sqrt(np.mean(compared**2))) if compared.size else 0.0
+    return Noise(rms, told, error)
+
+
+def _floor(left: Array, run: Run) -> float:
+    """Mean square of white noise at the lower quartile of the density of what is left, between 5 % and 90 % of the cut-off."""
+    stretches = [part for part in _stretches(left) if len(part) >= int(4.0 / (run.cutoff_hz * run.period)) + 16]
+    if not stretches:
+        return 0.0
+    length = min(256, min(len(part) for part in stretches) if len(stretches) < 4 else 128)
+    densities = []
+    for part in stretches:
+        frequency, power = signal.welch(part, fs=1.0 / run.period, nperseg=min(length, len(part)), detrend="linear", average="median")
+        inside = (frequency >= 0.05 * run.cutoff_hz) & (frequency <= 0.9 * run.cutoff_hz)
+        gain = 1.0 / (1.0 + (frequency[inside] / run.cutoff_hz) ** 8) ** 2
+        if inside.any():
+            densities.append(np.quantile(power[inside] / gain, LOWER_QUARTILE))
+    return float(np.median(densities)) * _bandwidth(run) if densities else 0.0
+
+
+def _stretches(left: Array) -> list[Array]:
+    """The parts of it without NaN."""
+    there = np.concatenate(([0], np.isfinite(left).astype(np.int8), [0]))
+    edges = np.flatnonzero(np.diff(there))
+    return [left[start:end] for start, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _density(torque: Array, run: Run) -> float:
+    """Median one-sided power density [(N·m)²/Hz] above the motion's band, or of the upper fifth where the rate is too low."""
+    rate = 1.0 / run.period
+    frequency, power = signal.welch(torque, fs=rate, nperseg=min(1024, len(torque)))
+    lowest = min(ABOVE * run.cutoff_hz, 0.4 * rate)
+    high = power[(frequency >= lowest) & (frequency <= 0.48 * rate)]
+    return float(np.median(high))
+
+
+def _bandwidth(run: Run) -> float:
+    """Noise bandwidth of the zero-phase filter [Hz]: integral of its gain to the fourth over frequency."""
+    frequency = np.linspace(0.0, 0.5 / run.period, 2000)
+    gain = 1.0 / (1.0 + (np.tan(np.pi * frequency[:-1] * run.period) / np.tan(np.pi * run.cutoff_hz * run.period)) ** 8)
+    return float(np.sum(gain**2) * (frequency[1] - frequency[0]))

@@ -1,0 +1,61 @@
+"""Recordings made ready: filtered once, on one simulation, with what they can be asked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from diagnosis.prepare.cutoff import chosen_cutoff, motion_cutoff
+from diagnosis.prepare.hold_back import hold_back
+from diagnosis.prepare.motion import Run, prepare, standstill_of
+from diagnosis.prepare.rows import Rows
+from diagnosis.prepare.simulation import Simulation, simulation
+from diagnosis.prepare.testable import Testable, is_absolute, testable
+from diagnosis.propose.drives import law_holds
+from diagnosis.settings import Settings
+from drivetwin.errors import UserError
+from drivetwin.recording.recording import Recording
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What is fitted (`runs`, `rows`) and what is not (`checks`); `held_back`: they are of the same recordings.
+
+    `standstill` [rad/s or m/s]: of each axis, the middle one of its recordings'.
+    """
+
+    simulation: Simulation
+    runs: Sequence[Run]
+    checks: Sequence[Run]
+    rows: Rows
+    cutoff_hz: float
+    standstill: Mapping[str, float]
+    absolute: Mapping[str, bool]
+    testable: Mapping[str, Testable]
+    held_back: bool
+
+
+def prepared(
+    model: Path, training: Sequence[Recording], validation: Sequence[Recording], settings: Settings
+) -> Prepared:
+    """Raises UserError where a recording's axes do not fit the model, or no axis moves in what is fitted."""
+    held_back = not validation
+    twin = simulation(model, training[0].info.axes)
+    recordings = [*training, *validation]
+    cutoff = settings.cutoff_hz or chosen_cutoff(recordings)
+    fitted, held = hold_back(training, cutoff) if held_back else (list(training), list(validation))
+    motion = motion_cutoff(recordings, twin.home_inertia())
+    standstill = standstill_of(twin, [*fitted, *held], min(cutoff, motion))
+    every = [prepare(twin, one, cutoff, motion, still) for one, still in zip([*fitted, *held], standstill, strict=True)]
+    runs, checks = every[: len(fitted)], every[len(fitted) :]
+    rows = Rows(twin, runs, settings.blocks)
+    if not any(rows.count(axis) for axis in twin.axes):
+        raise UserError(
+            f"{', '.join(one.name for one in fitted)}: no axis moves faster than its position's noise: nothing can be asked of "
+            "them; record a motion, or give the true `position_resolution`"
+        )
+    absolute = {axis: is_absolute(runs, axis) for axis in twin.axes}
+    asked = {axis: testable(rows, axis, absolute[axis], law_holds(runs, axis)) for axis in twin.axes}
+    middle = {axis: sorted(each[axis] for each in standstill)[len(standstill) // 2] for axis in twin.axes}
+    return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back)

@@ -1,0 +1,190 @@
+"""The samples on which causes are weighed: rows of each axis in the order of time, recording after recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.prepare.motion import SAMPLED, AxisRun, Run
+from diagnosis.prepare.simulation import Kinematics, Simulation
+from drivetwin.motion.inverse_dynamics import Model
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.effects import AxisEffect, Effect
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Column = Mapping[str, Array]
+"""Torque on the rows of each axis that it acts on."""
+
+ENOUGH = 60.0
+"""Time of motion [s] on which a search begins where there is much more."""
+PIECES = 3
+"""Of each recording, in a part of it: where a piece begins, the state of play and bristles is not known."""
+MUCH = 2.5
+"""Times that, from which a part is worth while."""
+
+
+@dataclass(frozen=True)
+class AxisRows:
+    """Rows of one axis, (N,) each: their recording, their sample number in it; `start` where no row is directly before.
+
+    `block` numbers stretches of contiguous time, in which motion is held out together.
+    """
+
+    run: Index
+    sample: Index
+    start: NDArray[np.bool_]
+    block: Index
+
+    def __len__(self) -> int:
+        return len(self.run)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Prepared recordings, seen as rows: the samples of each axis that are fitted, thinned to what the filter leaves."""
+
+    simulation: Simulation
+    runs: Sequence[Run]
+    blocks: int
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes."""
+        return self.simulation.axes
+
+    @cached_property
+    def of(self) -> dict[str, AxisRows]:
+        """The rows of each axis."""
+        return {axis: self._of(axis) for axis in self.axes}
+
+    def _of(self, axis: str) -> AxisRows:
+        picks = [np.flatnonzero(run.axes[axis].fitted[:: run.stride]) for run in self.runs]
+        length = max(sum(len(pick) * run.stride * run.period for pick, run in zip(picks, self.runs, strict=True)), 1e-9)
+        length /= self.blocks
+        run_of, sample, start, block, passed = [], [], [], [], 0
+        for number, (pick, run) in enumerate(zip(picks, self.runs, strict=True)):
+            run_of.append(np.full(len(pick), number))
+            sample.append(pick * run.stride)
+            start.append(np.diff(pick, prepend=-2) > 1)
+            at = (np.arange(len(pick)) * run.stride * run.period / length).astype(np.intp)
+            block.append(passed + at)
+            passed += int(at[-1]) + 1 if len(at) else 0
+        return AxisRows(*(np.concatenate(parts) for parts in (run_of, sample, start, block)))
+
+    def count(self, axis: str) -> int:
+        """How many rows an axis has."""
+        return len(self.of[axis])
+
+    def rows(self, axis: str, of_run: Callable[[Run, AxisRun], Array]) -> Array:
+        """What `of_run` gives for every sample (n,) of each recording and the axis in it, on the rows of the axis (N,)."""
+        return self.picked(axis, [of_run(run, run.axes[axis]) for run in self.runs])
+
+    def picked(self, axis: str, samples: Sequence[Array]) -> Array:
+        """Every sample (n,) of each recording, on the rows of the axis (N,)."""
+        rows = self.of[axis]
+        return np.concatenate([values[rows.sample[rows.run == number]] for number, values in enumerate(samples)])
+
+    def cost(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> dict[str, Array]:
+        """Torque that an effect costs on its axis, and on those that feel its joint move otherwise than measured."""
+        costs = [run.cost(axis, effect, dynamics) for run in self.runs]
+        felt = dict.fromkeys(name for cost in costs for name in cost)
+        none = [np.zeros(len(run.recording.time)) for run in self.runs]
+        return {on: self.picked(on, [cost.get(on, zero) for cost, zero in zip(costs, none, strict=True)]) for on in felt}
+
+    def rigid_rows(self, of_motion: Callable[[Kinematics], Array]) -> dict[str, Array]:
+        """Torque (n, k) that a rigid model needs for a motion of all axes, on the rows of each axis."""
+        thinned = [of_motion(run.kinematics.every(run.stride)) for run in self.runs]
+        found = {}
+        for k, axis in enumerate(self.axes):
+            rows = self.of[axis]
+            parts = [
+                torque[rows.sample[rows.run == number] // run.stride, k]
+                for number, (torque, run) in enumerate(zip(thinned, self.runs, strict=True))
+            ]
+            found[axis] = np.concatenate(parts)
+        return found
+
+    def predicted_by_model(self, axis: str, effect: Effect) -> dict[str, Array]:
+        """Torque that an effect on the rigid bodies costs, on every axis."""
+        return self._beyond_rigid(self.simulation.rigid_with(axis, effect))
+
+    def predicted_by_heavier(self, body: int) -> dict[str, Array]:
+        """Torque that twice the mass and inertia of one body, by its number, costs besides, on every axis."""
+        return self._beyond_rigid(self.simulation.rigid_with_heavier(body))
+
+    def _beyond_rigid(self, changed: Model) -> dict[str, Array]:
+        whole = self.rigid_rows(partial(self.simulation.torques_of, changed))
+        return {name: (rows - self._rigid[name]) * self._moves[name] for name, rows in whole.items()}
+
+    @cached_property
+    def _moves(self) -> dict[str, Array]:
+        """Share of what a filtered row is made of in which its axis does not stick."""
+        return {axis: self.rows(axis, lambda run, own: run.moves(own)) for axis in self.axes}
+
+    @cached_property
+    def _rigid(self) -> dict[str, Array]:
+        return self.rigid_rows(self.simulation.torques)
+
+    @cached_property
+    def target(self) -> dict[str, Array]:
+        """Measured torque less that of the simulation as it stands, by axis."""
+        return {axis: self.rows(axis, lambda _, own: own.torque - own.base) for axis in self.axes}
+
+    @cached_property
+    def gap_energy(self) -> dict[str, float]:
+        """Sum of squares of `target` [(N·m)² or N²], by axis."""
+        return {axis: float(rows @ rows) for axis, rows in self.target.items()}
+
+    @cached_property
+    def measured(self) -> dict[str, Array]:
+        """Measured torque, by axis."""
+        return {axis: self.rows(axis, lambda _, own: own.torque) for axis in self.axes}
+
+    @cached_property
+    def size(self) -> dict[str, float]:
+        """Rms of the measured torque of each axis [N·m or N]."""
+        return {axis: _rms(rows) for axis, rows in self.measured.items()}
+
+    @cached_property
+    def motion(self) -> dict[str, Motion]:
+        """All motion of each axis joined, recording after recording: where a search for an effect begins does not depend on
+        which of them comes first or is longest."""
+        return {axis: _joined([run.axes[axis] for run in self.runs]) for axis in self.axes}
+
+    @cached_property
+    def part(self) -> Rows:
+        """A part of it, spread over all recordings, on which a search begins where there is much more."""
+        whole = sum(len(run.recording.time) * run.period for run in self.runs)
+        if whole <= MUCH * ENOUGH:
+            return self
+        runs = [piece for run in self.runs for piece in _pieces(run, ENOUGH / whole)]
+        part = Rows(self.simulation, runs, self.blocks)
+        fair = all(part.count(axis) >= 0.4 * ENOUGH / whole * self.count(axis) for axis in self.axes)
+        return part if fair else self
+
+
+def _pieces(run: Run, share: float) -> list[Run]:
+    """Pieces of a recording, evenly over it."""
+    whole = len(run.recording.time)
+    length = max(int(share * whole / PIECES), int(4.0 / (run.cutoff_hz * run.period)) * 4)
+    if length * PIECES >= whole:
+        return [run]
+    begins = np.linspace(0, whole - length, PIECES).astype(int)
+    return [run.piece(slice(int(begin), int(begin) + length)) for begin in begins]
+
+
+def _joined(runs: Sequence[AxisRun]) -> Motion:
+    first = runs[0].motion
+    if len(runs) == 1:
+        return first
+    samples = {name: np.concatenate([getattr(run.motion, name) for run in runs]) for name in SAMPLED}
+    return replace(first, band=max(run.motion.band for run in runs), **samples)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0

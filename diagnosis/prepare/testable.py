@@ -1,0 +1,151 @@
+"""What the recordings can be asked: each effect says what it needs of a motion; what is missing is told, and what would help."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.prepare.motion import Run
+from diagnosis.prepare.rows import Rows
+from emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, Need, library
+
+Array = NDArray[np.float64]
+
+LEAST_EACH_WAY = 0.03
+"""Share of the time in motion, below which an axis does not count as moving that way."""
+SPEED_RANGE = 1.5
+"""Ratio of the 95th to the 5th percentile of the speed, below which all motion is at one speed."""
+LEAST_INERTIAL = 0.02
+"""Share of the torque that accelerations must make up."""
+LEAST_REVERSALS = 2
+LEAST_WAY = 0.01
+"""Of the travel, that counts as motion one way."""
+LEAST_TIME = 20.0
+"""That a slow drift needs, in one recording or from one to another [s]."""
+
+WHY: Mapping[Need, tuple[str, str]] = {
+    Need.BOTH_DIRECTIONS: ("motion in one direction only", "the same strokes in the other direction"),
+    Need.TWO_SPEEDS: ("all motion at one speed", "strokes at several speeds, from a tenth of the highest on"),
+    Need.REVERSALS: ("no reversal of the motion", "strokes forth and back"),
+    Need.ACCELERATION: ("hardly any accelerations", "short moves of several accelerations"),
+    Need.ABSOLUTE_POSITION: ("the position is relative to where each recording began", "an absolute position, or one recording"),
+    Need.WEIGHT: ("gravity does not act along this axis in the model", "the machine's gravity in the model, if it does act"),
+    Need.TIME: ("too short, or the time since the machine was switched on is not told", "`start_time` in recording.json, or longer"),
+    Need.DEMAND: ("the drive's demand and loops are not recorded, or do not give the recorded torque", "`position_demand` and `drive`"),
+}
+
+
+@dataclass(frozen=True)
+class NotTestable:
+    """An effect that the recordings cannot answer for an axis, why, and what would be needed."""
+
+    effect: str
+    reason: str
+    needed: str
+
+
+@dataclass(frozen=True)
+class Testable:
+    """Effects that an axis can be asked for, and those that it cannot."""
+
+    kinds: tuple[type[Effect], ...]
+    not_testable: tuple[NotTestable, ...]
+
+
+def testable(rows: Rows, axis: str, absolute: bool, drive_told: bool) -> Testable:
+    """`absolute`: the position means the same in all recordings; `drive_told`: the drive's law gives the recorded torque."""
+    met = _met(rows, axis, absolute, drive_told)
+    kinds, refused = [], []
+    for kind in library().values():
+        if not issubclass(kind, (AxisEffect, ModelEffect, DriveEffect)):
+            continue
+        missing = next((need for need in Need if need in kind.needs and need not in met), None)
+        if missing is None:
+            kinds.append(kind)
+        else:
+            refused.append(NotTestable(kind.name, *WHY[missing]))
+    return Testable(tuple(kinds), tuple(refused))
+
+
+def _met(rows: Rows, axis: str, absolute: bool, drive_told: bool) -> frozenset[Need]:
+    velocity = rows.rows(axis, lambda _, own: own.motion.velocity)
+    if not len(velocity):
+        return frozenset()
+    speed = np.abs(velocity)
+    forwards = float(np.mean(velocity > 0.0))
+    inertial = rows.rows(axis, lambda run, own: run.felt(own, own.motion.inertia * own.motion.acceleration + own.motion.from_others))
+    met = {
+        Need.BOTH_DIRECTIONS: min(forwards, 1.0 - forwards) >= LEAST_EACH_WAY,
+        Need.TWO_SPEEDS: float(np.quantile(speed, 0.95)) >= SPEED_RANGE * float(np.quantile(speed, 0.05)),
+        Need.REVERSALS: _reversals(rows, axis) >= LEAST_REVERSALS,
+        Need.ACCELERATION: float(np.sqrt(np.mean(inertial**2))) >= LEAST_INERTIAL * rows.size[axis],
+        Need.ABSOLUTE_POSITION: absolute,
+        Need.WEIGHT: _feels_gravity(rows, axis),
+        Need.TIME: _time_told(rows.runs),
+        Need.DEMAND: drive_told,
+    }
+    return frozenset(need for need, holds in met.items() if holds)
+
+
+def _reversals(rows: Rows, axis: str) -> int:
+    """Changes of direction with at least 1 % of the travel on either side: a noisy velocity changes its sign often."""
+    way = max(float(np.ptp(run.axes[axis].motion.position)) for run in rows.runs)
+    return sum(_turns(run.axes[axis].motion.position, LEAST_WAY * way) for run in rows.runs)
+
+
+def _turns(position: Array, least: float) -> int:
+    """Turning points (Rychlik 1987, rain-flow count without small cycles)."""
+    turns, low, high, direction = 0, position[0], position[0], 0
+    for value in position[:: max(1, len(position) // 20000)]:
+        low, high = min(low, value), max(high, value)
+        if direction >= 0 and value < high - least:
+            turns, direction, low = turns + (direction > 0), -1, value
+        elif direction <= 0 and value > low + least:
+            turns, direction, high = turns + (direction < 0), 1, value
+    return turns
+
+
+def _feels_gravity(rows: Rows, axis: str) -> bool:
+    """Whether a weight on the axis could be felt: gravity along a slide, across a hinge, as the model stands at qpos0."""
+    model = rows.simulation.model
+    gravity = np.array(model.opt.gravity)
+    size = float(np.linalg.norm(gravity))
+    if size == 0.0:
+        return False
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    along = float(abs(data.joint(rows.simulation.drives[axis].joint).xaxis @ gravity)) / size
+    return along > 0.02 if rows.simulation.slides(axis) else along < 0.9998
+
+
+def _time_told(runs: Sequence[Run]) -> bool:
+    """Within one recording time is told; from one to another only where each says when it began."""
+    begins = [float(run.recording.time[0]) for run in runs]
+    longest = max(float(run.recording.time[-1] - run.recording.time[0]) for run in runs)
+    if len(set(begins)) == len(begins):
+        return max(float(run.recording.time[-1]) for run in runs) - min(begins) >= LEAST_TIME
+    return len(runs) == 1 and longest >= LEAST_TIME
+
+
+def is_absolute(runs: Sequence[Run], axis: str) -> bool:
+    """Whether the axis's position means the same in all recordings.
+
+    Not where it was integrated from velocity or said to be relative; nor where recordings begin at the same place while in full
+    motion, as an integral that begins at 0 does and no encoder.
+    """
+    if len(runs) == 1:
+        return True
+    for run in runs:
+        info = run.recording.info
+        told = f"{axis}.position" in info.derived or "position" not in run.recording.columns[axis]
+        if told or getattr(info.axes[axis], "position_relative", False):
+            return False
+    motions = [run.axes[axis].motion for run in runs]
+    travel = max(float(np.ptp(motion.position)) for motion in motions)
+    begins = np.array([motion.position[0] for motion in motions])
+    at_once = [abs(float(motion.velocity[0])) > 0.5 * float(np.abs(motion.velocity).max()) for motion in motions]
+    return not (np.ptp(begins) < 0.02 * travel and sum(at_once) > 0.5 * len(motions))

@@ -1,0 +1,115 @@
+"""What a drive's loops ask for, from the recorded demand and the recorded motion: the torque that the motor should have given.
+
+The recorded position is what the loops themselves saw, so nothing of the plant is in it: a torque that differs from what was
+asked tells of the drive alone. The cascade is that of CiA 402-2 with a PI velocity loop (facts of the recording's `drive`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.prepare.motion import Run
+from drivetwin.compiled import compiled
+from drivetwin.motion.filtering import derivative
+from drivetwin.recording.recording import DriveLoops
+
+Array = NDArray[np.float64]
+
+LEAST_LOOPS = ("position_gain", "velocity_gain")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Torque asked before (`fast`) and after the commissioned lag of the current loop (`lagged`), and given; each (n,)."""
+
+    fast: Array
+    lagged: Array
+    given: Array
+
+
+def asked_of(run: Run, axis: str) -> Asked | None:
+    """None where the recording does not tell the demand or the loops."""
+    info, columns = run.recording.info.axes[axis], run.recording.columns[axis]
+    drive = info.drive
+    if drive is None or "position_demand" not in columns or "position" not in columns:
+        return None
+    if drive.position_gain is None or drive.velocity_gain is None:
+        return None
+    demand, position = columns["position_demand"], columns["position"]
+    if not np.isfinite(demand).all():
+        return None
+    fast = _cascade(
+        demand,
+        drive.velocity_feedforward * derivative(demand, run.period) + _or_zero(columns.get("velocity_offset"), len(demand)),
+        _or_zero(columns.get("torque_offset"), len(demand)),
+        *_speed_as_seen(position, drive, run.period),
+        position,
+        np.array(
+            [
+                drive.position_gain,
+                drive.velocity_gain,
+                0.0 if not drive.integral_time else 1.0 / drive.integral_time,
+                drive.torque_limit or np.inf,
+                run.period,
+            ]
+        ),
+        columns["torque"],
+    )
+    return Asked(fast, lagged(fast, drive.current_loop_time_constant or 0.0, run.period), columns["torque"])
+
+
+def lagged(torque: Array, time_constant: float, period: float) -> Array:
+    """First-order lag."""
+    if time_constant <= 0.0:
+        return torque
+    return np.asarray(_lag(torque, 1.0 - exp(-period / time_constant)))
+
+
+def _speed_as_seen(position: Array, drive: DriveLoops, period: float) -> tuple[Array, float]:
+    """Speed (n,) before the drive's filter, and the share of a new value that the filter takes at the recording's period [s].
+
+    A servo at the recording's rate differentiates backwards. A faster one is late by half of its own period and by its
+    filter: a central difference is not late, and a lag of both together follows it.
+    """
+    servo = drive.servo_period or 0.0
+    lag = 1.0 / (2.0 * pi * drive.velocity_filter_hz) if drive.velocity_filter_hz else 0.0
+    if servo > 0.5 * period:
+        backwards = np.diff(position, prepend=position[0]) / period
+        return backwards, 1.0 - exp(-period / lag) if lag else 1.0
+    return derivative(position, period), period / (period + lag + 0.5 * servo)
+
+
+def _or_zero(samples: Array | None, count: int) -> Array:
+    return np.nan_to_num(samples) if samples is not None else np.zeros(count)
+
+
+@compiled
+def _cascade(demand, speed, offset, measured_speed, share, position, loops, given):  # type: ignore[no-untyped-def]
+    position_gain, velocity_gain, rate, limit, period = loops
+    asked = np.empty(len(demand))
+    velocity = 0.0
+    integral = 0.0
+    for k in range(len(demand)):
+        velocity += share * (measured_speed[k] - velocity)
+        error = position_gain * (demand[k] - position[k]) + speed[k] - velocity
+        if k == 0:
+            integral = given[0] - velocity_gain * error - offset[0]
+        wanted = velocity_gain * error + integral + offset[k]
+        if -limit < wanted < limit:
+            integral += velocity_gain * rate * period * error
+        asked[k] = min(max(wanted, -limit), limit)
+    return asked
+
+
+@compiled
+def _lag(torque, share):  # type: ignore[no-untyped-def]
+    out = np.empty(len(torque))
+    value = torque[0]
+    for k in range(len(torque)):
+        value += share * (torque[k] - value)
+        out[k] = value
+    return out

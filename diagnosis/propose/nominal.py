@@ -1,0 +1,120 @@
+"""Parameters that the model has and that are never exact: how far each may be off, and what torque that costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.prepare.motion import AxisRun, Run
+from diagnosis.prepare.rows import Column, Rows
+from diagnosis.settings import Settings
+from drivetwin.motion.filtering import fine_derivative
+from emulator.dynamics import AxisDynamics
+
+Array = NDArray[np.float64]
+
+ALIKE = 0.02
+"""Share by which the torque of a body's mass must differ from that of the axes' inertia to be a parameter of its own."""
+LEAST = 0.005
+"""Standard deviation of a parameter that the model has not, as the share of the axis's torque that it costs."""
+
+
+@dataclass(frozen=True)
+class Nominal:
+    """One parameter: what a unit of deviation costs (`column`), its nominal value, and how far it may be off.
+
+    `effect` names the cause that it is if it is off: `coulomb`, `viscous`, `inertia` of an axis; None for the mass and inertia
+    together of a body, by number, in shares of its own, and for the timing of an axis [s]. `loaded_axis` is the axis that it is
+    of; of a body, the one of whose torque its mass costs the largest share.
+    """
+
+    effect: str | None
+    axis: str | None
+    loaded_axis: str
+    body: int | None
+    value: float
+    spread: float
+    column: Column
+
+    @property
+    def timing(self) -> bool:
+        """Whether it is of the recording and not of the model."""
+        return self.effect is None and self.body is None
+
+
+def nominal_parameters(rows: Rows, settings: Settings) -> list[Nominal]:
+    """Friction and inertia of every axis, every moving body, and the timing of every axis."""
+    of_axes = _of_axes(rows, settings)
+    return [*of_axes, *_of_bodies(rows, of_axes, settings), *_of_timing(rows, settings)]
+
+
+def _of_axes(rows: Rows, settings: Settings) -> list[Nominal]:
+    simulation = rows.simulation
+    dynamics = simulation.dynamics()
+    found = []
+    for axis in simulation.axes:
+        law = dynamics[axis].friction
+        columns = (
+            ("coulomb", law.coulomb, rows.rows(axis, lambda run, own: run.felt(own, np.sign(own.motion.velocity)))),
+            ("viscous", law.viscous, rows.rows(axis, lambda run, own: run.felt(own, own.motion.velocity))),
+            ("inertia", _inertia(rows, axis), rows.rows(axis, _acceleration)),
+        )
+        for effect, value, column in columns:
+            least = LEAST * rows.size[axis] / max(_rms(column), 1e-12)
+            spread = float(np.hypot(settings.nominal_spread * value, least))
+            found.append(Nominal(effect, axis, axis, None, value, spread, {axis: column}))
+    return found
+
+
+def _acceleration(run: Run, own: AxisRun) -> Array:
+    return run.felt(own, own.motion.acceleration)
+
+
+def _inertia(rows: Rows, axis: str) -> float:
+    """Of an axis with what follows it, in the middle of where it was."""
+    return float(np.median(rows.motion[axis].inertia))
+
+
+def _of_bodies(rows: Rows, of_axes: Sequence[Nominal], settings: Settings) -> list[Nominal]:
+    """Bodies whose mass is felt otherwise than as inertia of the axes: by weight, or with the position."""
+    found = []
+    for body in rows.simulation.moving_bodies():
+        column = rows.predicted_by_heavier(body)
+        if any(_differs(torque, axis, of_axes) for axis, torque in column.items()):
+            loaded = max(column, key=lambda axis: _rms(column[axis]) / max(rows.size[axis], 1e-12))
+            found.append(Nominal(None, None, loaded, body, 1.0, settings.nominal_spread, column))
+    return found
+
+
+def _differs(torque: Array, axis: str, of_axes: Sequence[Nominal]) -> bool:
+    """Whether torque is anything else than a multiple of what the axis's own inertia costs."""
+    size = _rms(torque)
+    own = next(one.column[axis] for one in of_axes if one.effect == "inertia" and one.axis == axis)
+    if size < 1e-9 or not own.any():
+        return size > 1e-9
+    return _rms(torque - own * (own @ torque) / (own @ own)) > ALIKE * size
+
+
+def _of_timing(rows: Rows, settings: Settings) -> list[Nominal]:
+    """The moment at which each axis's position was counted, against its torque: known to a fraction of a sample."""
+    dynamics = rows.simulation.dynamics()
+    period = float(np.median([run.period for run in rows.runs]))
+    spread = float(np.hypot(settings.timing_spread, settings.timing_share * period))
+    return [
+        Nominal(None, axis, axis, None, 1.0, spread, {axis: rows.rows(axis, partial(_slope, dynamics[axis]))})
+        for axis in rows.axes
+    ]
+
+
+def _slope(dynamics: AxisDynamics, run: Run, own: AxisRun) -> Array:
+    friction = dynamics.friction.resistance(own.motion)
+    simulated = own.motion.rigid_torque - own.motion.from_others + friction
+    return fine_derivative(run.felt(own, simulated), run.period)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0

@@ -1,0 +1,25 @@
+"""Effects as a mechanism takes them: with the units of their axis, in the order in which torque passes them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from diagnosis.prepare.rows import Rows
+from emulator.effects import Effect, PlacedEffect
+
+PARAMETERS = ("coulomb", "viscous", "inertia")
+"""Effects that change a parameter which the model has."""
+ORDER = {"friction": 0, "rigid body": 1, "motor and drive": 2, "transmission": 3, "sensing and timing": 4}
+"""In which torque and motion pass the effects: each is predicted on an axis that has those before it."""
+
+
+def in_order(effects: Sequence[PlacedEffect]) -> tuple[PlacedEffect, ...]:
+    """Effects in the order in which torque passes them, what the model has first."""
+    return tuple(sorted(effects, key=lambda one: (ORDER[one.effect.family], one.effect.name not in PARAMETERS)))
+
+
+def placed(rows: Rows, axis: str, effect: Effect) -> PlacedEffect:
+    """An effect on an axis, its parameters' units filled in."""
+    joint = rows.simulation.model.joint(rows.simulation.drives[axis].joint)
+    units = {parameter.name: parameter.unit.on(int(joint.type[0])) for parameter in type(effect).parameters}
+    return PlacedEffect(axis, effect, units)

@@ -1,0 +1,153 @@
+"""Looks for one effect on one axis: a coarse search that is linear, then a local one in the effect's own parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from diagnosis.prepare.rows import Column, Rows
+from diagnosis.propose.side_by_side import side_by_side
+from diagnosis.weigh.system import Fit, System
+from drivetwin.errors import UserError
+from emulator.dynamics import AxisDynamics, Motion
+from emulator.effects import AxisEffect, Effect
+
+Array = NDArray[np.float64]
+
+REFINED = 2
+"""Starts of one effect on one axis that are moved, the best by a linear fit."""
+REFINED_REPLAYS = 4
+"""The same where a motion is replayed, and each start has a valley of its own."""
+STEP = 1e-3
+"""Of a parameter's own size, for differences."""
+ANGLES = ("phase", "angle")
+FAR = 1e9
+"""Residual of an effect that nothing can follow: a spring too stiff, a period of nothing."""
+EVALUATIONS = 20
+"""Of a local search, Jacobians not counted: it begins near."""
+BRIEFLY = 4
+"""Of one that only has to tell whether its start is worth more."""
+
+Predict = Callable[[Effect], Column]
+
+
+@dataclass(frozen=True)
+class Begun:
+    """An effect on an axis as a linear fit composed it, and the evidence of that fit [nats]."""
+
+    axis: str
+    effect: Effect
+    evidence: float
+    tried: int
+    """Starts that were compared: a look elsewhere costs the logarithm of their number."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """A parameter of an effect as a local search moves it: its name, a step that matters, and its bounds."""
+
+    name: str
+    size: float
+    low: float
+    high: float
+
+
+def coarse(
+    rows: Rows, system: System, axis: str, kind: type[AxisEffect], dynamics: AxisDynamics, held: frozenset[int]
+) -> list[Begun]:
+    """The starts of an effect on an axis, best first, each with the coefficients of its members free."""
+    starts = kind.starts(rows.motion[axis], dynamics)
+    members = [member for start in starts for member in start.members]
+
+    def column(member: AxisEffect) -> Column:
+        return system.whiten(rows.cost(axis, member, dynamics))
+
+    columns = iter(side_by_side(column, members))
+    found = []
+    for start in starts:
+        own = [next(columns) for _ in start.members]
+        if not all(np.isfinite(part).all() and part.any() for each in own for part in [each[axis]]):
+            continue
+        if not kind.scales:
+            found.append(Begun(axis, start.members[0], system.fit((), own[0], held).evidence, len(starts)))
+            continue
+        fit = system.fit(own, held=held)
+        effect = start.compose([float(value) for value in fit.coefficients[-len(own) :]])
+        if effect is not None:
+            found.append(Begun(axis, effect, fit.evidence, len(starts)))
+    return sorted(found, key=lambda one: -one.evidence)
+
+
+def moved(
+    system: System,
+    fit: Fit,
+    effect: Effect,
+    movable: Sequence[Field],
+    predict: Predict,
+    held: frozenset[int],
+    evaluations: int = EVALUATIONS,
+) -> Effect:
+    """The local search: least squares in a trust region (Branch, Coleman, Li 1999) within bounds, all else projected out."""
+    start = np.array([getattr(effect, field.name) / field.size for field in movable])
+    if not np.isfinite(start).all():
+        return effect
+    low = np.array([field.low / field.size for field in movable])
+    high = np.array([field.high / field.size for field in movable])
+    try:
+        axes = sorted(predict(effect))
+    except UserError:
+        return effect
+    project = system.projector(axes, fit.level, held)
+
+    def left(values: Array) -> Array:
+        column = system.whiten(predict(at(effect, movable, values)))
+        rows = project.left({axis: system.axes[axis].target - column[axis] for axis in axes})
+        return rows if np.isfinite(rows).all() else np.full(len(rows), FAR)
+
+    def slopes(values: Array) -> Array:
+        """Central differences that stay in the bounds; a relative step would be none for a parameter at 0."""
+        steps = STEP * np.eye(len(values))
+        ups, downs = np.minimum(values + steps, high), np.maximum(values - steps, low)
+        rows = side_by_side(left, [*ups, *downs])
+        above, below = rows[: len(values)], rows[len(values) :]
+        return np.column_stack([(a - b) / way for a, b, way in zip(above, below, np.diag(ups - downs), strict=True)])
+
+    start = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))
+    try:
+        found = least_squares(left, start, jac=slopes, bounds=(low, high), x_scale=1.0, max_nfev=evaluations, xtol=1e-4, ftol=1e-5)
+    except UserError:
+        return effect
+    return at(effect, movable, found.x)
+
+
+def movable_fields(effect: Effect, motion: Motion, axis: AxisDynamics) -> list[Field]:
+    """The effect's parameters, each with the step that matters to it; angles turn freely."""
+    sizes = effect.sizes(motion, axis)
+    return [
+        Field(one.name, sizes[one.name], -np.inf if one.name in ANGLES else one.low, one.high) for one in type(effect).parameters
+    ]
+
+
+def at(effect: Effect, movable: Sequence[Field], values: Array) -> Effect:
+    """The effect with other values, in the sizes of its fields."""
+    changed = {field.name: float(value * field.size) for field, value in zip(movable, values, strict=True)}
+    return replace(effect, **changed)
+
+
+def tangents(effect: Effect, movable: Sequence[Field], predict: Predict) -> list[Column]:
+    """d torque / d parameter in units of its size, by central differences that stay in the bounds."""
+    base = np.array([getattr(effect, field.name) / field.size for field in movable])
+    ups, downs = [], []
+    for k, field in enumerate(movable):
+        step = np.zeros_like(base)
+        step[k] = STEP
+        ups.append(base + step if (base + step)[k] * field.size <= field.high else base)
+        downs.append(base - step if (base - step)[k] * field.size >= field.low else base)
+    columns = side_by_side(lambda values: predict(at(effect, movable, values)), [*ups, *downs])
+    ways = np.diag(np.array(ups) - np.array(downs))
+    pairs = zip(columns[: len(base)], columns[len(base) :], ways, strict=True)
+    return [{axis: (above[axis] - below[axis]) / way for axis in above} for above, below, way in pairs]

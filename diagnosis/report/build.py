@@ -1,0 +1,364 @@
+"""From the set of effects that was found to the report's values: what is added, the gap without and with it, its causes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.prepare.motion import Run
+from diagnosis.prepare.noise import Noise, noise_of
+from diagnosis.prepare.prepared import Prepared
+from diagnosis.prepare.rows import Rows
+from diagnosis.propose.drives import DriveFound
+from diagnosis.propose.placing import in_order, placed
+from diagnosis.report.distinguish import sensor_that_tells, tell_apart
+from diagnosis.report.gap_test import NAME, gap_of, significance
+from diagnosis.report.patched_model import patched_xml
+from diagnosis.report.patterns import patterns
+from diagnosis.report.prediction import Patch, contributions, gap_rms, predict
+from diagnosis.report.result import (
+    TWO_SIDED_90,
+    UNKNOWN,
+    AxisGap,
+    Cause,
+    Diagnosis,
+    Estimate,
+    Prediction,
+    Share,
+    Shrink,
+    Unknown,
+    Verdict,
+)
+from diagnosis.report.shares import shares
+from diagnosis.report.shrink import shrink
+from diagnosis.report.where import above_noise, regimes
+from diagnosis.settings import Settings
+from diagnosis.weigh.averaging import Answer
+from diagnosis.weigh.moves import Found
+from diagnosis.weigh.refit import Refitted
+from diagnosis.weigh.unknown import by_quantity
+from drivetwin.errors import UserError
+from emulator.effects import DriveEffect, PlacedEffect
+
+Array = NDArray[np.float64]
+
+SHOWN = 0.02
+"""Probability from which an effect that was not selected is named."""
+EXPLAINED, PARTLY = 0.1, 0.7
+"""Shares of the gap above noise, up to which what is unknown leaves it explained, and partly explained."""
+WORSE = 1.0 + 1e-6
+"""Times the gap, from which it has grown."""
+
+
+@dataclass(frozen=True)
+class _Gaps:
+    """The gap without and with a patch, on both motions, and the noise in it."""
+
+    patch: Patch
+    unseen: Sequence[Prediction]
+    fitted: Sequence[Prediction]
+    noise: Mapping[str, Noise]
+
+
+def build(
+    ready: Prepared,
+    found: Found,
+    values: Refitted,
+    answers: Sequence[Answer],
+    drives: Sequence[DriveFound],
+    settings: Settings,
+) -> Diagnosis:
+    """The report's values; effects that make motion that was not fitted worse, or act where there is no gap, are left out."""
+    strong = [one for one in drives if _drive_matters(ready.rows, one, settings)]
+    units = placed_drives(ready.rows, strong)
+    patch = Patch(in_order([*values.effects, *units]), dict(found.heavier))
+    gaps = _gaps(ready, _without_harm(ready, patch), settings)
+    tests = {
+        axis: gap_of(gaps.unseen, gaps.fitted, axis, gaps.noise[axis].floor, ready.cutoff_hz) for axis in ready.simulation.axes
+    }
+    open_axes = [axis for axis in ready.simulation.axes if tests[axis].significant]
+    kept = Patch(tuple(one for one in gaps.patch.effects if one.axis in open_axes), gaps.patch.heavier if open_axes else None)
+    if kept != gaps.patch:
+        gaps = _gaps(ready, kept, settings)
+    divided = {axis: _shares(ready, gaps, axis, settings) for axis in ready.simulation.axes}
+    axes = {axis: _axis(ready, gaps, axis, tests[axis], divided[axis]) for axis in ready.simulation.axes}
+    causes = _causes(ready, values, answers, strong, gaps, open_axes, divided, settings)
+    return Diagnosis(
+        verdict=_verdict(axes),
+        settings=settings,
+        axes=axes,
+        causes=tuple(causes),
+        selected=gaps.patch.effects,
+        after_rms={axis: gap_rms(gaps.unseen, axis, "after") for axis in ready.simulation.axes},
+        predictions=tuple(gaps.unseen),
+        model_xml=patched_xml(ready.simulation, gaps.patch.heavier or {}),
+        held_back=ready.held_back,
+        units={axis: "N" if ready.simulation.slides(axis) else "N·m" for axis in ready.simulation.axes},
+    )
+
+
+def placed_drives(rows: Rows, drives: Sequence[DriveFound]) -> list[PlacedEffect]:
+    """Effects of drives with their units."""
+    return [placed(rows, one.axis, one.effect) for one in drives]
+
+
+def _drive_matters(rows: Rows, one: DriveFound, settings: Settings) -> bool:
+    """Whether the law gives the recorded torque better by more than chance and by more than the comparison errs by."""
+    return one.gain > np.log(25.0) and one.without - one.left > (settings.model_error * rows.size[one.axis]) ** 2
+
+
+def _gaps(ready: Prepared, patch: Patch, settings: Settings) -> _Gaps:
+    unseen = [predict(ready.simulation, run, patch) for run in ready.checks]
+    fitted = [predict(ready.simulation, run, patch) for run in ready.runs]
+    noise = {}
+    for axis in ready.simulation.axes:
+        parts = [each.axes[axis] for each in (*fitted, *unseen)]
+        left = [np.where(part.used, part.measured - part.after, np.nan) for part in parts]
+        noise[axis] = noise_of(axis, [*ready.runs, *ready.checks], left, settings.model_error)
+    return _Gaps(patch, unseen, fitted, noise)
+
+
+def _without_harm(ready: Prepared, patch: Patch) -> Patch:
+    """Without the effects that make the gap larger on motion that was not fitted, the worst first; and bodies if they do."""
+
+    def left(tried: Patch) -> float:
+        try:
+            told = [predict(ready.simulation, run, tried) for run in ready.checks]
+        except UserError:
+            return np.inf
+        sizes = {axis: max(gap_rms(told, axis), 1e-300) for axis in ready.simulation.axes}
+        return sum((gap_rms(told, axis, "after") / size) ** 2 for axis, size in sizes.items())
+
+    while patch.effects or patch.heavier:
+        whole = left(patch)
+        fewer = [replace(patch, effects=tuple(one for one in patch.effects if one is not each)) for each in patch.effects]
+        fewer += [replace(patch, heavier=None)] if patch.heavier else []
+        best = min(fewer, key=left)
+        if left(best) * WORSE > whole and np.isfinite(whole):
+            break
+        patch = best
+    return patch
+
+
+def _shares(ready: Prepared, gaps: _Gaps, axis: str, settings: Settings) -> tuple[tuple[PlacedEffect, ...], tuple[Share, ...]]:
+    """Effects that act on an axis, its own first, and the shares of its gap."""
+    parts = [contributions(ready.simulation, run, gaps.patch) for run in ready.checks]
+    named = [k for k, one in enumerate(gaps.patch.effects) if one.axis == axis and not isinstance(one.effect, DriveEffect)]
+    own = [each.axes[axis] for each in gaps.unseen]
+    gap = [(each.measured - each.before)[each.used] for each in own]
+    torque = [
+        [part[k].get(axis, np.zeros(len(each.used)))[each.used] for part, each in zip(parts, own, strict=True)] for k in named
+    ]
+    others = [
+        sum((p.get(axis, np.zeros(len(each.used))) for j, p in enumerate(part) if j not in named), np.zeros(len(each.used)))[each.used]
+        for part, each in zip(parts, own, strict=True)
+    ]
+    names = [gaps.patch.effects[k].effect.name for k in named]
+    if any(rows.any() for rows in others):
+        torque.append(others)
+        names.append("other_axes")
+    found = shares(gap, torque, names, [run.period for run in ready.checks], gaps.noise[axis].rms, settings.seed)
+    return tuple(gaps.patch.effects[k] for k in named), found
+
+
+def _axis(ready: Prepared, gaps: _Gaps, axis: str, test: object, divided: tuple[Sequence[PlacedEffect], Sequence[Share]]) -> AxisGap:
+    noise, speed = gaps.noise[axis], ready.standstill[axis]
+    parts = [each.axes[axis] for each in gaps.unseen]
+    still = np.concatenate([(part.measured - part.before)[~part.used] for part in parts])
+    used = np.concatenate([part.measured[part.used] for part in parts])
+    moves = bool(np.isfinite(speed)) and any(part.used.any() for part in parts)
+    significant = bool(test.significant)  # type: ignore[attr-defined]
+    after = [_as_it_stands(each, axis) for each in gaps.unseen]
+    unit = "N" if ready.simulation.slides(axis) else "N·m"
+    return AxisGap(
+        cutoff_hz=ready.cutoff_hz,
+        standstill_velocity=speed,
+        torque_rms=float(np.sqrt(np.mean(used**2))) if used.size else 0.0,
+        gap_rms=gap_rms(gaps.unseen, axis),
+        noise_rms=noise.rms,
+        noise_found_by=noise.found_by,
+        model_error_rms=noise.model_error,
+        standstill_rms=float(np.sqrt(np.mean(still**2))) if still.size else 0.0,
+        significant=significant,
+        test=NAME,
+        p_value=float(test.p_value),  # type: ignore[attr-defined]
+        shares=tuple(divided[1]),
+        where=regimes(gaps.unseen, axis, noise.floor, speed) if moves else (),
+        where_after=regimes(after, axis, noise.floor, speed) if moves and above_noise(after, axis, noise.floor, speed) else (),
+        patterns=patterns(gaps.unseen, axis, noise.floor, ready.cutoff_hz, unit) if significant and moves else (),
+        unknown=_unknown(after, axis, divided[1], noise, ready.cutoff_hz, unit, moves and significant),
+        not_testable=ready.testable[axis].not_testable,
+    )
+
+
+def _unknown(
+    after: Sequence[Prediction], axis: str, divided: Sequence[Share], noise: Noise, cutoff_hz: float, unit: str, told: bool
+) -> Unknown:
+    """What is left, what it goes with by the patterns of what is left, and how fast it varies."""
+    share = next((one.share for one in divided if one.of == UNKNOWN), 0.0)
+    if not told:
+        return Unknown(share, (), 0.0)
+    with_it = patterns(after, axis, noise.floor, cutoff_hz, unit)
+    energies: dict[str, float] = {}
+    for one in with_it:
+        energies[one.over] = max(one.share, energies.get(one.over, 0.0))
+    slow = regimes(after, axis, noise.floor, 0.0)
+    low = sum(each.share for each in slow if each.regime in ("low_speed", "reversal", "presliding"))
+    if low > 0.5:
+        energies["velocity"] = low
+    return Unknown(share, tuple(by_quantity(energies)), _correlation_time(after, axis))
+
+
+def _correlation_time(after: Sequence[Prediction], axis: str) -> float:
+    """Time until what is left is half like itself [s], the mean of the recordings by their energy."""
+    times, energies = [], []
+    for each in after:
+        part = each.axes[axis]
+        rows = np.where(part.used, part.measured - part.before, 0.0)
+        energy = float(rows @ rows)
+        if energy <= 0.0:
+            continue
+        spectrum = np.abs(np.fft.rfft(rows, 2 * len(rows))) ** 2
+        likeness = np.fft.irfft(spectrum)[: len(rows)] / energy
+        below = np.flatnonzero(likeness < 0.5)
+        times.append((int(below[0]) if below.size else len(rows)) * each.period)
+        energies.append(energy)
+    return float(np.average(times, weights=energies)) if times else 0.0
+
+
+def _causes(
+    ready: Prepared,
+    values: Refitted,
+    answers: Sequence[Answer],
+    drives: Sequence[DriveFound],
+    gaps: _Gaps,
+    open_axes: Sequence[str],
+    divided: Mapping[str, tuple[Sequence[PlacedEffect], Sequence[Share]]],
+    settings: Settings,
+) -> list[Cause]:
+    """Selected effects, what else may be there, and the unknown, of every axis that has a gap; most probable share first."""
+    causes = []
+    for number, one in enumerate(gaps.patch.effects):
+        if isinstance(one.effect, DriveEffect):
+            drive = next(each for each in drives if each.axis == one.axis and type(each.effect) is type(one.effect))
+            causes.append(_drive_cause(one, drive, gaps))
+        elif one.axis in open_axes:
+            causes.append(_selected(ready, values, answers, gaps, number, divided[one.axis], settings))
+    causes.extend(_alternatives(answers, gaps, open_axes, settings))
+    causes.extend(_unknown_cause(gaps, axis, divided[axis][1], ready.cutoff_hz) for axis in open_axes)
+    return sorted(causes, key=lambda cause: -cause.probability * cause.share)
+
+
+def _selected(
+    ready: Prepared,
+    values: Refitted,
+    answers: Sequence[Answer],
+    gaps: _Gaps,
+    number: int,
+    divided: tuple[Sequence[PlacedEffect], Sequence[Share]],
+    settings: Settings,
+) -> Cause:
+    one = gaps.patch.effects[number]
+    answer = next((each for each in answers if each.chosen is not None and _alike(each.chosen, one)), None)
+    share = next(part.share for own, part in zip(*divided, strict=False) if own is one)
+    others = answer.indistinguishable if answer is not None else ()
+    rest = Patch(tuple(each for each in gaps.patch.effects if each is not one), gaps.patch.heavier)
+    return Cause(
+        one.effect.name,
+        one.axis,
+        answer.probability if answer is not None else 1.0,
+        share,
+        _estimates(values, one),
+        _closed(ready, gaps, rest, one.axis, settings),
+        others,
+        tell_apart(one.effect.name, others),
+        sensor_that_tells((one.effect.name, *others)) if others else "",
+    )
+
+
+def _alike(one: PlacedEffect, other: PlacedEffect) -> bool:
+    """The same effect, its parameters settled since."""
+    if (one.effect.name, one.axis) != (other.effect.name, other.axis):
+        return False
+    order = getattr(one.effect, "order", None)
+    return order is None or abs(order - other.effect.order) < 0.05 * order  # type: ignore[attr-defined]
+
+
+def _estimates(values: Refitted, one: PlacedEffect) -> dict[str, Estimate]:
+    """Parameters with 90 % intervals."""
+    number = next(k for k, each in enumerate(values.effects) if each is one)
+    told = {}
+    for parameter, deviation in zip(one.effect.parameters, values.deviations[number], strict=True):
+        value, half = float(getattr(one.effect, parameter.name)), TWO_SIDED_90 * float(deviation)
+        told[parameter.name] = Estimate(value, one.units[parameter.name], (value - half, value + half))
+    return told
+
+
+def _closed(ready: Prepared, gaps: _Gaps, rest: Patch, axis: str, settings: Settings) -> Shrink | None:
+    """What an effect adds to all others."""
+    try:
+        before = [predict(ready.simulation, run, rest) for run in ready.checks]
+    except UserError:  # no mechanism without it: viscous friction lowered below its asymmetry, say
+        return None
+    return shrink(before, gaps.unseen, axis, gaps.noise[axis].floor, settings.seed)
+
+
+def _drive_cause(one: PlacedEffect, drive: DriveFound, gaps: _Gaps) -> Cause:
+    """A drive's effect shrinks no gap of the measured motion: its share is of what the law does not tell."""
+    value = float(getattr(one.effect, one.effect.parameters[0].name))
+    name = one.effect.parameters[0].name
+    half = TWO_SIDED_90 * value / np.sqrt(max(drive.rows / 10.0, 1.0))
+    probability = float(1.0 / (1.0 + np.exp(-min(drive.gain - np.log(25.0), 50.0))))
+    estimate = Estimate(value, one.units[name], (value - half, value + half))
+    return Cause(one.effect.name, one.axis, probability, float(1.0 - drive.left / drive.without), {name: estimate}, None)
+
+
+def _alternatives(answers: Sequence[Answer], gaps: _Gaps, open_axes: Sequence[str], settings: Settings) -> list[Cause]:
+    """Effects that were not selected and may be there all the same, once each."""
+    taken = {(one.effect.name, one.axis) for one in gaps.patch.effects}
+    told: dict[tuple[str, str], Cause] = {}
+    for answer in answers:
+        for member in answer.members:
+            one = member.proposal.effect
+            key = (one.effect.name, one.axis)
+            if key in taken or one.axis not in open_axes or member.weight < SHOWN:
+                continue
+            if member.proposal.share < settings.least_share or (answer.chosen is not None and answer.chosen not in gaps.patch.effects):
+                continue
+            if key not in told or told[key].probability < member.weight:
+                share = float(np.clip(member.proposal.share, 0.0, 1.0))
+                told[key] = Cause(one.effect.name, one.axis, member.weight, share, {}, None)
+    return list(told.values())
+
+
+def _unknown_cause(gaps: _Gaps, axis: str, divided: Sequence[Share], cutoff_hz: float) -> Cause:
+    """What is left: how surely it is more than noise."""
+    left = [_as_it_stands(each, axis) for each in gaps.unseen]
+    share = next((one.share for one in divided if one.of == UNKNOWN), 0.0)
+    p_value = significance(left, axis, gaps.noise[axis].floor, cutoff_hz)
+    return Cause(UNKNOWN, axis, float(np.clip(1.0 - p_value, 0.01, 0.99)), share, {}, None)
+
+
+def _as_it_stands(prediction: Prediction, axis: str) -> Prediction:
+    """The patched simulation as if it were the one that is asked about."""
+    found = prediction.axes[axis]
+    return replace(prediction, axes={axis: replace(found, before=found.after)})
+
+
+def _verdict(axes: Mapping[str, AxisGap]) -> Verdict:
+    """By what is unknown of the gap above noise, on the axis on which that is most."""
+    left = []
+    for gap in axes.values():
+        if gap.significant:
+            noise = next((one.share for one in gap.shares if one.of == "noise"), 0.0)
+            left.append(gap.unknown.share / max(1.0 - noise, 1e-9))
+    if not left:
+        return Verdict.NO_GAP
+    worst = max(left)
+    return Verdict.EXPLAINED if worst <= EXPLAINED else Verdict.PARTLY_EXPLAINED if worst <= PARTLY else Verdict.UNEXPLAINED
+
+
+

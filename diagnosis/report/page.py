@@ -1,0 +1,62 @@
+"""report.html: one file that a browser shows without a network. The verdict first; a section a file (page_*.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+
+from diagnosis.report import page_shares, page_table
+from diagnosis.report.page_axis import axis_section
+from diagnosis.report.page_causes import causes_section
+from diagnosis.report.page_method import inputs_section, method_section
+from diagnosis.report.page_table import DASH, stacking_table
+from diagnosis.report.result import Diagnosis, Verdict
+from diagnosis.report.wording import closed, listed, number, of_torque, p_words, percent, verdict_sentence
+from drivetwin.html_page import write_page
+
+_TITLE = "Simulation against machine"
+
+
+def write_report_page(diagnosis: Diagnosis, inputs: Mapping[str, str], path: Path) -> None:
+    """Write the report to `path`, whole or not at all; `inputs` are sha256 by path."""
+    recordings = listed([prediction.recording for prediction in diagnosis.predictions])
+    body = [
+        f"{page_table.STYLE}{page_shares.STYLE}<header><h1>{_TITLE}</h1><p>Axes {escape(listed(list(diagnosis.axes)))}; gap "
+        f"measured on {escape(recordings)}</p></header>",
+        _verdict(diagnosis),
+        page_shares.shares_section(diagnosis),
+        causes_section(diagnosis),
+        *(axis_section(name, diagnosis) for name in diagnosis.axes),
+        method_section(diagnosis),
+        inputs_section(inputs),
+    ]
+    write_page(path, _TITLE, body)
+
+
+def _verdict(diagnosis: Diagnosis) -> str:
+    kind = {Verdict.EXPLAINED: "good", Verdict.NO_GAP: "good", Verdict.UNEXPLAINED: "bad"}.get(diagnosis.verdict, "")
+    head = ["Axis", "Beyond noise?", "Unit", "Torque", "Gap", "Noise", "Gap after", "Closed", "Unknown"]
+    rows = [_overview(name, diagnosis) for name in diagnosis.axes]
+    data = (
+        "No validation recordings were given: blocks of the recordings were held back from the fit, and the figures are of "
+        "these blocks."
+        if diagnosis.held_back
+        else "The figures are of the validation recordings, which were not fitted."
+    )
+    notes = "".join(f"<li>{escape(note)}</li>" for note in diagnosis.notes)
+    return (
+        f'<section><h2>Verdict</h2><p class="verdict {kind}">{escape(verdict_sentence(diagnosis))}</p>'
+        f'{stacking_table(head, rows, numeric=range(3, 9))}<p class="note">Levels are rms over samples in motion, in brackets '
+        "as a share of the torque. Closed and unknown are shares of the gap's energy (its mean square). "
+        f"{data}</p>{f'<ul>{notes}</ul>' if notes else ''}</section>"
+    )
+
+
+def _overview(name: str, diagnosis: Diagnosis) -> list[str]:
+    gap, after = diagnosis.axes[name], diagnosis.after_rms[name]
+    levels = [number(gap.torque_rms), of_torque(gap.gap_rms, gap), number(gap.noise_rms), of_torque(after, gap)]
+    shares = [percent(closed(gap, after)), percent(gap.unknown.share)] if gap.significant else [DASH, DASH]
+    answer = '<b class="out">yes</b>' if gap.significant else '<span class="in">no</span>'
+    test = f'{answer} <span class="note">{escape(p_words(gap.p_value))}</span>'
+    return [f"<b>{escape(name)}</b>", test, escape(diagnosis.units[name]), *levels, *shares]

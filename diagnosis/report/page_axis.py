@@ -1,0 +1,128 @@
+"""The section of one axis: its gap in pictures, where it is, what is left of it, and what could not be tested."""
+
+from __future__ import annotations
+
+from html import escape
+
+from diagnosis.report.figures import gap_figure, left_figure, map_figures, spectrum_figure, time_figure, torque_figure
+from diagnosis.report.page_table import DASH, bar, pictured, stacking_table
+from diagnosis.report.remains import spells_after
+from diagnosis.report.result import AxisGap, Diagnosis, Regime
+from diagnosis.report.view import Trace, gap_map, spectra_of, trace_of, worst_window
+from diagnosis.report.wording import (
+    goes_with_words,
+    level,
+    listed,
+    name_of,
+    number,
+    percent,
+    spells_words,
+    time_words,
+    untested,
+)
+from drivetwin.motion.filtering import effective_cutoff
+
+_WINDOW = 4.0
+"""Of time that the report opens with [s]."""
+_SPELLS_SHOWN = 5
+
+
+def axis_section(name: str, diagnosis: Diagnosis) -> str:
+    """Everything about one axis."""
+    gap = diagnosis.axes[name]
+    cutoff_hz = max(effective_cutoff(each.period, gap.cutoff_hz) for each in diagnosis.predictions)
+    trace = trace_of(diagnosis.predictions, name, cutoff_hz)
+    if not trace.used.any():
+        seen = "<p>No sample in motion on the validation data: there is nothing to compare.</p>"
+    elif gap.significant:
+        seen = _significant(name, diagnosis, trace, cutoff_hz)
+    else:
+        nothing = '<p class="note">The gap is no more than noise: there is nothing to place.</p>'
+        seen = nothing + _over_time(trace, diagnosis.units[name])
+    return f"<section><h2>Axis {escape(name)}</h2>{seen}{_not_testable(gap)}</section>"
+
+
+def _significant(name: str, diagnosis: Diagnosis, trace: Trace, cutoff_hz: float) -> str:
+    gap, unit = diagnosis.axes[name], diagnosis.units[name]
+    position_unit, velocity_unit = ("m", "m/s") if unit == "N" else ("rad", "rad/s")
+    over_velocity = torque_figure(trace, unit, velocity_unit), gap_figure(trace, unit, velocity_unit)
+    spectra = spectra_of(diagnosis.predictions, name, gap.noise_rms, cutoff_hz)
+    left = spectrum_figure(spectra, unit), left_figure(trace, gap.noise_rms, unit)
+    return (
+        f"{_over_time(trace, unit)}{pictured('Over velocity', *over_velocity)}"
+        f"{pictured('Where the gap is', *map_figures(gap_map(trace), unit, position_unit, velocity_unit))}"
+        f"{_where(gap, velocity_unit)}"
+        f"<h3>What is left</h3>{_remains(name, diagnosis)}{pictured('What is left, against noise', *left)}"
+    )
+
+
+def _over_time(trace: Trace, unit: str) -> str:
+    title = "Measured and simulated over time, opened where the gap is worst"
+    return pictured(title, time_figure(trace, worst_window(trace, _WINDOW), unit))
+
+
+def _where(gap: AxisGap, velocity_unit: str) -> str:
+    """The regimes before and after, and what the gap varies over."""
+    after = {each.regime: each.share for each in gap.where_after}
+    regimes = [
+        [
+            escape(name_of(each.regime)),
+            _bounds(each, velocity_unit),
+            f"{bar(each.share)}{percent(each.share)}",
+            f"{bar(after[each.regime])}{percent(after[each.regime])}" if each.regime in after else DASH,
+        ]
+        for each in gap.where
+    ]
+    patterns = [
+        [escape(name_of(each.over)), f"{bar(each.share)}{percent(each.share)}", escape(each.detail)] for each in gap.patterns
+    ]
+    head = ["Regime of the motion", "Bounds", "Share of the gap", "Share of what is left"]
+    varies = stacking_table(["The gap varies over", "Share of the gap", "How"], patterns) if patterns else ""
+    return f"{stacking_table(head, regimes)}{varies}"
+
+
+_MAGNITUDES = {"time": "time to a reversal", "displacement": "way from a stop or reversal", "acceleration": "|acceleration|"}
+
+
+def _bounds(regime: Regime, velocity_unit: str) -> str:
+    units = {
+        "time": "s",
+        "displacement": velocity_unit.removesuffix("/s"),
+        "acceleration": f"{velocity_unit}²",
+        "velocity": velocity_unit,
+        "speed": velocity_unit,
+    }
+    return ", ".join(
+        f"{_MAGNITUDES.get(name, name)} {number(low)} to {number(high)} {units[name]}"
+        for name, (low, high) in regime.interval.items()
+    )
+
+
+def _remains(axis: str, diagnosis: Diagnosis) -> str:
+    """What the unknown goes with, in which regime most of it is, and when."""
+    gap, unit = diagnosis.axes[axis], diagnosis.units[axis]
+    left = f"{level(diagnosis.after_rms[axis], unit)} rms is left, of which noise is {level(gap.noise_rms, unit)}."
+    unknown = f"The unknown, {percent(gap.unknown.share)} of the gap, {goes_with_words(gap.unknown)}."
+    if not gap.where_after:
+        return f"<p>{escape(left)} Nothing of it is above noise.</p>"
+    most = max(gap.where_after, key=lambda regime: regime.share)
+    place = f"{percent(most.share)} of what is left above noise is in the regime {name_of(most.regime)}."
+    spells = spells_after(diagnosis, axis)
+    together = f"{percent(sum(spell.share for spell in spells))} of its energy is in {spells_words(len(spells))}." if spells else ""
+    rows = [
+        [escape(spell.recording), time_words(spell), escape(level(spell.rms, unit)), percent(spell.share)]
+        for spell in spells[:_SPELLS_SHOWN]
+    ]
+    head = ["Largest in recording", "Time", "Level, rms", "Share of what is left"]
+    return f"<p>{escape(' '.join([left, unknown, place, together]))}</p>{stacking_table(head, rows, (2, 3)) if rows else ''}"
+
+
+def _not_testable(gap: AxisGap) -> str:
+    """One row a reason."""
+    rows = [
+        [escape(listed([name_of(effect) for effect in each.effects])), escape(each.reason), escape(each.needed)]
+        for each in untested(gap.not_testable)
+    ]
+    if not rows:
+        return ""
+    return f"<h3>What could not be tested</h3>{stacking_table(['Effect', 'Reason', 'What to record or give'], rows)}"

@@ -1,0 +1,81 @@
+"""The section of the causes: what is behind the gap, how surely, how much of it, and what would settle what is open."""
+
+from __future__ import annotations
+
+from html import escape
+
+from diagnosis.report.page_table import DASH, bar, stacking_table
+from diagnosis.report.result import UNKNOWN, Cause, Diagnosis, Estimate, Shrink
+from diagnosis.report.wording import (
+    LIKELY,
+    added_words,
+    cause_name,
+    goes_with_words,
+    listed,
+    name_of,
+    number,
+    percent,
+    span_percent,
+)
+
+
+def causes_section(diagnosis: Diagnosis) -> str:
+    """Causes in the report's order; those below 5 % in one line."""
+    shown = [cause for cause in diagnosis.causes if cause.probability >= LIKELY]
+    rest = [cause for cause in diagnosis.causes if cause.probability < LIKELY]
+    head = ["Cause", "Axis", "Probability", "Share of gap", "Gap closed", "Parameters", "Cannot be distinguished from"]
+    rows = stacking_table(head, [_row(cause, diagnosis) for cause in shown]) if shown else "<p>None.</p>"
+    others = ", ".join(f"{cause_name(cause)} {percent(cause.probability)}" for cause in rest)
+    less = f'<p class="note">Below {percent(LIKELY)}: {escape(others)}.</p>' if rest else ""
+    added = added_words(diagnosis.selected)
+    outcome = f"<b>patched.xml</b> with <b>effects.json</b> adds {escape(added)}." if added else "No effect is added."
+    return (
+        f'<section><h2>Causes</h2>{rows}{less}<p>{outcome}</p>'
+        '<p class="note">In the order of probability times share. The probability is that the effect, or one from which it '
+        "cannot be distinguished, is there. Gap closed is the part of the gap's energy on motion that was not fitted that goes "
+        "when the effect is added to all others. Intervals in brackets are of 90 %.</p></section>"
+    )
+
+
+def _row(cause: Cause, diagnosis: Diagnosis) -> list[str]:
+    return [
+        f"<b>{escape(name_of(cause.effect))}</b>",
+        escape(cause.axis),
+        _figure(cause.probability),
+        _figure(cause.share),
+        _shrink(cause.gap_closed) if cause.gap_closed else DASH,
+        _parameters(cause) if cause.effect != UNKNOWN else escape(goes_with_words(diagnosis.axes[cause.axis].unknown)),
+        _alternatives(cause),
+    ]
+
+
+def _figure(share: float) -> str:
+    return f'<span class="tight">{bar(share)}{percent(share)}</span>'
+
+
+def _shrink(shrink: Shrink) -> str:
+    of = shrink.of_explainable
+    explainable = f"{percent(of)} of explainable" if of is not None else "no larger than the noise"
+    return f'{percent(shrink.validation)} <span class="note">({span_percent(*shrink.ci90)})<br>{explainable}</span>'
+
+
+def _parameters(cause: Cause) -> str:
+    return "<br>".join(_parameter(name, estimate) for name, estimate in cause.parameters.items()) or DASH
+
+
+def _parameter(name: str, estimate: Estimate) -> str:
+    low, high = estimate.ci90
+    unit = "" if estimate.unit == "1" else f" {estimate.unit}"
+    return (
+        f'{escape(name_of(name))} <b class="tight">{number(estimate.value)}{escape(unit)}</b> '
+        f'<span class="note tight">({number(low)} to {number(high)})</span>'
+    )
+
+
+def _alternatives(cause: Cause) -> str:
+    if not cause.indistinguishable_from:
+        return DASH
+    names = listed([name_of(effect) for effect in cause.indistinguishable_from], "or")
+    ways = [("By motion", cause.tell_apart_by), ("By sensor", cause.or_by_sensor)]
+    told = "".join(f'<span class="note"><br>{how}: {escape(what)}.</span>' for how, what in ways if what)
+    return f"{escape(names)}{told}"

@@ -1,0 +1,102 @@
+"""The section of the shares: what the gap of each axis is made of, as a stacked bar and as figures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from html import escape
+from itertools import cycle
+
+from diagnosis.report.page_table import stacking_table
+from diagnosis.report.result import NOISE, UNKNOWN, AxisGap, Diagnosis, Share
+from diagnosis.report.wording import level, name_of, percent, span_percent
+
+STYLE = """<style>
+.stack { display: grid; grid-template-columns: 110px minmax(0, 1fr); gap: 4px 12px; align-items: center; margin: 6px 0; }
+.stack > b { overflow-wrap: anywhere; }
+.stack .parts { display: flex; height: 34px; border-radius: 5px; overflow: hidden; }
+.parts > span { flex-basis: 0; min-width: 0; overflow: hidden; container-type: inline-size; border-right: 1px solid #fff; }
+.parts > span > i { display: block; font: 13px/34px system-ui, sans-serif; padding-left: 7px; white-space: nowrap; }
+@container (max-width: 44px) { .parts > span > i { visibility: hidden; } }
+.key { display: inline-block; width: 12px; height: 12px; border-radius: 3px; margin-right: 7px; vertical-align: -1px; }
+.shares { max-width: 640px; }
+@media (max-width: 700px) { .stack { grid-template-columns: minmax(0, 1fr); } }
+</style>"""
+
+
+@dataclass(frozen=True)
+class _Paint:
+    """Colour of a part and of the words on it."""
+
+    background: str
+    ink: str
+
+
+_DARK, _LIGHT = "#111111", "#ffffff"
+_UNKNOWN = _Paint("repeating-linear-gradient(45deg, #4a4a4a 0 6px, #626262 6px 12px)", _LIGHT)
+_NOISE = _Paint("#d5dbe0", _DARK)
+_EFFECTS = (
+    _Paint("#0072b2", _LIGHT),
+    _Paint("#e69f00", _DARK),
+    _Paint("#007a5a", _LIGHT),
+    _Paint("#cc79a7", _DARK),
+    _Paint("#56b4e9", _DARK),
+    _Paint("#b84a00", _LIGHT),
+    _Paint("#f0e442", _DARK),
+)
+"""After Okabe and Ito (2008), green and vermilion darker so that white words on them can be read (WCAG 2, 4.5 to 1)."""
+
+
+def shares_section(diagnosis: Diagnosis) -> str:
+    """Bars and table of the axes that have a gap; empty where none has."""
+    gaps = {name: gap for name, gap in diagnosis.axes.items() if gap.significant and gap.shares}
+    if not gaps:
+        return ""
+    paints = _paints(share.of for gap in gaps.values() for share in gap.shares)
+    bars = "".join(_stack(name, gap, diagnosis.units[name], paints) for name, gap in gaps.items())
+    rows = [row for name, gap in gaps.items() for row in _rows(name, gap, diagnosis.units[name], paints)]
+    head = ["Axis", "Part", "Share", "90 % interval", "Level, rms"]
+    return (
+        f"<section><h2>What the gap is made of</h2>{bars}"
+        f'<div class="shares">{stacking_table(head, rows, numeric=(2, 3, 4))}</div>'
+        '<p class="note">Shares are of the energy of the gap (its mean square) on motion that was not fitted; with unknown and '
+        "noise they add up to 100 %. Unknown is what no effect of the library explains. A level is the root of the share times "
+        "the gap.</p></section>"
+    )
+
+
+def _paints(parts: Iterable[str]) -> Mapping[str, _Paint]:
+    """The same colour for the same effect on every axis."""
+    effects = [name for name in dict.fromkeys(parts) if name not in (UNKNOWN, NOISE)]
+    return dict(zip(effects, cycle(_EFFECTS), strict=False)) | {UNKNOWN: _UNKNOWN, NOISE: _NOISE}
+
+
+def _stack(axis: str, gap: AxisGap, unit: str, paints: Mapping[str, _Paint]) -> str:
+    parts = "".join(_part(share, paints[share.of]) for share in gap.shares if share.share > 0.0)
+    words = ", ".join(f"{name_of(share.of)} {percent(share.share)}" for share in gap.shares)
+    return (
+        f'<div class="stack"><b>{escape(axis)} <span class="note">{escape(level(gap.gap_rms, unit))}</span></b>'
+        f'<div class="parts" role="img" aria-label="{escape(words)}">{parts}</div></div>'
+    )
+
+
+def _part(share: Share, paint: _Paint) -> str:
+    label = f"{percent(share.share)} {name_of(share.of)}"
+    told = f"{label}, 90 % interval {span_percent(*share.ci90)}"
+    return (
+        f'<span style="flex-grow:{1000.0 * share.share:.2f};background:{paint.background};color:{paint.ink}" '
+        f'title="{escape(told)}"><i>{escape(label)}</i></span>'
+    )
+
+
+def _rows(axis: str, gap: AxisGap, unit: str, paints: Mapping[str, _Paint]) -> list[list[str]]:
+    return [
+        [
+            escape(axis),
+            f'<span class="key" style="background:{paints[share.of].background}"></span>{escape(name_of(share.of))}',
+            percent(share.share),
+            span_percent(*share.ci90),
+            escape(level(gap.gap_rms * max(share.share, 0.0) ** 0.5, unit)),
+        ]
+        for share in gap.shares
+    ]

@@ -1,0 +1,64 @@
+"""Tables of the report: wide on a screen, and on a phone one block a row, so that nobody scrolls sideways."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+import plotly.graph_objects as go
+
+from drivetwin.html_page import figure_div
+
+DASH = "&ndash;"
+
+STYLE = """<style>
+.stacks { table-layout: auto; } .stacks th, .stacks td { white-space: normal; vertical-align: top; padding-right: 14px; }
+.stacks td.n, .stacks .tight { white-space: nowrap; }
+.bar { display: inline-block; width: 64px; height: 9px; background: #e8edf1; border-radius: 5px; margin-right: 8px; }
+.bar i { display: block; height: 100%; background: var(--accent); border-radius: 5px; min-width: 2px; }
+.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 420px), 1fr)); gap: 4px 20px; }
+.pair > div, .figure { min-width: 0; }
+code { font-size: 12px; color: var(--soft); overflow-wrap: anywhere; } h4 { margin: 12px 0 0; font-size: 14px; }
+.note { font-size: 13px; } .verdict { font-size: 18px; margin: 4px 0 12px; }
+.verdict.good { color: var(--good); } .verdict.bad { color: var(--bad); }
+@media (max-width: 700px) {
+  main { padding: 16px 8px 40px; } section { padding: 14px 12px; } header { padding: 0 12px; }
+  .stacks, .stacks tbody, .stacks tr, .stacks td { display: block; width: auto; } .stacks thead { display: none; }
+  .stacks tr { padding: 8px 0; border-bottom: 1px solid var(--line); }
+  .stacks td { border: 0; padding: 1px 0; display: grid; grid-template-columns: 118px minmax(0, 1fr); gap: 8px; }
+  .stacks td:empty { display: none; } .stacks td.n { text-align: left; white-space: normal; }
+  .stacks td::before { content: attr(data-label); color: var(--soft); font-size: 13px; }
+  .stacks td:first-child { font-weight: 600; }
+}
+</style>"""
+
+
+def stacking_table(head: Sequence[str], rows: Iterable[Sequence[str]], numeric: Iterable[int] = ()) -> str:
+    """A table whose cells are HTML and wrap; columns of `numeric` are set to the right. A phone shows each row as a block."""
+    right = set(numeric)
+    titles = "".join(f"<th{_set_right(at in right)}>{escape(title)}</th>" for at, title in enumerate(head))
+    lines = "".join(f"<tr>{_cells(head, row, right)}</tr>" for row in rows)
+    return f'<table class="stacks"><thead><tr>{titles}</tr></thead><tbody>{lines}</tbody></table>'
+
+
+def _cells(head: Sequence[str], row: Sequence[str], right: set[int]) -> str:
+    """A cell has one child, for on a phone it stands beside its label."""
+    return "".join(
+        f'<td{_set_right(at in right)} data-label="{escape(title)}">{f"<span>{cell}</span>" if cell else ""}</td>'
+        for at, (title, cell) in enumerate(zip(head, row, strict=True))
+    )
+
+
+def _set_right(is_number: bool) -> str:
+    return ' class="n"' if is_number else ""
+
+
+def bar(share: float) -> str:
+    """A share as a bar, to be followed by its figure."""
+    return f'<span class="bar"><i style="width:{100.0 * min(max(share, 0.0), 1.0):.1f}%"></i></span>'
+
+
+def pictured(title: str, *figures: go.Figure) -> str:
+    """Figures under a heading, beside each other where there is room."""
+    divs = "".join(f"<div>{figure_div(figure)}</div>" for figure in figures)
+    return f'<h3>{escape(title)}</h3><div class="{"pair" if len(figures) > 1 else "figure"}">{divs}</div>'

@@ -1,0 +1,185 @@
+"""What a diagnosis finds, as values: the gap of each axis, how its energy is divided up, its causes, and what is predicted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.prepare.testable import NotTestable
+from diagnosis.settings import Settings
+from emulator.effects import PlacedEffect
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+TWO_SIDED_90 = 1.645
+"""Standard deviations to either side of a normal 90 % interval."""
+UNKNOWN, NOISE = "unknown", "noise"
+"""Parts of a gap beside the effects: what no effect of the library explains, and what is no gap."""
+
+
+class Verdict(StrEnum):
+    """Of the whole diagnosis; contract gap-report/2, 'Definitions'."""
+
+    NO_GAP = "no_gap"
+    EXPLAINED = "explained"
+    PARTLY_EXPLAINED = "partly_explained"
+    UNEXPLAINED = "unexplained"
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A fitted parameter with its unit and its two-sided 90 % interval."""
+
+    value: float
+    unit: str
+    ci90: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Share:
+    """Part of the energy of an axis's gap on motion that was not fitted, with its 90 % interval; `of` an effect, or what else."""
+
+    of: str
+    share: float
+    ci90: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Regime:
+    """Share of an axis's gap energy above noise in one regime of the motion, and the regime's bounds by quantity."""
+
+    regime: str
+    share: float
+    interval: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """How the gap of an axis varies over a quantity: share of its energy that goes with it, and a word to it."""
+
+    over: str
+    share: float
+    detail: str
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """What no effect of the library explains: its share of the gap, what it goes with, and how long it lasts [s]."""
+
+    share: float
+    goes_with: tuple[str, ...]
+    correlation_time: float
+
+
+@dataclass(frozen=True)
+class AxisGap:
+    """Gap of one axis on the validation data [N·m or N, rms over moving samples].
+
+    `noise_rms` is noise alone, `noise_found_by` says how it was measured; `model_error_rms` is what a model of this kind is
+    expected to miss. `shares` add up to 1.
+    """
+
+    cutoff_hz: float
+    standstill_velocity: float
+    torque_rms: float
+    gap_rms: float
+    noise_rms: float
+    noise_found_by: str
+    model_error_rms: float
+    standstill_rms: float
+    significant: bool
+    test: str
+    p_value: float
+    shares: tuple[Share, ...]
+    where: tuple[Regime, ...]
+    where_after: tuple[Regime, ...]
+    patterns: tuple[Pattern, ...]
+    unknown: Unknown
+    not_testable: tuple[NotTestable, ...]
+
+
+@dataclass(frozen=True)
+class Shrink:
+    """gap_closed on the validation data, its 90 % interval, and the same with the noise taken off.
+
+    `of_explainable` is None where the gap is no larger than the noise: there is nothing to explain.
+    """
+
+    validation: float
+    ci90: tuple[float, float]
+    of_explainable: float | None
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One effect on one axis, or `unknown`, which has no parameters and no shrink.
+
+    `probability`: that it, or one of those that it is indistinguishable from, is there. `share`: of its axis's gap.
+    """
+
+    effect: str
+    axis: str
+    probability: float
+    share: float
+    parameters: Mapping[str, Estimate]
+    gap_closed: Shrink | None
+    indistinguishable_from: tuple[str, ...] = ()
+    tell_apart_by: str = ""
+    or_by_sensor: str = ""
+
+
+@dataclass(frozen=True)
+class AxisPrediction:
+    """One axis over a recording, all (n,): filtered torques [N·m or N] and motion, and the samples that count.
+
+    `before`, `after`: what the simulation predicts for the measured motion without and with the selected effects.
+    """
+
+    before: Array
+    after: Array
+    measured: Array
+    used: Mask
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What is predicted for one recording, on its own time (n,) [s]."""
+
+    recording: str
+    time: Array
+    axes: Mapping[str, AxisPrediction]
+
+    @property
+    def period(self) -> float:
+        """Between two samples [s]."""
+        return float(self.time[1] - self.time[0])
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The whole answer.
+
+    `held_back`: the validation data are blocks held back from the training recordings. `selected` is what the patch adds, in
+    order of adding; `units` of their parameters are filled. `model_xml`: the patched model's MJCF. `notes`: sentences that the
+    reader needs.
+    """
+
+    verdict: Verdict
+    settings: Settings
+    axes: Mapping[str, AxisGap]
+    causes: tuple[Cause, ...]
+    selected: tuple[PlacedEffect, ...]
+    after_rms: Mapping[str, float]
+    predictions: tuple[Prediction, ...]
+    model_xml: str
+    held_back: bool
+    units: Mapping[str, str]
+    notes: tuple[str, ...] = ()

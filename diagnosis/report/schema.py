@@ -1,0 +1,202 @@
+"""gap-report/2 as values: the one place that says which keys report.json has, in which order, and what must hold among them."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Final, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
+
+from diagnosis.report.result import UNKNOWN, Verdict
+from drivetwin.errors import UserError
+
+SCHEMA: Final = "gap-report/2"
+_ROUNDING = 1e-6
+
+Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
+Level = Annotated[FiniteFloat, Field(ge=0.0)]
+Interval = tuple[FiniteFloat, FiniteFloat]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, from_attributes=True)
+
+
+class TestPart(_Part):
+    """The test behind `significant`."""
+
+    __test__ = False
+
+    name: str
+    p_value: Share
+
+
+class RegimePart(_Part):
+    """One entry of "where"."""
+
+    regime: Literal["reversal", "presliding", "acceleration", "low_speed", "high_speed"]
+    share: Share
+    interval: dict[str, Interval]
+
+
+class PatternPart(_Part):
+    """One entry of "patterns"."""
+
+    over: Literal["position", "load", "time", "frequency", "cross_axis"]
+    share: Share
+    detail: str
+
+
+class SharePart(_Part):
+    """One part of the gap's energy on motion that was not fitted: of an effect, `unknown` or `noise`."""
+
+    of: str
+    share: Share
+    ci90: Interval
+
+
+class UnknownPart(_Part):
+    """What no effect explains: its share, what it goes with, and how long it lasts [s]."""
+
+    share: Share
+    goes_with: list[str]
+    correlation_time: Level
+
+
+class NotTestablePart(_Part):
+    """An effect that the recordings cannot answer."""
+
+    effect: str
+    reason: str
+    needed: str
+
+
+class AxisPart(_Part):
+    """The gap of one axis; levels in N·m or N, rms over samples in motion."""
+
+    cutoff_hz: Annotated[FiniteFloat, Field(gt=0.0)]
+    standstill_velocity: Level | None
+    torque_rms: Level
+    gap_rms: Level
+    noise_rms: Level
+    model_error_rms: Level
+    standstill_rms: Level
+    significant: bool
+    test: TestPart
+    shares: list[SharePart]
+    where: list[RegimePart]
+    where_after: list[RegimePart]
+    patterns: list[PatternPart]
+    unknown: UnknownPart
+    not_testable: list[NotTestablePart]
+
+    @model_validator(mode="after")
+    def _shares_add_up(self) -> Self:
+        for name, parts in (("where", self.where), ("where_after", self.where_after), ("shares", self.shares)):
+            if parts and abs(math.fsum(each.share for each in parts) - 1.0) > _ROUNDING:
+                raise ValueError(f"the shares of `{name}` do not add up to 1")
+        return self
+
+
+class EstimatePart(_Part):
+    """A parameter with its unit and 90 % interval."""
+
+    value: FiniteFloat
+    unit: str
+    ci90: Interval
+
+
+class ShrinkPart(_Part):
+    """1 - (gap_rms after / before)^2 on the validation data; `of_explainable` with the noise taken off, 0 if none is left."""
+
+    validation: FiniteFloat
+    ci90: Interval
+    of_explainable: FiniteFloat
+
+
+class CausePart(_Part):
+    """An effect on an axis; `unknown` has no parameters."""
+
+    effect: str
+    axis: str
+    probability: Share
+    share: Share
+    parameters: dict[str, EstimatePart]
+    gap_closed: ShrinkPart | None
+    indistinguishable_from: list[str]
+    tell_apart_by: str
+    or_by_sensor: str
+
+    @model_validator(mode="after")
+    def _unknown_is_no_effect(self) -> Self:
+        if self.effect == UNKNOWN and (self.parameters or self.gap_closed):
+            raise ValueError(f"`{self.effect}` has no parameters and no gap_closed")
+        return self
+
+
+class SelectedPart(_Part):
+    """An effect that patched.xml adds."""
+
+    effect: str
+    axis: str
+
+
+class AfterPart(_Part):
+    """Gap of one axis with the selected effects [N·m or N]."""
+
+    gap_rms: Level
+
+
+class GapReport(_Part):
+    """report.json, contract gap-report/2."""
+
+    schema_: Literal["gap-report/2"] = Field(alias="schema")
+    version: str
+    inputs: dict[str, str]
+    seed: int
+    settings: dict[str, float | int | None]
+    verdict: Verdict
+    axes: dict[str, AxisPart]
+    causes: list[CausePart]
+    selected: list[SelectedPart]
+    after: dict[str, AfterPart]
+
+    @model_validator(mode="after")
+    def _most_first(self) -> Self:
+        weights = [cause.probability * cause.share for cause in self.causes]
+        if any(later > earlier + _ROUNDING for earlier, later in pairwise(weights)):
+            raise ValueError("the causes are not in the order of probability times share")
+        return self
+
+    @model_validator(mode="after")
+    def _significant_axes_have_a_cause(self) -> Self:
+        named = {cause.axis for cause in self.causes if cause.probability > 0.2}
+        missing = [name for name, axis in self.axes.items() if axis.significant and name not in named]
+        if missing:
+            raise ValueError(f"axis {', '.join(missing)} has a gap and no cause")
+        return self
+
+    @model_validator(mode="after")
+    def _axes_are_known(self) -> Self:
+        named = {cause.axis for cause in self.causes} | {each.axis for each in self.selected}
+        if unknown := named - set(self.axes):
+            raise ValueError(f"axis {', '.join(sorted(str(axis) for axis in unknown))} is not among the axes")
+        if set(self.after) != set(self.axes):
+            raise ValueError("`after` and `axes` are not about the same axes")
+        return self
+
+
+def read_report(path: Path) -> GapReport:
+    """A report.json, checked. Raises UserError naming the file and what is missing or wrong."""
+    try:
+        return GapReport.model_validate_json(path.read_bytes(), strict=True)
+    except FileNotFoundError:
+        raise UserError(f"no file {path}; `drivetwin diagnose` writes report.json") from None
+    except OSError as error:
+        raise UserError(f"{path} cannot be read: {error.strerror}") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"]) or "the file"
+        raise UserError(f"{path} is no {SCHEMA} file: {where}: {first['msg']}") from None

@@ -1,0 +1,59 @@
+"""How the energy of a gap is divided up on motion that was not fitted: each effect, the unknown, noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.report.result import NOISE, UNKNOWN, Share
+
+Array = NDArray[np.float64]
+
+BLOCK = 1.0
+"""Of contiguous time that is drawn together [s]."""
+DRAWS = 400
+
+
+def shares(
+    gaps: Sequence[Array], parts: Sequence[Sequence[Array]], names: Sequence[str], periods: Sequence[float], noise_rms: float, seed: int
+) -> tuple[Share, ...]:
+    """Of each effect the covariance of its torque with the gap over the gap's energy, at least 0; noise's square; the rest.
+
+    `gaps` (n,) of each recording over samples that count, `parts` of each effect the same, `periods` [s]. What effects and noise
+    make up together is at most 1. Intervals from blocks of a second drawn anew (Carlstein 1986).
+    """
+    sums = [_block_sums(gap, [part[k] for part in parts], period) for k, (gap, period) in enumerate(zip(gaps, periods, strict=True))]
+    table = np.vstack(sums) if sums else np.zeros((0, len(names) + 2))
+    if not len(table) or table[:, 0].sum() <= 0.0:
+        return ()
+    drawn = np.random.default_rng(seed).integers(len(table), size=(DRAWS, len(table)))
+    found = _divided(table.sum(axis=0)[None], noise_rms)[0]
+    spread = _divided(table[drawn].sum(axis=1), noise_rms)
+    low, high = np.quantile(spread, (0.05, 0.95), axis=0)
+    return tuple(
+        Share(name, float(share), (float(min(a, share)), float(max(b, share))))
+        for name, share, a, b in zip([*names, UNKNOWN, NOISE], found, low, high, strict=True)
+    )
+
+
+def _divided(sums: Array, noise_rms: float) -> Array:
+    """Shares (draws, effects + 2) of sums (draws, 2 + effects): energy, time, and each effect's product with the gap."""
+    energy = np.maximum(sums[:, 0], 1e-300)
+    noise = np.minimum(noise_rms**2 * sums[:, 1] / energy, 1.0)
+    named = np.maximum(sums[:, 2:] / energy[:, None], 0.0)
+    most = np.maximum(1.0 - noise, 0.0)
+    total = named.sum(axis=1)
+    named *= np.minimum(1.0, most / np.maximum(total, 1e-300))[:, None]
+    unknown = np.maximum(1.0 - noise - named.sum(axis=1), 0.0)
+    whole = np.column_stack([named, unknown, noise])
+    return np.asarray(whole / whole.sum(axis=1, keepdims=True))
+
+
+def _block_sums(gap: Array, parts: Sequence[Array], period: float) -> Array:
+    if not len(gap):
+        return np.zeros((0, 2 + len(parts)))
+    columns = np.column_stack([gap**2, np.ones(len(gap)), *(part * gap for part in parts)])
+    starts = np.arange(0, len(gap), max(1, round(BLOCK / period)))
+    return np.asarray(np.add.reduceat(columns * period, starts, axis=0))

@@ -1,0 +1,166 @@
+"""The answer in words and rounded figures: the same in the report and in the terminal."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from diagnosis.prepare.testable import NotTestable
+from diagnosis.report.remains import Spell
+from diagnosis.report.result import AxisGap, Cause, Diagnosis, Estimate, Unknown, Verdict
+from emulator.effects import PlacedEffect
+
+LIKELY = 0.05
+"""Probability from which a cause is shown with all that is known of it."""
+
+
+def number(value: float) -> str:
+    """Three significant digits, and never an exponent for what a person can read without."""
+    rounded = f"{value:.3g}"
+    return f"{float(rounded):.0f}" if "e+" in rounded and abs(value) < 1e6 else rounded
+
+
+def percent(share: float) -> str:
+    """A share in per cent; 99.95 % is not called 100, nor 0.3 % nothing."""
+    if 0.0 < share < 0.005:
+        return "< 1 %"
+    rounded = f"{100.0 * share:.0f}" if abs(share) < 0.985 or share >= 1.0 else f"{100.0 * share:.1f}"
+    return "> 99.9 %" if rounded == "100.0" else f"{'0' if rounded == '-0' else rounded} %"
+
+
+def span_percent(low: float, high: float) -> str:
+    """An interval of shares."""
+    return f"{percent(low)} to {percent(high)}"
+
+
+def level(value: float, unit: str) -> str:
+    """A torque or force with its unit."""
+    return f"{number(value)} {unit}"
+
+
+def p_words(p_value: float) -> str:
+    """Probability of such a gap by chance where there is none."""
+    return f"p = {p_value:.2g}" if p_value > 1e-12 else "p < 1e-12"
+
+
+def of_torque(value: float, gap: AxisGap) -> str:
+    """A level with its share of the torque's rms."""
+    return f"{number(value)} ({100.0 * value / gap.torque_rms:.1f} %)" if gap.torque_rms > 0.0 else number(value)
+
+
+def closed(gap: AxisGap, after_rms: float) -> float:
+    """Share of the gap's energy that is gone with the selected effects; contract gap-report/2, `gap_closed`."""
+    return 1.0 - (after_rms / gap.gap_rms) ** 2 if gap.gap_rms > 0.0 else 0.0
+
+
+def closed_of_explainable(gap: AxisGap, after_rms: float) -> float | None:
+    """The same with the noise taken off both; None where the gap is no larger than the noise."""
+    explainable = gap.gap_rms**2 - gap.noise_rms**2
+    return (gap.gap_rms**2 - max(after_rms, gap.noise_rms) ** 2) / explainable if explainable > 0.0 else None
+
+
+def name_of(effect: str) -> str:
+    """An effect, or another part of a gap, in a sentence."""
+    return effect.replace("_", " ")
+
+
+def cause_name(cause: Cause) -> str:
+    """An effect and its axis."""
+    return f"{name_of(cause.effect)} on {cause.axis}"
+
+
+def undistinguished(cause: Cause) -> str:
+    """From what a cause cannot be distinguished, and what would do it."""
+    names = listed([name_of(effect) for effect in cause.indistinguishable_from], "or")
+    ways = (("by motion", cause.tell_apart_by), ("by sensor", cause.or_by_sensor))
+    told = "; ".join(f"{how}: {what}" for how, what in ways if what)
+    return f"{cause_name(cause)} cannot be distinguished from {names} by these data{f'; {told}' if told else ''}"
+
+
+def estimate_words(name: str, estimate: Estimate) -> str:
+    """A parameter with its interval."""
+    low, high = estimate.ci90
+    unit = "" if estimate.unit == "1" else f" {estimate.unit}"
+    return f"{name.replace('_', ' ')} {number(estimate.value)} ({number(low)} to {number(high)}){unit}"
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """Words in a sentence: a, b and c."""
+    return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def spells_words(count: int) -> str:
+    """So many spells."""
+    return "one spell" if count == 1 else f"{count} spells"
+
+
+def time_words(spell: Spell) -> str:
+    """When a spell was, on its recording's own time."""
+    return f"{spell.begin:.2f} to {spell.end:.2f} s"
+
+
+_QUANTITIES: Mapping[str, str] = {"cross_axis": "the motion of another axis", "frequency": "a single frequency"}
+
+
+def goes_with_words(unknown: Unknown) -> str:
+    """What the unknown goes with and how fast it varies, as the end of a sentence."""
+    if not unknown.goes_with:
+        return "goes with no quantity that was looked at"
+    with_it = listed([_QUANTITIES.get(each, each) for each in unknown.goes_with])
+    fast = f" and has a correlation time of {number(unknown.correlation_time)} s" if unknown.correlation_time > 0.0 else ""
+    return f"goes with {with_it}{fast}"
+
+
+@dataclass(frozen=True)
+class Untested:
+    """Effects that recordings cannot answer for one and the same reason."""
+
+    effects: tuple[str, ...]
+    reason: str
+    needed: str
+
+
+def untested(entries: Iterable[NotTestable]) -> tuple[Untested, ...]:
+    """One entry a reason, in the order in which reasons first appear."""
+    reasons: dict[tuple[str, str], list[str]] = {}
+    for entry in entries:
+        reasons.setdefault((entry.reason, entry.needed), []).append(entry.effect)
+    return tuple(Untested(tuple(effects), *why) for why, effects in reasons.items())
+
+
+def verdict_sentence(diagnosis: Diagnosis) -> str:
+    """The verdict with the figures that it rests on."""
+    if diagnosis.verdict is Verdict.NO_GAP:
+        levels = ", ".join(f"{name} {level(gap.gap_rms, diagnosis.units[name])}" for name, gap in diagnosis.axes.items())
+        return f"No gap beyond noise on any axis ({levels} rms)."
+    shrink = "; ".join(_shrink(name, diagnosis) for name, gap in diagnosis.axes.items() if gap.significant)
+    added = added_words(diagnosis.selected)
+    cause = f" by {added}" if added else ": no effect of the library explains it"
+    return f"{_OPENING[diagnosis.verdict]}{cause}{':' if added else ';'} {shrink}."
+
+
+_OPENING: Mapping[Verdict, str] = {
+    Verdict.EXPLAINED: "The gap is explained",
+    Verdict.PARTLY_EXPLAINED: "The gap is partly explained",
+    Verdict.UNEXPLAINED: "The gap is largely unexplained",
+}
+
+
+def added_words(selected: Sequence[PlacedEffect]) -> str:
+    """What the patch adds, axis by axis: "coulomb and 2 × torque ripple on lift"; empty where it adds nothing."""
+    by_axis: dict[str, list[str]] = {}
+    for placed in selected:
+        by_axis.setdefault(placed.axis, []).append(name_of(placed.effect.name))
+    axes = [f"{listed([_times(*one) for one in Counter(names).items()])} on {axis}" for axis, names in by_axis.items()]
+    return "; ".join(axes) if any(" and " in each for each in axes) else listed(axes)
+
+
+def _times(name: str, count: int) -> str:
+    return name if count == 1 else f"{count} × {name}"
+
+
+def _shrink(name: str, diagnosis: Diagnosis) -> str:
+    gap, after = diagnosis.axes[name], diagnosis.after_rms[name]
+    sizes = f"{number(gap.gap_rms)} to {level(after, diagnosis.units[name])} rms" if diagnosis.selected else ""
+    return f"{name} {sizes or level(gap.gap_rms, diagnosis.units[name]) + ' rms'}, {percent(gap.unknown.share)} unknown"

@@ -1,0 +1,126 @@
+"""A diagnosis as files: report.json, report.html, the patched simulation, what it predicts for each validation recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from diagnosis.report.schema import (
+    SCHEMA,
+    AfterPart,
+    AxisPart,
+    CausePart,
+    NotTestablePart,
+    GapReport,
+    PatternPart,
+    RegimePart,
+    SelectedPart,
+    SharePart,
+    TestPart,
+    UnknownPart,
+)
+from diagnosis.report.page import write_report_page
+from diagnosis.report.result import AxisGap, Cause, Diagnosis, Prediction
+from drivetwin.files import provenance, write_json
+from emulator.effects import PlacedEffect
+
+
+def write_diagnosis(
+    diagnosis: Diagnosis,
+    inputs: Sequence[Path],
+    directory: Path,
+    *,
+    html: bool = True,
+    progress: Callable[[str], None] = lambda _name: None,
+) -> None:
+    """Write report.json, patched.xml, effects.json, prediction/NAME.parquet and, with `html`, report.html into `directory`.
+
+    The directory exists. `inputs` are the model and the files of every recording: their sha256 goes to report.json, with their
+    paths as they are given. `progress` is told the name of each file before it is made.
+    """
+    made_by = provenance(diagnosis.settings.seed, inputs, directory)
+    progress("report.json")
+    write_json(directory / "report.json", report_of(diagnosis, made_by).model_dump(mode="json", by_alias=True))
+    progress("patched.xml")
+    (directory / "patched.xml").write_text(diagnosis.model_xml, encoding="utf-8")
+    write_json(directory / "effects.json", effects_payload(diagnosis.selected) | made_by)
+    progress("prediction")
+    (directory / "prediction").mkdir()
+    for prediction in diagnosis.report.predictions:
+        pq.write_table(prediction_table(prediction), directory / "prediction" / f"{prediction.recording}.parquet")
+    if html:
+        progress("report.html")
+        write_report_page(diagnosis, made_by["inputs"], directory / "report.html")
+
+
+def report_of(diagnosis: Diagnosis, made_by: dict[str, Any]) -> GapReport:
+    """report.json as values; `made_by` are version, seed and inputs. Raises ValidationError where the contract is broken."""
+    return GapReport(
+        schema=SCHEMA,
+        version=made_by["version"],
+        inputs=made_by["inputs"],
+        seed=diagnosis.settings.seed,
+        settings=asdict(diagnosis.settings),
+        verdict=diagnosis.verdict,
+        axes={name: _axis(gap) for name, gap in diagnosis.axes.items()},
+        causes=[_cause(cause) for cause in diagnosis.causes],
+        selected=[SelectedPart(effect=placed.effect.name, axis=placed.axis) for placed in diagnosis.selected],
+        after={name: AfterPart(gap_rms=rms) for name, rms in diagnosis.after_rms.items()},
+    )
+
+
+def _cause(cause: Cause) -> CausePart:
+    closed = cause.gap_closed
+    if closed is not None:  # of nothing that could be explained nothing is
+        cause = replace(cause, gap_closed=replace(closed, of_explainable=closed.of_explainable or 0.0))
+    return CausePart.model_validate(cause)
+
+
+def _axis(gap: AxisGap) -> AxisPart:
+    return AxisPart(
+        cutoff_hz=gap.cutoff_hz,
+        standstill_velocity=gap.standstill_velocity if np.isfinite(gap.standstill_velocity) else None,
+        torque_rms=gap.torque_rms,
+        gap_rms=gap.gap_rms,
+        noise_rms=gap.noise_rms,
+        model_error_rms=gap.model_error_rms,
+        standstill_rms=gap.standstill_rms,
+        significant=gap.significant,
+        test=TestPart(name=f"{gap.test}; noise: {gap.noise_found_by}", p_value=gap.p_value),
+        shares=[SharePart.model_validate(each) for each in gap.shares],
+        where=[RegimePart.model_validate(each) for each in gap.where],
+        where_after=[RegimePart.model_validate(each) for each in gap.where_after],
+        patterns=[PatternPart.model_validate(each) for each in gap.patterns],
+        unknown=UnknownPart.model_validate(gap.unknown),
+        not_testable=[NotTestablePart.model_validate(each) for each in gap.not_testable],
+    )
+
+
+def effects_payload(placed: Sequence[PlacedEffect]) -> dict[str, Any]:
+    """effects/1 of these effects, every parameter with its unit."""
+    return {"schema": "effects/1", "effects": [_entry(each) for each in placed]}
+
+
+def _entry(placed: PlacedEffect) -> dict[str, Any]:
+    parameters = {
+        parameter.name: {"value": float(getattr(placed.effect, parameter.name)), "unit": placed.units[parameter.name]}
+        for parameter in placed.effect.parameters
+    }
+    return {"effect": placed.effect.name, "axis": placed.axis, "parameters": parameters}
+
+
+def prediction_table(prediction: Prediction) -> pa.Table:
+    """Columns `time`, and for each axis A `A.torque_before`, `A.torque_after`, `A.torque_measured` [N·m or N] and `A.used`."""
+    columns: dict[str, Any] = {"time": prediction.time}
+    for name, axis in prediction.axes.items():
+        columns[f"{name}.torque_before"] = axis.before
+        columns[f"{name}.torque_after"] = axis.after
+        columns[f"{name}.torque_measured"] = axis.measured
+        columns[f"{name}.used"] = axis.used
+    return pa.table({name: pa.array(np.ascontiguousarray(values)) for name, values in columns.items()})

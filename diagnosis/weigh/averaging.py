@@ -1,0 +1,107 @@
+"""From families of sets to probabilities: averaged over sets, each weighed by how well it predicts motion that was held out.
+
+Pseudo-Bayesian model averaging with the Bayesian bootstrap: Yao, Vehtari, Simpson, Gelman, Bayesian Analysis 13(3), 2018, sec.
+3.4. Blocks of contiguous time are drawn instead of samples, for neighbours tell the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.prepare.rows import Column
+from diagnosis.settings import Settings
+from diagnosis.weigh.moves import Family, Proposal
+from diagnosis.weigh.state import PARAMETERS
+from emulator.effects import PlacedEffect
+
+Array = NDArray[np.float64]
+
+DRAWS = 400
+AS_GOOD = 0.05
+"""Share of the draws in which another effect predicts better, from which the two are not distinguished."""
+CONSIDERED = 8
+"""Members of a family, the best by evidence, that are predicted with."""
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """One effect: its weight among what could stand in its place, and whether it is distinguished from the chosen one."""
+
+    proposal: Proposal
+    weight: float
+    as_good: bool
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Of one family: the chosen effect with the probability that it or one as good is there, and its members by weight."""
+
+    chosen: PlacedEffect | None
+    probability: float
+    members: tuple[Weighed, ...]
+
+    @property
+    def indistinguishable(self) -> tuple[str, ...]:
+        """Other effects that predict as well, most probable first."""
+        assert self.chosen is not None
+        names = [one.proposal.effect.effect.name for one in self.members if one.as_good]
+        return tuple(dict.fromkeys(name for name in names if name != self.chosen.effect.name))
+
+
+def weighed(family: Family, settings: Settings) -> Answer:
+    """Probabilities of a family's members, and of none of them."""
+    considered = sorted(family.proposals, key=lambda one: -one.score)[:CONSIDERED]
+    chosen = family.chosen
+    if chosen is not None and not any(_same(one, chosen) for one in considered):
+        considered.extend(one for one in family.proposals if _same(one, chosen))
+    densities = [_held_out(family, (), None, _without(family), settings)]
+    densities += [_held_out(family, one.tangents, one.column, one.held, settings) for one in considered]
+    told = np.array(densities)
+    told -= told[0]
+    prior = -np.array([_strain(family, (), None, _without(family)), *(_strain(family, one.tangents, one.column, one.held) for one in considered)])
+    prior += np.array([0.0, *(one.prior for one in considered)])
+    count = told.shape[1]
+    draws = np.random.default_rng(settings.seed).dirichlet(np.ones(count), DRAWS) * count
+    scores = draws @ told.T + prior
+    scores -= scores.max(axis=1, keepdims=True)
+    weights = np.exp(scores)
+    weights /= weights.sum(axis=1, keepdims=True)
+    mean = weights.mean(axis=0)
+    own = next((k for k, one in enumerate(considered, start=1) if chosen is not None and _same(one, chosen)), None)
+    members = []
+    for k, one in enumerate(considered, start=1):
+        better = float(np.mean(scores[:, k] > scores[:, own])) if own is not None else 0.0
+        members.append(Weighed(one, float(mean[k]), own is not None and (k == own or better >= AS_GOOD)))
+    probability = sum(one.weight for one in members if one.as_good)
+    return Answer(chosen, float(probability), tuple(sorted(members, key=lambda one: -one.weight)))
+
+
+def _strain(family: Family, tangents: Sequence[Column], column: Column | None, held: frozenset[int]) -> float:
+    """What a member asks of nominal parameters [nats], which what is held out does not tell."""
+    system = family.state.system
+    return system.strain(system.fit(tangents, column, held))
+
+
+def _without(family: Family) -> frozenset[int]:
+    """Nominal parameters that are not free where nothing is off: those that the chosen effect is."""
+    if family.chosen is None or family.chosen.effect.name not in PARAMETERS:
+        return family.state.held()
+    return family.state.held(family.chosen.effect.name, family.chosen.axis)
+
+
+def _held_out(
+    family: Family, tangents: Sequence[Column], column: Column | None, held: frozenset[int], settings: Settings
+) -> Array:
+    """Log density [nats] of all blocks of all axes, (B,)."""
+    system = family.state.system
+    folds = {axis: np.arange(int(own.blocks.max(initial=-1)) + 1) % settings.folds for axis, own in system.axes.items()}
+    found = system.held_out(folds, settings.folds, tangents, column, held)
+    return np.concatenate([found[axis] for axis in sorted(found)])
+
+
+def _same(one: Proposal, chosen: PlacedEffect) -> bool:
+    return (one.effect.effect.name, one.effect.axis) == (chosen.effect.name, chosen.axis) and one.effect.effect == chosen.effect

@@ -1,0 +1,125 @@
+"""The colour of the noise: an autoregression of what is left, by which rows become independent of each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.prepare.rows import AxisRows, Index
+
+Array = NDArray[np.float64]
+
+SHRUNK = 1e-4
+"""Share of white noise that is taken to be in any residual: keeps the recursion well conditioned."""
+
+
+@dataclass(frozen=True)
+class Colour:
+    """Prediction errors of rows (N,) that stand at equal intervals but for gaps.
+
+    `predictors[j]` (j,): coefficients of the j rows before, newest first; `deviation[j]`: of the error then, in that of the
+    longest. Levinson's recursion: Percival and Walden, Spectral Analysis for Physical Applications, 1993, sec. 9.4.
+    """
+
+    groups: tuple[Index, ...]
+    """Rows that share an interval of time, recording by recording."""
+    predictors: tuple[tuple[Array, ...], ...]
+    deviation: tuple[Array, ...]
+    scale: tuple[float, ...]
+    """Of the innovations of each group [N·m or N]."""
+    age: Index
+    """Rows directly before each, at most the order."""
+
+    @property
+    def logarithm(self) -> float:
+        """Sum over rows of the logarithm of what each is divided by: the density of rows that are not white needs it."""
+        total = 0.0
+        for rows, deviation, scale in zip(self.groups, self.deviation, self.scale, strict=True):
+            total += float(np.sum(np.log(deviation[self.age[rows]] * scale)))
+        return total
+
+    def whiten(self, columns: Array) -> Array:
+        """Columns (N, p) or (N,) as uncorrelated rows of equal variance."""
+        out = np.empty_like(columns)
+        for rows, predictors, deviation, scale in zip(self.groups, self.predictors, self.deviation, self.scale, strict=True):
+            out[rows] = _errors(columns[rows], self.age[rows], predictors, deviation) / scale
+        return out
+
+
+def white(rows: AxisRows, intervals: Array, level: float, order: int) -> Colour:
+    """No colour: what a search begins with, at a level [N·m or N]. `intervals` [s] between rows, of each recording."""
+    groups = _groups(rows, intervals)
+    return Colour(
+        groups,
+        tuple(tuple(np.zeros(j) for j in range(order + 1)) for _ in groups),
+        tuple(np.ones(order + 1) for _ in groups),
+        tuple(level for _ in groups),
+        _age(rows, order),
+    )
+
+
+def colour_of(rows: AxisRows, intervals: Array, residual: Array, order: int, floor: float) -> Colour:
+    """The colour of a residual (N,) [N·m or N], Yule-Walker, for each interval of time between rows on its own.
+
+    `floor`: rms of white noise that is in any comparison.
+    """
+    age, groups = _age(rows, order), _groups(rows, intervals)
+    predictors, deviations, levels = [], [], []
+    for group in groups:
+        own, known = residual[group], age[group]
+        power = float(np.mean(own**2)) if len(own) else 0.0
+        correlation = np.zeros(order + 1)
+        correlation[0] = (1.0 + SHRUNK) * power + floor**2
+        for lag in range(1, order + 1):
+            pairs = np.flatnonzero(known >= lag)
+            if len(pairs) > 4 * order:
+                correlation[lag] = float(np.mean(own[pairs] * own[pairs - lag]))
+        table, variance = _levinson(correlation)
+        predictors.append(table)
+        deviations.append(np.sqrt(variance / variance[-1]))
+        levels.append(max(float(np.sqrt(variance[-1])), 1e-300))
+    return Colour(groups, tuple(predictors), tuple(deviations), tuple(levels), age)
+
+
+def _groups(rows: AxisRows, intervals: Array) -> tuple[Index, ...]:
+    rounded = np.round(np.log(intervals) * 20.0).astype(int)
+    return tuple(
+        np.flatnonzero(np.isin(rows.run, np.flatnonzero(rounded == one)))
+        for one in np.unique(rounded)
+        if np.isin(rows.run, np.flatnonzero(rounded == one)).any()
+    )
+
+
+def _age(rows: AxisRows, order: int) -> Index:
+    count = np.arange(len(rows))
+    first = np.maximum.accumulate(np.where(rows.start, count, 0))
+    return np.minimum(count - first, order)
+
+
+def _levinson(correlation: Array) -> tuple[tuple[Array, ...], Array]:
+    order = len(correlation) - 1
+    table: list[Array] = [np.zeros(0)]
+    variance = [float(correlation[0])]
+    for j in range(1, order + 1):
+        before = table[-1]
+        reflection = (correlation[j] - before @ correlation[1:j][::-1]) / variance[-1]
+        reflection = float(np.clip(reflection, -0.9999, 0.9999))
+        table.append(np.concatenate([before - reflection * before[::-1], [reflection]]))
+        variance.append(variance[-1] * (1.0 - reflection**2))
+    return tuple(table), np.array(variance)
+
+
+def _errors(columns: Array, age: Index, predictors: tuple[Array, ...], deviation: Array) -> Array:
+    order = len(predictors) - 1
+    out = columns.copy()
+    for lag in range(1, order + 1):
+        out[lag:] -= predictors[order][lag - 1] * columns[:-lag]
+    for j in range(order):
+        young = np.flatnonzero(age == j)
+        errors = columns[young].copy()
+        for lag in range(1, j + 1):
+            errors -= predictors[j][lag - 1] * columns[young - lag]
+        out[young] = errors / deviation[j]
+    return out

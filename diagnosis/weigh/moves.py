@@ -1,0 +1,352 @@
+"""The search over sets of effects: adding, dropping and exchanging are equal moves, judged by one evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import log
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.prepare.rows import Column
+from diagnosis.propose.placing import placed
+from diagnosis.propose.rigid import rigid_starts
+from diagnosis.propose.search import BRIEFLY, REFINED, REFINED_REPLAYS, Begun, coarse, moved, tangents
+from diagnosis.propose.side_by_side import side_by_side
+from diagnosis.weigh.colour import Colour
+from diagnosis.weigh.state import Bench, State, colours_of, first_colours, moved_by_fit, state_of
+from drivetwin.errors import UserError
+from emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
+from emulator.effects.stribeck import Stribeck
+
+Array = NDArray[np.float64]
+Kinds = Mapping[str, Sequence[type[Effect]]]
+"""Effects that can be asked for, by axis."""
+Progress = Callable[[str, float], None]
+
+SETTLED = 3
+"""Times that all parameters are moved together."""
+OFF = 2.5
+"""Standard deviations by which a nominal parameter is off for more than chance."""
+CLEARLY = 0.5
+"""Nats by which another effect must be better to take a place."""
+EXCHANGES = 3
+"""Rounds of exchanges, each of which may change every effect once."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """An effect that may be added to a set: whitened, what it costs and its tangents; `score` is what the set gains by it [nats].
+
+    The score is the difference of log evidence less the logarithm of how many effects and starts were tried: a uniform prior.
+    """
+
+    effect: PlacedEffect
+    score: float
+    prior: float
+    """Of the score, the logarithm of how rare it is, and how many effects and starts were tried."""
+    share: float
+    """Of the gap's energy, that it takes from what is left, on the axis where that is most."""
+    column: Column
+    tangents: Sequence[Column]
+    held: frozenset[int]
+
+
+@dataclass(frozen=True)
+class Family:
+    """What could stand in one effect's place beside the others, and nothing: the sets that its probability is averaged over."""
+
+    chosen: PlacedEffect | None
+    state: State
+    proposals: Sequence[Proposal]
+
+
+@dataclass(frozen=True)
+class Found:
+    """The set with the best score, and the families about it; the last family is of what could be added."""
+
+    state: State
+    families: Sequence[Family]
+    heavier: Mapping[int, float]
+    """Bodies, by number, that are heavier by a share of their mass."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """A search on a bench; `part` is the same with fewer rows, on which starts are compared and moved."""
+
+    bench: Bench
+    part: Bench
+    kinds: Kinds
+    progress: Progress
+    _best: dict[tuple[str, str], Effect] = field(init=False, default_factory=dict)
+    """What each effect on each axis was when it was last asked for: a start for the next time."""
+
+    def run(self) -> Found:
+        """The set of effects that explains the recordings best."""
+        effects: tuple[PlacedEffect, ...] = ()
+        self.progress("every effect on every axis", 0.1)
+        first = Pair(*(state_of(bench, effects, first_colours(bench)) for bench in (self.bench, self.part)))
+        proposals = self.proposals(first)
+        pair = self.pair(effects, proposals)
+        done: set[tuple[tuple[str, str], ...]] = set()
+        for _ in range(EXCHANGES):
+            pair, proposals = self.added(pair)
+            pair, families, changed = self.exchanged(pair, proposals)
+            if not changed or _names(pair.whole) in done:
+                break
+            done.add(_names(pair.whole))
+        pair, off = self.corrected(pair, proposals)
+        return Found(pair.whole, [*families, *off, Family(None, pair.whole, self.proposals(pair))], self.heavier(pair.whole))
+
+    def corrected(self, pair: Pair, proposals: Sequence[Proposal]) -> tuple[Pair, list[Family]]:
+        """Nominal parameters of axes that are off by more than chance and by enough to matter, as effects of their own."""
+        families: list[Family] = []
+        for number, one in enumerate(self.bench.nominals):
+            if one.effect is None or one.axis is None or not self._is_off(pair.whole, number):
+                continue
+            kind = library()[one.effect]
+            if kind not in self.kinds.get(one.axis, ()):
+                continue
+            amount = float(pair.whole.fit.coefficients[number])
+            value = amount if one.effect == "inertia" else max(0.0, one.value + amount)
+            effect = kind(**{kind.parameters[0].name: value})
+            known = self.evaluated(pair.whole, Begun(one.axis, effect, 0.0, 1))
+            if known is None:
+                continue
+            try:
+                later = self.settled(_with(pair.whole.effects, known.effect, one.value), proposals, pair)
+            except UserError:
+                continue
+            families.append(Family(known.effect, pair.whole, [known]))
+            pair = later
+        return pair, families
+
+    def heavier(self, state: State) -> dict[int, float]:
+        """Bodies whose mass is off by more than chance and by enough to matter: by what share of it."""
+        return {
+            one.body: float(state.fit.coefficients[number])
+            for number, one in enumerate(self.bench.nominals)
+            if one.body is not None and self._is_off(state, number)
+        }
+
+    def _is_off(self, state: State, number: int) -> bool:
+        held = state.held()
+        if number in held:
+            return False
+        amount, deviation = state.fit.coefficients[number], np.sqrt(max(state.fit.covariance[number, number], 0.0))
+        if abs(amount) < OFF * deviation:
+            return False
+        without = state.energy(held | {number})
+        return max(without[axis] - state.left[axis] for axis in without) >= self.bench.settings.least_share
+
+    def added(self, pair: Pair) -> tuple[Pair, Sequence[Proposal]]:
+        """The best effect added, and what it makes needless dropped, until nothing more is worth it."""
+        most = self.bench.settings.rounds * len(self.bench.rows.axes)
+        proposals: Sequence[Proposal] = ()
+        known: dict[str, Sequence[Proposal]] = {}
+        seen = {_names(pair.whole)}
+        while True:
+            count = len(pair.whole.effects)
+            self.progress(f"{count} effects; every further effect on every axis", 0.1 + 0.5 * count / (count + 3))
+            for axis in self.kinds:
+                if axis not in known:
+                    known[axis] = self.proposals(pair, [axis])
+            proposals = [one for each in known.values() for one in each]
+            best = self.best(proposals)
+            if best is None or count >= most:
+                return pair, proposals
+            later = self.settled((*pair.whole.effects, best.effect), proposals, pair)
+            pair = self.dropped(later, best.effect)
+            if (names := _names(pair.whole)) in seen:
+                return pair, proposals
+            seen.add(names)
+            known = {} if isinstance(best.effect.effect, ModelEffect) else {k: v for k, v in known.items() if k != best.effect.axis}
+
+    def best(self, proposals: Sequence[Proposal]) -> Proposal | None:
+        """The proposal with the best score, if it gains anything and takes a share of the gap."""
+        able = [one for one in proposals if one.score > 0.0 and one.share >= self.bench.settings.least_share]
+        return max(able, key=lambda one: one.score, default=None)
+
+    def dropped(self, pair: Pair, newest: PlacedEffect) -> Pair:
+        """Without the effects that say no more than they cost, beside the newest."""
+        for one in pair.whole.effects:
+            if (one.effect.name, one.axis) == (newest.effect.name, newest.axis):
+                continue
+            rest = tuple(each for each in pair.whole.effects if each is not one)
+            less = Pair(*(self._state(bench, rest, state.system.axes) for bench, state in zip(pair.benches, pair.states, strict=True)))
+            if less.whole.fit.evidence + log(self.tried(one.axis)) > pair.whole.fit.evidence:
+                return self.dropped(less, newest)
+        return pair
+
+    def exchanged(self, pair: Pair, proposals: Sequence[Proposal]) -> tuple[Pair, list[Family], bool]:
+        """Each effect again beside the others: what else could stand in its place; the better one takes it."""
+        families, changed = [], False
+        for one in list(pair.whole.effects):
+            if one not in pair.whole.effects:
+                continue
+            self.progress(f"what else than {one.effect.name} on {one.axis}", 0.7)
+            rest = tuple(each for each in pair.whole.effects if each is not one)
+            beside = Pair(*(self._state(bench, rest, state.system.axes) for bench, state in zip(pair.benches, pair.states, strict=True)))
+            known = self.evaluated(beside.whole, Begun(one.axis, one.effect, 0.0, 1))
+            others = [each for each in self.proposals(beside, [one.axis]) if not _same_kind(each.effect, one)]
+            family = [*others, *([known] if known is not None else [])]
+            best = max(family, key=lambda each: each.score, default=None)
+            if best is not None and best is not known and best.share >= self.bench.settings.least_share:
+                if known is None or best.score > known.score + CLEARLY:
+                    pair, changed = self.settled((*rest, best.effect), proposals, pair), True
+                    continue
+            families.append(Family(one, beside.whole, family))
+        return pair, families, changed
+
+    def settled(self, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal], before: Pair) -> Pair:
+        """The set with all its parameters moved together, and the noise coloured as it leaves it."""
+        pair = Pair(*(self._state(bench, effects, state.system.axes) for bench, state in zip(before.benches, before.states, strict=True)))
+        for _ in range(SETTLED):
+            try:
+                ahead = Pair(*(
+                    self._state(bench, moved_by_fit(pair.whole, pair.whole.fit), state.system.axes)
+                    for bench, state in zip(pair.benches, pair.states, strict=True)
+                ))  # fmt: skip
+            except UserError:
+                break
+            gained = ahead.whole.fit.evidence - pair.whole.fit.evidence
+            if gained > 0.0:
+                pair = ahead
+            if gained < 0.1:
+                break
+        return self.pair(pair.whole.effects, proposals)
+
+    def pair(self, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal]) -> Pair:
+        """The set's states, the noise coloured as what is left by the set and everything that could be asked beside it."""
+        return Pair(*(state_of(bench, effects, self._colours(bench, effects, proposals)) for bench in (self.bench, self.part)))
+
+    def _colours(self, bench: Bench, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal]) -> dict[str, Colour]:
+        state = state_of(bench, effects, first_colours(bench))
+        columns = []
+        for one in proposals:
+            try:
+                column = state.predictor(one.effect.axis, type(one.effect.effect))(one.effect.effect)
+            except UserError:
+                continue
+            columns.append(state.system.whiten(column))
+        fit = state.system.fit(columns)
+        left = state.system.residual(fit, columns)
+        level = {axis: own.colour.scale[0] for axis, own in state.system.axes.items()}
+        return colours_of(
+            bench,
+            {axis: (rows - state.system.unknown_of(axis, rows, fit.level[axis])) * level[axis] for axis, rows in left.items()},
+        )
+
+    def _state(self, bench: Bench, effects: Sequence[PlacedEffect], axes: Mapping[str, object]) -> State:
+        return state_of(bench, effects, {axis: own.colour for axis, own in axes.items()})  # type: ignore[attr-defined]
+
+    def tried(self, axis: str) -> int:
+        """Kinds of effects that could have been named on an axis."""
+        return max(len(self.kinds[axis]), 1)
+
+    def proposals(self, pair: Pair, axes: Sequence[str] | None = None) -> list[Proposal]:
+        """The best of every effect on every axis, given a set."""
+        asked = [(axis, kind) for axis in (axes if axes is not None else list(self.kinds)) for kind in self.kinds[axis]]
+        taken = {(one.effect.name, one.axis) for one in pair.whole.effects}
+        asked = [(axis, kind) for axis, kind in asked if kind.several or (kind.name, axis) not in taken]
+        found = side_by_side(lambda one: self._proposed(pair, *one), asked)
+        return [one for one in found if one is not None]
+
+    def _proposed(self, pair: Pair, axis: str, kind: type[Effect]) -> Proposal | None:
+        state = pair.part
+        held = state.held(kind.name, axis)
+        begun: list[Begun]
+        try:
+            if issubclass(kind, ModelEffect):
+                known = self.part.polynomials.get((axis, kind.name))
+                begun = rigid_starts(state.system, axis, known, held) if known is not None else []
+            else:
+                assert issubclass(kind, AxisEffect)
+                begun = coarse(state.rows, state.system, axis, kind, state.dynamics[axis], held)
+        except UserError:
+            return None
+        if not begun:
+            return None
+        known = self._best.get((axis, kind.name))
+        if issubclass(kind, AxisEffect) and not kind.scales:
+            briefly = [self._moved(state, one, held, BRIEFLY) for one in begun[:REFINED_REPLAYS]]
+            rated = [(each, self.evaluated(state, each)) for each in briefly]
+            begun = [each for each, told in sorted(rated, key=lambda one: -(one[1].score if one[1] else -np.inf))]
+        if known is not None and not kind.several:
+            begun = [replace(begun[0], effect=known), *begun[: REFINED - 1]]
+        tried = [self._moved(state, one, held) for one in begun[:REFINED]]
+        if self.part is not self.bench:
+            tried = [self._moved(pair.whole, one, held, BRIEFLY) for one in tried]
+        judged = [self.evaluated(pair.whole, one) for one in tried]
+        best = max((one for one in judged if one is not None), key=lambda one: one.score, default=None)
+        if best is not None:
+            self._best[axis, kind.name] = best.effect.effect
+        return best
+
+    def _moved(self, state: State, one: Begun, held: frozenset[int], evaluations: int | None = None) -> Begun:
+        predict = state.predictor(one.axis, type(one.effect))
+        more = () if evaluations is None else (evaluations,)
+        fields = state.fields(one.axis, one.effect)
+        effect = moved(state.system, state.fit, one.effect, fields, predict, held, *more)
+        return replace(one, effect=effect)
+
+    def evaluated(self, state: State, one: Begun) -> Proposal | None:
+        """What a set gains by an effect; None where it makes no mechanism there, or costs nothing."""
+        predict = state.predictor(one.axis, type(one.effect))
+        try:
+            column = predict(one.effect)
+            free = tangents(one.effect, state.fields(one.axis, one.effect), predict)
+            state.rows.simulation.dynamics((*state.effects, placed(state.rows, one.axis, one.effect)))
+        except UserError:
+            return None
+        if not all(np.isfinite(rows).all() for rows in column.values()):
+            return None
+        less, tangent = state.system.whiten(column), [state.system.whiten(each) for each in free]
+        held = state.held(one.effect.name, one.axis)
+        fit = state.system.fit(tangent, less, held)
+        left, before = state.energy(held, free, column), state.left if held == state.held() else state.energy(held)
+        share = max(before[axis] - left[axis] for axis in column)
+        gain = fit.evidence - state.fit.evidence
+        rare = one.effect.unlikely(state.rows.motion[one.axis], state.dynamics[one.axis])
+        prior = -log(self.tried(one.axis)) - log(max(one.tried, 1)) - rare
+        return Proposal(placed(state.rows, one.axis, one.effect), gain + prior, prior, share, less, tangent, held)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """The same set on all rows, and on a part of them."""
+
+    whole: State
+    part: State
+
+    @property
+    def states(self) -> tuple[State, State]:
+        """Both."""
+        return self.whole, self.part
+
+    @property
+    def benches(self) -> tuple[Bench, Bench]:
+        """Of both."""
+        return self.whole.bench, self.part.bench
+
+
+def _with(effects: Sequence[PlacedEffect], new: PlacedEffect, before: float) -> tuple[PlacedEffect, ...]:
+    """With another Coulomb level beneath it, a Stribeck effect keeps its height above that."""
+    raised = getattr(new.effect, "coulomb", before) - before
+    kept = [
+        replace(one, effect=replace(one.effect, static_torque=max(0.0, one.effect.static_torque + raised)))
+        if isinstance(one.effect, Stribeck) and one.axis == new.axis
+        else one
+        for one in effects
+    ]
+    return (*kept, new)
+
+
+def _names(state: State) -> tuple[tuple[str, str], ...]:
+    return tuple(sorted((one.effect.name, one.axis) for one in state.effects))
+
+
+def _same_kind(one: PlacedEffect, other: PlacedEffect) -> bool:
+    return (one.effect.name, one.axis) == (other.effect.name, other.axis)

@@ -1,0 +1,101 @@
+"""The values that go into the patch: plain least squares of the set that was found, with intervals that know the colour.
+
+What was weighed is likelihood; what a patch is judged by is the rms of the gap. So the effects of the set are fitted once more
+without colour and unknown, the nominal parameters held; their covariance is the sandwich over blocks of contiguous time (Liang and
+Zeger, Biometrika 73(1), 1986), which is right whatever the colour of what is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.weigh.state import State, moved_by_fit, state_of
+from diagnosis.weigh.system import Fit
+from drivetwin.errors import UserError
+from emulator.effects import PlacedEffect
+
+Array = NDArray[np.float64]
+
+TURNS = 5
+"""Times that all parameters are moved together."""
+
+
+@dataclass(frozen=True)
+class Refitted:
+    """The effects in order, and the standard deviation of each one's parameters, (k,), in their own units."""
+
+    state: State
+    effects: tuple[PlacedEffect, ...]
+    deviations: Sequence[Array]
+
+
+def refitted(state: State) -> Refitted:
+    """Gauss-Newton from the set's values; a step that leaves more energy ends it."""
+    left = _left(state, _fit(state))
+    for _ in range(TURNS if state.effects else 0):
+        try:
+            ahead = state_of(state.bench, moved_by_fit(state, _fit(state)), {a: own.colour for a, own in state.system.axes.items()})
+        except UserError:
+            break
+        energy = _left(ahead, _fit(ahead))
+        if not energy < left:
+            break
+        done = energy > (1.0 - 1e-4) * left
+        state, left = ahead, energy
+        if done:
+            break
+    return Refitted(state, state.effects, _deviations(state))
+
+
+def _held(state: State) -> frozenset[int]:
+    """All nominal parameters but the timing, which no patch holds and no gap is."""
+    return state.held() | {number for number, one in enumerate(state.bench.nominals) if not one.timing}
+
+
+def _fit(state: State) -> Fit:
+    return state.plain.fit(held=_held(state))
+
+
+def _left(state: State, fit: Fit) -> float:
+    """Energy of what the set leaves as it stands, its tangents at 0, by axis over the gap's; all axes together."""
+    count = len(state.bench.nominals)
+    total = 0.0
+    for axis, own in state.plain.axes.items():
+        rows = own.target.copy()
+        for number in range(count):
+            value = fit.coefficients[number]
+            if value != 0.0 and axis in state.plain.columns[number]:
+                rows -= value * state.plain.columns[number][axis]
+        total += float(rows @ rows) * own.colour.scale[0] ** 2 / max(state.rows.gap_energy[axis], 1e-300)
+    return total
+
+
+def _deviations(state: State) -> list[Array]:
+    count, system = len(state.bench.nominals), state.plain
+    free = [k for k in range(len(system.columns)) if k >= count]
+    if not free:
+        return []
+    fit = _fit(state)
+    size = len(free)
+    information, middle = np.zeros((size, size)), np.zeros((size, size))
+    for axis, own in system.axes.items():
+        none = np.zeros(len(own.target))
+        columns = np.column_stack([system.columns[k].get(axis, none) for k in free])
+        rows = own.target - columns @ fit.coefficients[free]
+        information += columns.T @ columns
+        scores = np.zeros((int(own.blocks.max(initial=-1)) + 1, size))
+        np.add.at(scores, own.blocks, columns * rows[:, None])
+        middle += scores.T @ scores
+    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    inverse = np.linalg.inv(information / np.outer(scale, scale) + 1e-10 * np.eye(size)) / np.outer(scale, scale)
+    spread = np.sqrt(np.maximum(np.diag(inverse @ middle @ inverse), 0.0))
+    found = []
+    for number, one in enumerate(state.effects):
+        own_columns = [k for k, owner in enumerate(state.owners) if owner == number]
+        sizes = [field.size for field in state.fields(one.axis, one.effect)]
+        found.append(spread[own_columns] * np.array(sizes))
+    return found

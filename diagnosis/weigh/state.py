@@ -1,0 +1,208 @@
+"""A set of effects as the model in which everything further is tried: its parameters free about where they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.prepare.rows import Column, Rows
+from diagnosis.propose.nominal import Nominal, nominal_parameters
+from diagnosis.propose.placing import in_order, placed
+from diagnosis.propose.rigid import Polynomial, polynomial
+from diagnosis.propose.search import Field, Predict, movable_fields, tangents
+from diagnosis.settings import Settings
+from diagnosis.weigh.colour import Colour, colour_of, white
+from diagnosis.weigh.system import AxisSystem, Fit, System, axis_system
+from diagnosis.weigh.unknown import Component, components
+from drivetwin.errors import UserError
+from emulator.dynamics import AxisDynamics
+from emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
+
+Array = NDArray[np.float64]
+
+PARAMETERS = ("coulomb", "viscous", "inertia")
+"""Effects that are a nominal parameter, free instead of held near its value."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What does not change while sets of effects are weighed: rows, nominal parameters, the unknown, what bodies cost."""
+
+    rows: Rows
+    settings: Settings
+    nominals: tuple[Nominal, ...]
+    unknown: Mapping[str, tuple[Component, ...]]
+    polynomials: Mapping[tuple[str, str], Polynomial]
+    intervals: Array
+    """Between rows, of each recording [s]."""
+
+    def column(self, one: PlacedEffect, dynamics: AxisDynamics) -> Column:
+        """What an effect costs on the rows of every axis that it acts on."""
+        if isinstance(one.effect, AxisEffect):
+            return self.rows.cost(one.axis, one.effect, dynamics)
+        known = self.polynomials.get((one.axis, one.effect.name))
+        if known is None:
+            raise UserError(f"axis {one.axis} cannot have {one.effect.name}")
+        return known.column(one.effect)
+
+
+def bench_of(rows: Rows, settings: Settings, absolute: Mapping[str, bool]) -> Bench:
+    """`absolute`: axes whose position means the same in all recordings."""
+    kinds = [kind for kind in library().values() if issubclass(kind, ModelEffect)]
+    told = {(axis, kind.name): polynomial(rows, axis, kind) for axis in rows.axes for kind in kinds}
+    return Bench(
+        rows,
+        settings,
+        tuple(nominal_parameters(rows, settings)),
+        {axis: tuple(components(rows, axis, settings.misfit_waves, absolute[axis])) for axis in rows.axes},
+        {key: found for key, found in told.items() if found is not None},
+        np.array([run.period * run.stride for run in rows.runs]),
+    )
+
+
+@dataclass(frozen=True)
+class State:
+    """A set of effects, in the order in which torque passes them, and the system of equations about it."""
+
+    bench: Bench
+    effects: tuple[PlacedEffect, ...]
+    system: System
+    owners: tuple[int, ...]
+    """Which effect each further column is a tangent of, after those of the nominal parameters."""
+    plain: System
+    """The same without colour and unknown: what energy is left."""
+
+    @property
+    def rows(self) -> Rows:
+        """What is compared."""
+        return self.bench.rows
+
+    @cached_property
+    def fit(self) -> Fit:
+        """Of the set as it stands."""
+        return self.system.fit(held=self.held())
+
+    @cached_property
+    def dynamics(self) -> dict[str, AxisDynamics]:
+        """Each axis with the effects."""
+        return self.rows.simulation.dynamics(self.effects)
+
+    def held(self, effect: str | None = None, axis: str | None = None) -> frozenset[int]:
+        """Nominal parameters that an effect, tried or in the set, takes the place of, by number."""
+        chosen = {(one.effect.name, one.axis) for one in self.effects} | {(effect, axis)}
+        return frozenset(
+            number
+            for number, one in enumerate(self.bench.nominals)
+            if (one.effect, one.axis) in chosen or (one.timing and ("delay", one.axis) in chosen)
+        )
+
+    def fields(self, axis: str, effect: Effect) -> list[Field]:
+        """An effect's parameters as a search moves them on top of the set."""
+        return movable_fields(effect, self.rows.motion[axis], self.dynamics[axis])
+
+    def predictor(self, axis: str, kind: type[Effect]) -> Predict:
+        """From an effect of a kind to what it costs on top of the set."""
+        def cost(effect: Effect) -> Column:
+            return self.bench.column(PlacedEffect(axis, effect, {}), self.dynamics[axis])
+
+        return cost
+
+    def energy(self, held: frozenset[int], extra: Sequence[Column] = (), less: Column | None = None) -> dict[str, float]:
+        """Share of the gap's energy that is left on each axis, least squares; further columns and torque as they are felt."""
+        whiten = self.plain.whiten
+        columns, torque = [whiten(each) for each in extra], whiten(less) if less is not None else None
+        left = self.plain.residual(self.plain.fit(columns, torque, held), columns, torque)
+        gap = self.bench.rows.gap_energy
+        return {
+            axis: float(rows @ rows) * self.plain.axes[axis].colour.scale[0] ** 2 / max(gap[axis], 1e-300)
+            for axis, rows in left.items()
+        }
+
+    @cached_property
+    def left(self) -> dict[str, float]:
+        """`energy` of the set as it stands."""
+        return self.energy(self.held())
+
+
+def state_of(bench: Bench, effects: Sequence[PlacedEffect], colours: Mapping[str, Colour]) -> State:
+    """The set's system. Raises UserError where the effects make no mechanism."""
+    ordered = in_order(effects)
+    simulation = bench.rows.simulation
+    target = {axis: rows.copy() for axis, rows in bench.rows.target.items()}
+    columns: list[Column] = [one.column for one in bench.nominals]
+    spreads = [one.spread for one in bench.nominals]
+    owners = []
+    simulation.dynamics(ordered)
+    for number, one in enumerate(ordered):
+        dynamics = simulation.dynamics(ordered[:number])[one.axis]
+
+        def cost(effect: Effect, axis: str = one.axis, on: AxisDynamics = dynamics) -> Column:
+            return bench.column(PlacedEffect(axis, effect, {}), on)
+
+        for axis, rows in cost(one.effect).items():
+            target[axis] = target[axis] - rows
+        free = tangents(one.effect, movable_fields(one.effect, bench.rows.motion[one.axis], dynamics), cost)
+        columns.extend(free)
+        spreads.extend([np.inf] * len(free))
+        owners.extend([number] * len(free))
+    axes = {axis: _axis_system(bench, axis, colours[axis], target[axis]) for axis in bench.rows.axes}
+    first = first_colours(bench)
+    bare = {
+        axis: axis_system(first[axis], np.zeros((bench.rows.count(axis), 0)), 1.0, target[axis], bench.rows.of[axis].block)
+        for axis in bench.rows.axes
+    }
+    flat = [{axis: first[axis].whiten(rows) for axis, rows in column.items()} for column in columns]
+    plain = System(bare, flat, np.array(spreads))
+    whitened = [{axis: colours[axis].whiten(rows) for axis, rows in column.items()} for column in columns]
+    return State(bench, ordered, System(axes, whitened, np.array(spreads)), tuple(owners), plain)
+
+
+def _axis_system(bench: Bench, axis: str, colour: Colour, target: Array) -> AxisSystem:
+    unknown = np.column_stack([component.columns for component in bench.unknown[axis]])
+    misfit = bench.settings.misfit * bench.rows.size[axis]
+    return axis_system(colour, unknown, misfit, target, bench.rows.of[axis].block)
+
+
+def first_colours(bench: Bench) -> dict[str, Colour]:
+    """White, at the level of the gap."""
+    rows = bench.rows
+    return {
+        axis: white(rows.of[axis], bench.intervals, max(_rms(rows.target[axis]), _floor(bench, axis)), bench.settings.colour_order)
+        for axis in rows.axes
+    }
+
+
+def colours_of(bench: Bench, residual: Mapping[str, Array]) -> dict[str, Colour]:
+    """The colour of what everything that could be asked leaves (N,) of each axis [N·m or N]."""
+    return {
+        axis: colour_of(bench.rows.of[axis], bench.intervals, rows, bench.settings.colour_order, _floor(bench, axis))
+        for axis, rows in residual.items()
+    }
+
+
+def _floor(bench: Bench, axis: str) -> float:
+    """A quarter of what the comparison itself errs by is white; and never nothing."""
+    return max(0.25 * bench.settings.model_error * bench.rows.size[axis], 1e-12)
+
+
+def moved_by_fit(state: State, fit: Fit) -> tuple[PlacedEffect, ...]:
+    """The effects, their parameters where a linear fit about them has them, within their bounds."""
+    found, first = [], len(state.bench.nominals)
+    for number, one in enumerate(state.effects):
+        fields = movable_fields(one.effect, state.rows.motion[one.axis], state.dynamics[one.axis])
+        at = [first + k for k, owner in enumerate(state.owners) if owner == number]
+        values = {}
+        for field, k in zip(fields, at, strict=True):
+            value = float(getattr(one.effect, field.name))
+            step = float(np.clip(fit.coefficients[k], -0.5, 0.5)) * field.size
+            values[field.name] = float(np.clip(value + step, field.low, field.high))
+        found.append(placed(state.rows, one.axis, type(one.effect)(**values)))
+    return tuple(found)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
