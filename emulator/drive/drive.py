@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from math import floor
 
@@ -53,6 +54,9 @@ POWERED = (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.FAULT_REACTIO
 SUPERVISED = (*POWERED, State.SWITCHED_ON)
 """States in which high voltage is on, so that a fault of the hardware is one of the drive."""
 
+UNSEEN = 8
+"""Controlwords that differ and are kept for a mode until the coming cycle enters it."""
+
 
 class Drive:
     """A drive of a type, on one axis of a machine.
@@ -92,6 +96,7 @@ class Drive:
         self._halted: Mode | None = None
         self._scaling_is_old = True
         self._controlword = 0
+        self._unseen: deque[int] = deque(maxlen=UNSEEN)
         self._fault_bits = 0
         self._stops = Stops(self.axis)
         self._supervision = Supervision(self.axis, axis.motor)
@@ -154,7 +159,10 @@ class Drive:
             self._mode = wanted
             if wanted is not None:
                 (wanted.resume if resumed else wanted.enter)()
+                for controlword in self._unseen:
+                    wanted.notice(controlword)
         self._halted = None
+        self._unseen.clear()
         if self._mode is None:
             self._run(Way.SLOW_DOWN_RAMP)
         else:
@@ -162,6 +170,7 @@ class Drive:
             self._stops.note(self._mode)
 
     def _halt(self) -> None:
+        self._unseen.clear()
         self._halted = self._mode or self._halted
         way = self._stops.halt_way()
         loop = self._halted.halt() if self._halted is not None and way is Way.SLOW_DOWN_RAMP else None
@@ -244,6 +253,7 @@ class Drive:
         self.axis.servo.loop = Loop.OFF
         self._mode = self._halted = None
         self._controlword = self._fault_bits = 0
+        self._unseen.clear()
         self._scaling_is_old = True
         self._probe.reset()
         self._precontrol.mark()
@@ -291,15 +301,29 @@ class Drive:
 
     def _write_controlword(self, controlword: int) -> None:
         was_fault = self.machine.state is State.FAULT
+        before, was_enabled = self._controlword, self.machine.state is State.OPERATION_ENABLED
         self._controlword = controlword
         self.machine.write_controlword(controlword)
-        if self._mode is not None and self.machine.state is State.OPERATION_ENABLED:
-            self._mode.notice(controlword)
+        if self.machine.state is State.OPERATION_ENABLED:
+            self._notice(before if was_enabled else controlword, controlword)
+        else:
+            self._unseen.clear()
         if was_fault and self.machine.state is not State.FAULT:
             self._fault_bits = 0
             self.device.emergency.clear()
             if 0x603F in self.dictionary:
                 self.dictionary[0x603F].value = 0
+
+    def _notice(self, before: int, controlword: int) -> None:
+        """Show the mode a controlword; one that the coming cycle will enter sees then all since it was chosen, edges included."""
+        wanted = self._modes.get(self.dictionary[0x6060].number)
+        if self._mode is wanted and wanted is not None:
+            wanted.notice(controlword)
+            return
+        if not self._unseen:
+            self._unseen.append(before)
+        if self._unseen[-1] != controlword:
+            self._unseen.append(controlword)
 
     def _check_mode(self, mode: int) -> None:
         if mode != 0 and mode not in self._modes:

@@ -242,5 +242,3 @@ def test_guarding_and_event_timers_are_the_wall_clocks() -> None:
     wall.run(0.02)
     told = [time for time, frame in wall.frames if frame.arbitration_id == 0x81 and frame.data[:2] == b"\x30\x81"]
     assert told[0] - asked == pytest.approx(0.3, abs=0.002)
-
-
