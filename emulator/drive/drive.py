@@ -11,7 +11,7 @@ from emulator.canopen.abort_codes import AbortCode, SdoAbort
 from emulator.canopen.device import Device
 from emulator.canopen.object_dictionary import ObjectDictionary
 from emulator.canopen.parameter_store import ParameterStore
-from emulator.drive import faults, objects, readings
+from emulator.drive import faults, motion_defaults, objects, readings
 from emulator.drive.abort_connection import ENABLED, AbortConnection
 from emulator.drive.axis import Axis
 from emulator.drive.cyclic_synchronous_position import CyclicSynchronousPosition
@@ -80,6 +80,7 @@ class Drive:
         self.profile = profile
         self.dictionary = ObjectDictionary.from_profile(profile, axis.node_id)
         objects.commission(self.dictionary, profile, axis)
+        motion_defaults.commission(self.dictionary, axis)
         self.machine = StateMachine()
         self.device = Device(axis.node_id, self.dictionary, transmit, now, store)
         if profile.lss:
@@ -315,7 +316,7 @@ class Drive:
                 self.dictionary[0x603F].value = 0
 
     def _notice(self, before: int, controlword: int) -> None:
-        """Show the mode a controlword; one that the coming cycle will enter sees then all since it was chosen, edges included."""
+        """Show the mode a controlword; one that the coming cycle enters then sees all since it was chosen, edges included."""
         wanted = self._modes.get(self.dictionary[0x6060].number)
         if self._mode is wanted and wanted is not None:
             wanted.notice(controlword)

@@ -111,6 +111,8 @@ class Homing(Mode):
             return Statusword.MODE_BIT_13 | (Statusword.TARGET_REACHED if self._velocity == 0.0 else 0)
         if self._phase is Phase.DONE:
             return Statusword.MODE_BIT_12 | Statusword.TARGET_REACHED
+        if self._phase in _RUNNING and self._speed() == 0.0:
+            return Statusword.WARNING  # 6099h is 0: it will never end
         return Statusword.TARGET_REACHED if self._phase is Phase.IDLE else 0
 
     # -- the run ------------------------------------------------------------------------------------------------------

@@ -110,6 +110,7 @@ def test_a_brake_that_is_not_set_holds_nothing(machine: str, axis: str, output: 
 def test_a_brake_holds_up_to_its_torque() -> None:
     """The arm's has 0.6 N·m on the motor: with 7.8 N·m of weight and 2.2 N·m of stiction behind 1:100 it slips at 0.7."""
     bench = without_torque("arm", "shoulder", BRAKE, BRAKE)
+    bench.write(0x6087, 0)
     start = bench.joint
     for torque, moves in ((0.5, False), (-0.5, False), (0.9, True)):
         bench.write(0x6071, round(1000.0 * torque / 0.4))

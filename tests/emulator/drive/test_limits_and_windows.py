@@ -96,7 +96,8 @@ def test_max_acceleration() -> None:
 def test_torque_limits_of_each_direction(index: int, sign: int, other: int) -> None:
     """60E0h bounds torque forwards, 60E1h backwards; 6072h both."""
     bench = DriveBench()
-    bench.write(0x6083, bench.units(1e4))
+    for ramp in (0x6083, 0x6084):
+        bench.write(ramp, bench.units(1e4))
     bench.write(index, 120)
     bench.write(other, 300)
     bench.enable(PROFILE_VELOCITY)

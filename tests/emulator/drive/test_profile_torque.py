@@ -30,6 +30,7 @@ def test_torque_goes_by_its_slope() -> None:
 
 def test_torque_accelerates_the_stage() -> None:
     bench = DriveBench()
+    bench.write(0x6087, 0)
     bench.enable(TORQUE)
     bench.write(0x6071, 150)
     bench.sync(20)
