@@ -9,6 +9,7 @@ from drive_profiles import DriveProfile
 from emulator.canopen.object_dictionary import ObjectDictionary, Variable
 from emulator.drive.hardware import Hardware, LimitSwitches
 from emulator.drive.interpolation import Interpolation
+from emulator.drive.interpolation_time import InterpolationTime
 from emulator.drive.objects import number, optional, role
 from emulator.drive.scaling import Scaling
 from emulator.drive.servo import SERVO_PERIOD, Servo
@@ -30,6 +31,7 @@ class Axis:
     hardware: Hardware
     scaling: Scaling
     interpolation: Interpolation
+    interpolation_time: InterpolationTime
     limit_active: bool = False
 
     @property
@@ -41,6 +43,11 @@ class Axis:
     def cycle(self) -> float:
         """Length of the coming communication cycle [s]."""
         return len(self.servo.demand) * SERVO_PERIOD
+
+    @property
+    def set_point_interval(self) -> int:
+        """Servo periods from one streamed position to the next: 60C2h, or from a SYNC to the next where that is more."""
+        return max(self.servo.interval, self.interpolation_time.periods())
 
     def role(self, name: str) -> Variable | None:
         """The variable that plays a role on this drive type, None where the type has none."""

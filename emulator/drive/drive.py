@@ -23,6 +23,7 @@ from emulator.drive.hardware import Hardware
 from emulator.drive.homing import Homing
 from emulator.drive.interpolated_position import InterpolatedPosition
 from emulator.drive.interpolation import Interpolation
+from emulator.drive.interpolation_time import InterpolationTime
 from emulator.drive.mode import Mode
 from emulator.drive.parameters import LoopParameters, set_hardware
 from emulator.drive.profile_position import ProfilePosition
@@ -90,7 +91,8 @@ class Drive:
         quantum = encoder_quantum(axis.encoder.increments_per_revolution)
         angle = floor(power_on_angle / quantum) * quantum
         scaling = Scaling(1.0, 1.0, 1.0, angle)
-        self.axis = Axis(profile, self.dictionary, servo, self.hardware, scaling, Interpolation.LINEAR)
+        time = InterpolationTime(self.dictionary)
+        self.axis = Axis(profile, self.dictionary, servo, self.hardware, scaling, Interpolation.LINEAR, time)
         set_hardware(self.axis, axis, angle)
         self._modes = {mode.code: mode(self.axis) for mode in MODES if mode.code in profile.modes}
         self._mode: Mode | None = None
