@@ -53,6 +53,11 @@ class Axis:
         """The variable that plays a role on this drive type, None where the type has none."""
         return role(self.dictionary, self.profile, name)
 
+    def limit_switch(self, direction: int, angle: float) -> bool:
+        """Whether the switch in a direction of user units (-1: the negative one) is actuated at a motor angle [rad]."""
+        turned = self.scaling.position_per_radian < 0.0
+        return self.switches.negative(angle) if (direction < 0) is not turned else self.switches.positive(angle)
+
     def move_origin(self, angle: float) -> None:
         """Make motor angle `angle` [rad] the zero of positions."""
         self.scaling = replace(self.scaling, origin=angle)

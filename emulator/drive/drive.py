@@ -141,6 +141,8 @@ class Drive:
         if self.machine.state in POWERED:
             self._stops.after()
         self._probe.after()
+        if not self.hardware.encoder_alive:
+            self._lose_reference()
         self._supervise()
 
     # -- motion -------------------------------------------------------------------------------------------------------
@@ -251,8 +253,14 @@ class Drive:
         if self.machine.state in ENABLED:
             self.fault(code)
 
+    def _lose_reference(self) -> None:
+        homing = self._modes.get(Homing.code)
+        if isinstance(homing, Homing):
+            homing.lose_reference()
+
     def _reset(self) -> None:
         self.machine.power_on()
+        self._lose_reference()
         self.axis.servo.loop = Loop.OFF
         self._mode = self._halted = None
         self._controlword = self._fault_bits = 0
