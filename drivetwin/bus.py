@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 import itertools
+import logging
 import re
 import threading
 import time
@@ -24,10 +25,15 @@ from can_remote.websocket import WebSocket, WebsocketClosed, get_accept_key
 from drivetwin.errors import UserError
 from drivetwin.unix_bus import PREFIX, UnixBus, UnixHost, socket_path
 
+logger = logging.getLogger(__name__)
+
 SOCKETCAN = re.compile(r"(v?can|vxcan|slcan)\d+")
 COPPER = re.compile(r"(can|slcan)\d+")
 
 INPROC = "inproc"
+
+MOST_WAITING = 65_536
+"""Frames that a ws server keeps for a client that does not read (some 20 MB); further ones are lost to it, as on SocketCAN."""
 
 GOODBYE = 1.0
 """Longest wait for a ws server to confirm that a client leaves [s]."""
@@ -218,6 +224,11 @@ class _ClientHandler(ClientRequestHandler):  # type: ignore[misc]  # can_remote 
     """Opens the websocket of a client, as `ClientRequestHandler`, for a `_ClientOfServer`."""
 
     def start_websocket(self) -> None:
+        origin = self.headers.get("Origin")
+        if origin is not None and not _is_own(origin, self.server.server_port):
+            logger.warning("a web page of %s wanted to join the bus and was refused", _printable(origin))
+            self.send_error(403, "pages of other origins may not join this bus")
+            return
         offered = {name.strip() for name in self.headers.get("Sec-WebSocket-Protocol", "").split(",")}
         protocol = "can.binary+json.v1" if "can.binary+json.v1" in offered else "can.json.v1"
         self.send_response(101)
@@ -235,11 +246,37 @@ class _ClientHandler(ClientRequestHandler):  # type: ignore[misc]  # can_remote 
         self.server.clients.remove(client)
 
 
+def _is_own(origin: str, port: int) -> bool:
+    """Whether an Origin is a page of this server itself; only browsers send one."""
+    try:
+        parts = urlsplit(origin)
+        host, own_port = parts.hostname or "", parts.port
+    except ValueError:
+        return False
+    return parts.scheme == "http" and own_port == port and (host == "localhost" or _is_loopback(host))
+
+
+def _printable(text: str) -> str:
+    return "".join(letter if letter.isprintable() else "?" for letter in text[:80])
+
+
 class _Members(list[Any]):
     """The receivers on a virtual channel, for whom a send goes through as they were when it began.
 
-    python-can's `VirtualBus.send` walks the very list that a leaving client is removed from, and so skips the one behind it.
+    python-can's `VirtualBus.send` walks the very list that a leaving client is removed from, and so skips the one behind it. Its
+    queues grow without end where nobody reads; these take `MOST_WAITING` frames.
     """
+
+    def append(self, received: Any) -> None:
+        """A receiver joins with its queue."""
+        take = received.put
+
+        def put(message: can.Message, **_waiting: object) -> None:
+            if received.qsize() < MOST_WAITING:
+                take(message)
+
+        received.put = put
+        super().append(received)
 
     def __iter__(self) -> Iterator[Any]:
         return iter(self[:])
