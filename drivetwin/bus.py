@@ -263,8 +263,8 @@ def _printable(text: str) -> str:
 class _Members(list[Any]):
     """The receivers on a virtual channel, for whom a send goes through as they were when it began.
 
-    python-can's `VirtualBus.send` walks the very list that a leaving client is removed from, and so skips the one behind it. Its
-    queues grow without end where nobody reads; these take `MOST_WAITING` frames.
+    python-can's `VirtualBus.send` walks the very list that a leaving client is removed from, and so skips the one behind it.
+    Its queues grow without end where nobody reads; these take `MOST_WAITING` frames.
     """
 
     def append(self, received: Any) -> None:
