@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import ipaddress
 import itertools
 import logging
@@ -151,6 +152,58 @@ def open_bus(name: str) -> can.BusABC:
     raise _unknown(name)
 
 
+class PatientBus(can.BusABC):
+    """A SocketCAN bus that outlives its interface being down: some masters take it down for a moment to set a bit rate.
+
+    Meanwhile nothing comes and what is sent is lost, as without a cable. It is told when the interface is down, and when it is
+    back.
+    """
+
+    def __init__(self, bus: can.BusABC) -> None:
+        super().__init__(channel=bus.channel_info)
+        self.channel_info = bus.channel_info
+        self._bus = bus
+        self._is_down = False
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Send one frame. Raises CanOperationError for any other trouble than an interface that is down."""
+        try:
+            self._bus.send(msg, timeout)
+        except can.CanOperationError as error:
+            self._down(error)
+        else:
+            self._up()
+
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        """Next frame, None after `timeout` seconds or, where the interface goes down, at once. Raises as `send`."""
+        try:
+            message = self._bus.recv(timeout)
+        except can.CanOperationError as error:
+            self._down(error)
+            return None
+        if message is not None:
+            self._up()
+        return message
+
+    def shutdown(self) -> None:
+        """Leave the bus."""
+        if not self._is_shutdown:
+            super().shutdown()
+            self._bus.shutdown()
+
+    def _down(self, error: can.CanOperationError) -> None:
+        if error.error_code != errno.ENETDOWN:
+            raise error
+        if not self._is_down:
+            self._is_down = True
+            logger.warning("%s is down: waiting until it is up again (ip link set ... up)", self.channel_info)
+
+    def _up(self) -> None:
+        if self._is_down:
+            self._is_down = False
+            logger.warning("%s is up again", self.channel_info)
+
+
 @dataclass(frozen=True)
 class HostedBus:
     """A bus that this process offers: the emulator's own end of it, its name for others, and how to close it."""
@@ -174,7 +227,7 @@ def host_bus(name: str) -> HostedBus:
     if name == INPROC:
         raise UserError("inproc joins nobody outside this process; give --bus vcan0 or --bus ws://127.0.0.1:54701")
     if SOCKETCAN.fullmatch(name):
-        bus = _socketcan(name)
+        bus = PatientBus(_socketcan(name))
         return HostedBus(bus, name, bus.shutdown)
     raise _unknown(name)
 

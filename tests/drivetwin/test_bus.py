@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import socket
@@ -15,7 +16,7 @@ import can
 import pytest
 from can.interfaces import virtual
 
-from drivetwin.bus import HostedBus, InprocBus, host_bus, is_copper, open_bus
+from drivetwin.bus import HostedBus, InprocBus, PatientBus, host_bus, is_copper, open_bus
 from drivetwin.errors import UserError
 
 FRAMES = 20_000
@@ -292,3 +293,57 @@ def test_a_web_page_of_another_origin_may_not_join(hosted: HostedBus, origin: st
     connection.request("GET", "/", headers=headers)
     assert connection.getresponse().status == status
     connection.close()
+
+
+class Interface(can.BusABC):
+    """A SocketCAN socket as the kernel has it: ENETDOWN once to who receives, and to each frame sent until it is up."""
+
+    def __init__(self) -> None:
+        super().__init__(channel="vcan0")
+        self.channel_info = "vcan0"
+        self.error: int | None = None
+        self.told = False
+        self.sent: list[int] = []
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        if self.error is not None:
+            raise can.CanOperationError("Failed to transmit", self.error)
+        self.sent.append(msg.arbitration_id)
+
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        if self.error is None:
+            return frame(7)
+        if not self.told:
+            self.told = True
+            raise can.CanOperationError("Error receiving", self.error)
+        return None
+
+
+def test_an_interface_that_is_down_for_a_moment_is_waited_for(caplog: pytest.LogCaptureFixture) -> None:
+    interface = Interface()
+    bus = PatientBus(interface)
+    bus.send(frame(1))
+    interface.error = errno.ENETDOWN
+    assert bus.recv(0.0) is None
+    bus.send(frame(2))
+    assert bus.recv(0.0) is None
+    interface.error = None
+    bus.send(frame(3))
+    message = bus.recv(0.0)
+    assert message is not None
+    assert message.arbitration_id == 7
+    assert interface.sent == [1, 3]
+    assert [record.getMessage().partition(":")[0] for record in caplog.records] == ["vcan0 is down", "vcan0 is up again"]
+    bus.shutdown()
+
+
+@pytest.mark.parametrize("code", [errno.ENODEV, errno.EBADF])
+def test_an_interface_that_is_gone_is_an_error(code: int) -> None:
+    interface = Interface()
+    bus = PatientBus(interface)
+    interface.error = code
+    with pytest.raises(can.CanOperationError):
+        bus.recv(0.0)
+    with pytest.raises(can.CanOperationError):
+        bus.send(frame(1))
+    bus.shutdown()
