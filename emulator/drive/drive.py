@@ -9,9 +9,8 @@ from math import floor
 from drive_profiles import DriveProfile
 from emulator.canopen.abort_codes import AbortCode, SdoAbort
 from emulator.canopen.device import Device
-from emulator.canopen.object_dictionary import ObjectDictionary
 from emulator.canopen.parameter_store import ParameterStore
-from emulator.drive import faults, motion_defaults, objects, readings
+from emulator.drive import faults, objects, readings
 from emulator.drive.abort_connection import ENABLED, AbortConnection
 from emulator.drive.axis import Axis
 from emulator.drive.cyclic_synchronous_position import CyclicSynchronousPosition
@@ -26,6 +25,7 @@ from emulator.drive.interpolation import Interpolation
 from emulator.drive.interpolation_time import InterpolationTime
 from emulator.drive.mode import Mode
 from emulator.drive.parameters import LoopParameters, set_hardware
+from emulator.drive.power_on import commissioned_dictionary
 from emulator.drive.profile_position import ProfilePosition
 from emulator.drive.profile_torque import ProfileTorque
 from emulator.drive.profile_velocity import ProfileVelocity
@@ -79,9 +79,7 @@ class Drive:
     ) -> None:
         """`hardware` is what stands around it already, where it takes the place of another drive."""
         self.profile = profile
-        self.dictionary = ObjectDictionary.from_profile(profile, axis.node_id)
-        objects.commission(self.dictionary, profile, axis)
-        motion_defaults.commission(self.dictionary, axis)
+        self.dictionary = commissioned_dictionary(profile, axis)
         self.machine = StateMachine()
         self.device = Device(axis.node_id, self.dictionary, transmit, now, store)
         if profile.lss:
