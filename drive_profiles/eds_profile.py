@@ -215,8 +215,14 @@ def _default(
 
 
 def _text(text: str, data_type: DataType, entry: EdsObject, complaints: Complaints) -> str:
+    plain = text.strip('"')
+    if data_type is DataType.USTR:
+        return plain.encode("utf-16-le", "replace").decode("latin-1")
     if data_type not in BYTE_TYPES:
-        return text.strip('"')
+        one_byte_each = plain.encode("latin-1", "replace").decode("latin-1")
+        if one_byte_each != plain:
+            complaints.note("the text of {} has characters beyond ISO 8859-1, for each of which '?' stands", entry.section)
+        return one_byte_each
     try:
         return bytes.fromhex(text).decode("latin-1")
     except ValueError:

@@ -153,7 +153,10 @@ def _variable(entry: ObjectEntry, name: str) -> dict[str, str]:
 
 def _default(entry: ObjectEntry) -> str:
     if isinstance(entry.default, str):
-        return entry.default.encode("latin-1").hex() if entry.data_type in BYTE_TYPES else _plain(entry.default)
+        written = entry.default.encode("latin-1")
+        if entry.data_type in BYTE_TYPES:
+            return written.hex()
+        return _plain(written.decode("utf-16-le", "replace") if entry.data_type is DataType.USTR else entry.default)
     number = _number(entry, entry.default)
     return f"$NODEID+{number}" if entry.default_node_relative and number else number
 

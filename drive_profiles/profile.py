@@ -43,7 +43,9 @@ class DataType(IntEnum):
 
 
 TEXT_TYPES = frozenset({DataType.VSTR, DataType.OSTR, DataType.USTR, DataType.DOMAIN})
-"""Types of any length; a value is text, one ISO 8859-1 character a byte."""
+"""Types of any length; a value is text, one ISO 8859-1 character a byte: UNICODE_STRING is those of its UTF-16, low byte first
+(CiA 301, 7.1.6).
+"""
 
 BYTE_TYPES = frozenset({DataType.OSTR, DataType.DOMAIN})
 """Those of them that an EDS spells as hexadecimal bytes (CiA 306, 4.6.3)."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import ipaddress
 import itertools
+import logging
 import re
 import threading
 import time
@@ -24,10 +26,15 @@ from can_remote.websocket import WebSocket, WebsocketClosed, get_accept_key
 from drivetwin.errors import UserError
 from drivetwin.unix_bus import PREFIX, UnixBus, UnixHost, socket_path
 
+logger = logging.getLogger(__name__)
+
 SOCKETCAN = re.compile(r"(v?can|vxcan|slcan)\d+")
 COPPER = re.compile(r"(can|slcan)\d+")
 
 INPROC = "inproc"
+
+MOST_WAITING = 65_536
+"""Frames that a ws server keeps for a client that does not read (some 20 MB); further ones are lost to it, as on SocketCAN."""
 
 GOODBYE = 1.0
 """Longest wait for a ws server to confirm that a client leaves [s]."""
@@ -145,6 +152,58 @@ def open_bus(name: str) -> can.BusABC:
     raise _unknown(name)
 
 
+class PatientBus(can.BusABC):
+    """A SocketCAN bus that outlives its interface being down: some masters take it down for a moment to set a bit rate.
+
+    Meanwhile nothing comes and what is sent is lost, as without a cable. It is told when the interface is down, and when it is
+    back.
+    """
+
+    def __init__(self, bus: can.BusABC) -> None:
+        super().__init__(channel=bus.channel_info)
+        self.channel_info = bus.channel_info
+        self._bus = bus
+        self._is_down = False
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Send one frame. Raises CanOperationError for any other trouble than an interface that is down."""
+        try:
+            self._bus.send(msg, timeout)
+        except can.CanOperationError as error:
+            self._down(error)
+        else:
+            self._up()
+
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        """Next frame, None after `timeout` seconds or, where the interface goes down, at once. Raises as `send`."""
+        try:
+            message = self._bus.recv(timeout)
+        except can.CanOperationError as error:
+            self._down(error)
+            return None
+        if message is not None:
+            self._up()
+        return message
+
+    def shutdown(self) -> None:
+        """Leave the bus."""
+        if not self._is_shutdown:
+            super().shutdown()
+            self._bus.shutdown()
+
+    def _down(self, error: can.CanOperationError) -> None:
+        if error.error_code != errno.ENETDOWN:
+            raise error
+        if not self._is_down:
+            self._is_down = True
+            logger.warning("%s is down: waiting until it is up again (ip link set ... up)", self.channel_info)
+
+    def _up(self) -> None:
+        if self._is_down:
+            self._is_down = False
+            logger.warning("%s is up again", self.channel_info)
+
+
 @dataclass(frozen=True)
 class HostedBus:
     """A bus that this process offers: the emulator's own end of it, its name for others, and how to close it."""
@@ -168,7 +227,7 @@ def host_bus(name: str) -> HostedBus:
     if name == INPROC:
         raise UserError("inproc joins nobody outside this process; give --bus vcan0 or --bus ws://127.0.0.1:54701")
     if SOCKETCAN.fullmatch(name):
-        bus = _socketcan(name)
+        bus = PatientBus(_socketcan(name))
         return HostedBus(bus, name, bus.shutdown)
     raise _unknown(name)
 
@@ -218,6 +277,11 @@ class _ClientHandler(ClientRequestHandler):  # type: ignore[misc]  # can_remote 
     """Opens the websocket of a client, as `ClientRequestHandler`, for a `_ClientOfServer`."""
 
     def start_websocket(self) -> None:
+        origin = self.headers.get("Origin")
+        if origin is not None and not _is_own(origin, self.server.server_port):
+            logger.warning("a web page of %s wanted to join the bus and was refused", _printable(origin))
+            self.send_error(403, "pages of other origins may not join this bus")
+            return
         offered = {name.strip() for name in self.headers.get("Sec-WebSocket-Protocol", "").split(",")}
         protocol = "can.binary+json.v1" if "can.binary+json.v1" in offered else "can.json.v1"
         self.send_response(101)
@@ -235,11 +299,37 @@ class _ClientHandler(ClientRequestHandler):  # type: ignore[misc]  # can_remote 
         self.server.clients.remove(client)
 
 
+def _is_own(origin: str, port: int) -> bool:
+    """Whether an Origin is a page of this server itself; only browsers send one."""
+    try:
+        parts = urlsplit(origin)
+        host, own_port = parts.hostname or "", parts.port
+    except ValueError:
+        return False
+    return parts.scheme == "http" and own_port == port and (host == "localhost" or _is_loopback(host))
+
+
+def _printable(text: str) -> str:
+    return "".join(letter if letter.isprintable() else "?" for letter in text[:80])
+
+
 class _Members(list[Any]):
     """The receivers on a virtual channel, for whom a send goes through as they were when it began.
 
     python-can's `VirtualBus.send` walks the very list that a leaving client is removed from, and so skips the one behind it.
+    Its queues grow without end where nobody reads; these take `MOST_WAITING` frames.
     """
+
+    def append(self, received: Any) -> None:
+        """A receiver joins with its queue."""
+        take = received.put
+
+        def put(message: can.Message, **_waiting: object) -> None:
+            if received.qsize() < MOST_WAITING:
+                take(message)
+
+        received.put = put
+        super().append(received)
 
     def __iter__(self) -> Iterator[Any]:
         return iter(self[:])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import can
@@ -10,7 +10,7 @@ import can
 from drive_profiles import DriveProfile
 from emulator.canopen.alarms import Alarms
 from emulator.canopen.parameter_store import ParameterStore
-from emulator.clock import DEFAULT_CYCLE, Clock
+from emulator.clock import Clock, Cycle
 from emulator.drive.drive import Drive
 from emulator.drive.hardware import Hardware
 from emulator.drive.servo import SERVO_PERIOD, Servo, ServoBank
@@ -18,12 +18,16 @@ from emulator.effects import PlacedEffect
 from emulator.faults import FaultyWire
 from emulator.machine import Machine
 from emulator.plant import Plant
+from emulator.sync_period import MILLISECOND
 
 LONGEST_CYCLE = 10.0
 """A larger 1006h counts as this [s]."""
 
 REQUEST_WAIT = 0.001
 """Longest that a request of another interface waits for `poll` [s]."""
+
+TICK = 0.001
+"""How often the drives' timers are looked at while no cycle runs [s]."""
 
 
 class VirtualMachine:
@@ -59,6 +63,7 @@ class VirtualMachine:
         self._clock = clock
         self._transmit = transmit
         self._time = 0.0
+        self._ticked = clock.timers(0.0)
         self._requests: list[Callable[[], None]] = []
         self.wires = [FaultyWire(self._send, self.now) for _ in machine.axes]
         self.drives = [self._drive(number) for number in range(len(machine.axes))]
@@ -94,13 +99,16 @@ class VirtualMachine:
             return
         cob_id, data, remote = message.arbitration_id, bytes(message.data), message.is_remote_frame
         moves_time = cob_id == self._nodes[0][1].sync_cob_id and not remote
+        if moves_time:
+            self._run(self._clock.before_sync())
         for wire, device in self._nodes:
             if cob_id == device.sync_cob_id and not remote:
                 wire.sync(data[0] if data else None)
             else:
                 wire.receive(cob_id, data, remote)
         if moves_time:
-            self._run_cycles_at_sync()
+            self._run(self._clock.at_sync(self._told()))
+        self._look_at_timers()
 
     def attach(self, answer_requests: Callable[[], None]) -> None:
         """Let `poll` answer what another interface (Modbus) asks of the drives: between two frames, in the owner's thread."""
@@ -110,8 +118,8 @@ class VirtualMachine:
         """Run the cycles that are due without a SYNC, and answer other interfaces; call it often."""
         for answer in self._requests:
             answer()
-        for _ in range(self._clock.cycles_due(self.cycle())):
-            self._run_cycle()
+        self._run(self._clock.due(self._told()))
+        self._look_at_timers()
 
     def wait(self) -> float | None:
         """Seconds until `poll` is to be called again, None if it need not be."""
@@ -122,7 +130,7 @@ class VirtualMachine:
 
     def cycle(self) -> float:
         """Communication cycle [s]: 1006h of the first drive that has one, or 1 ms; in whole servo periods, 10 s at most."""
-        return self._periods() * SERVO_PERIOD
+        return (self._told() or MILLISECOND) * SERVO_PERIOD
 
     def _drive(self, number: int, node_id: int | None = None, hardware: Hardware | None = None) -> Drive:
         """The drive of an axis as it leaves the factory, with what it has stored, not yet switched on."""
@@ -133,7 +141,7 @@ class VirtualMachine:
             Servo(self._servos, number),
             float(self.plant.motor_position[number]),
             self.wires[number].transmit,
-            self.now,
+            self._timers,
             ParameterStore(self._store / f"{name}.json") if self._store is not None else None,
             hardware,
         )
@@ -149,27 +157,40 @@ class VirtualMachine:
         self._nodes[number] = (self.wires[number], drive.device)
         self.wires[number].join(drive.device)
 
-    def _run_cycles_at_sync(self) -> None:
-        for _ in range(self._clock.cycles_at_sync(self.cycle())):
-            self._run_cycle()
+    def _timers(self) -> float:
+        """Time of the drives' timers [s]."""
+        return self._clock.timers(self._time)
 
-    def _periods(self) -> int:
-        given = (int(drive.dictionary[0x1006].value) * 1e-6 for drive in self.drives)
-        cycle = next((period for period in given if period > 0.0), DEFAULT_CYCLE)
-        return max(1, round(min(cycle, LONGEST_CYCLE) / SERVO_PERIOD))
+    def _told(self) -> int:
+        """1006h of the first drive that has one, in servo periods; 0 where none has."""
+        given = (drive.dictionary[0x1006].number * 1e-6 for drive in self.drives)
+        cycle = next((period for period in given if period > 0.0), 0.0)
+        return max(1, round(min(cycle, LONGEST_CYCLE) / SERVO_PERIOD)) if cycle else 0
 
-    def _run_cycle(self) -> None:
-        self._servos.start_cycle(self._periods())
+    def _run(self, cycles: Iterable[Cycle]) -> None:
+        for cycle in cycles:
+            self._run_cycle(cycle)
+
+    def _run_cycle(self, cycle: Cycle) -> None:
+        self._servos.start_cycle(cycle.periods, cycle.interval)
         for drive in self.drives:
             drive.plan()
         self.plant.advance(self._servos)
         self._time += self._servos.periods * SERVO_PERIOD
         for drive in self.drives:
             drive.after()
-        for _, device in self._nodes:
-            device.tick()
+        self._tick()
         if self._time >= self.alarms.due:
             self.alarms.tick(self._time)
+
+    def _look_at_timers(self) -> None:
+        if self._timers() >= self._ticked + TICK:
+            self._tick()
+
+    def _tick(self) -> None:
+        self._ticked = self._timers()
+        for _, device in self._nodes:
+            device.tick()
 
     def _send(self, cob_id: int, data: bytes) -> None:
         self._transmit(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False, timestamp=self._time))

@@ -18,6 +18,7 @@ from drivetwin.bus import Peer, host_bus
 from drivetwin.collector import keep_for_good
 from drivetwin.copper.bit_rate import read_bit_rate
 from drivetwin.errors import UserError
+from emulator.canopen.lss import UNCONFIGURED
 from emulator.clock import CLOCKS
 from emulator.control import serve_control
 from emulator.copper import COPPER, CopperBus
@@ -66,7 +67,7 @@ def emulate_command(
     Example: drivetwin emulate --machine scara --profile servoone --bus ws://127.0.0.1:54701
 
     One line says when others can join, and on which bus. Nodes have the IDs of the machine's file (scara: 1 lift, 2 rotate,
-    3 stretch). Ctrl-C ends it.
+    3 stretch), or those that LSS has stored. Ctrl-C ends it.
     """
     if clock not in CLOCKS:
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(CLOCKS)}")
@@ -84,7 +85,7 @@ def emulate_command(
         virtual = joined.virtual if isinstance(joined, CopperBus) else joined
         for file in snapshot or ():
             load_snapshot(virtual.drives, read_snapshot(file), file)
-        nodes = ", ".join(f"{axis.node_id} {name}" for name, axis in chosen.axes.items())
+        nodes = ", ".join(_node(drive.device.node_id, name) for drive, name in zip(virtual.drives, chosen.axes, strict=True))
         ended = _end_on_signals()
         with serve_modbus(virtual, modbus, modbus_serial) as ports, serve_control(virtual, control) as doors:
             where = ", ".join((hosted.name, *ports, *doors))
@@ -94,6 +95,10 @@ def emulate_command(
             _serve(joined, hosted.bus, ended)
     finally:
         hosted.close()
+
+
+def _node(node_id: int, axis: str) -> str:
+    return f"{axis} without node-ID" if node_id == UNCONFIGURED else f"{node_id} {axis}"
 
 
 def _end_on_signals() -> threading.Event:

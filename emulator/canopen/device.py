@@ -91,6 +91,7 @@ class Device:
     def add_lss(self) -> None:
         """Make it an LSS slave (CiA 305), with the node-ID that LSS stored; a device with node-ID 255 does nothing but LSS."""
         self.lss = LssSlave(self.od, self.nmt, self._store, self._transmit, self._reset_communication)
+        self.nmt.node_id = self.lss.node_id
 
     def add_sync_timeout(self, kind: Variable, time: Variable, lost: Callable[[int], None]) -> None:
         """Supervise SYNC by two objects of the drive type; `lost` gets the error code when it stays away."""

@@ -9,6 +9,7 @@ from drive_profiles import DriveProfile
 from emulator.canopen.object_dictionary import ObjectDictionary, Variable
 from emulator.drive.hardware import Hardware, LimitSwitches
 from emulator.drive.interpolation import Interpolation
+from emulator.drive.interpolation_time import InterpolationTime
 from emulator.drive.objects import number, optional, role
 from emulator.drive.scaling import Scaling
 from emulator.drive.servo import SERVO_PERIOD, Servo
@@ -30,6 +31,7 @@ class Axis:
     hardware: Hardware
     scaling: Scaling
     interpolation: Interpolation
+    interpolation_time: InterpolationTime
     limit_active: bool = False
 
     @property
@@ -42,9 +44,19 @@ class Axis:
         """Length of the coming communication cycle [s]."""
         return len(self.servo.demand) * SERVO_PERIOD
 
+    @property
+    def set_point_interval(self) -> int:
+        """Servo periods from one streamed position to the next: 60C2h, or from a SYNC to the next where that is more."""
+        return max(self.servo.interval, self.interpolation_time.periods())
+
     def role(self, name: str) -> Variable | None:
         """The variable that plays a role on this drive type, None where the type has none."""
         return role(self.dictionary, self.profile, name)
+
+    def limit_switch(self, direction: int, angle: float) -> bool:
+        """Whether the switch in a direction of user units (-1: the negative one) is actuated at a motor angle [rad]."""
+        turned = self.scaling.position_per_radian < 0.0
+        return self.switches.negative(angle) if (direction < 0) is not turned else self.switches.positive(angle)
 
     def move_origin(self, angle: float) -> None:
         """Make motor angle `angle` [rad] the zero of positions."""

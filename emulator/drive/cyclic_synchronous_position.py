@@ -30,7 +30,7 @@ class CyclicSynchronousPosition(Mode):
         axis = self.axis
         demand = axis.servo.demand
         target = axis.scaling.target(float(self._target.value), self._interpolator.setpoint, Rotary.SHORTEST)
-        self._interpolator.cycle(self._limits.clamp(target), axis.interpolation, demand)
+        self._interpolator.cycle(self._limits.clamp(target), axis.interpolation, demand, axis.set_point_interval)
         demand[:, VELOCITY_OFFSET] = axis.velocity_offset()
         demand[:, TORQUE_OFFSET] = axis.torque_offset()
         return Loop.POSITION

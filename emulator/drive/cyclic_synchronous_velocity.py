@@ -12,7 +12,7 @@ from emulator.drive.state_machine import Statusword
 
 
 class CyclicSynchronousVelocity(Mode):
-    """Target velocity 60FFh, a straight line from cycle to cycle, plus 60B1h and 60B2h."""
+    """Target velocity 60FFh, a straight line from one to the next, plus 60B1h and 60B2h."""
 
     code: ClassVar[int] = 9
 
@@ -25,9 +25,10 @@ class CyclicSynchronousVelocity(Mode):
 
     def plan(self, controlword: int) -> Loop:
         axis = self.axis
-        target = cap_speed(axis, axis.scaling.angular(float(axis.dictionary[0x60FF].value)))
-        self._speed.line(self._speed.position_allows(target, axis.ramp(0x6084)))
         demand = axis.servo.demand
+        target = cap_speed(axis, axis.scaling.angular(float(axis.dictionary[0x60FF].value)))
+        allowed = self._speed.position_allows(target, axis.ramp(0x6084))
+        self._speed.line(allowed, axis.servo.interval if allowed == target else len(demand))  # no delay at a limit
         demand[:, VELOCITY_OFFSET] = axis.velocity_offset()
         demand[:, TORQUE_OFFSET] = axis.torque_offset()
         return Loop.VELOCITY

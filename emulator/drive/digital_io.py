@@ -15,11 +15,14 @@ BRAKE = 1 << 0
 
 
 def digital_inputs(axis: Axis) -> int:
-    """60FDh: limit switches, home switch, interlock (safe torque off is requested), probe inputs."""
+    """60FDh: limit switches, home switch, interlock (safe torque off is requested), probe inputs.
+
+    The negative limit switch is that towards negative positions, by 607Eh, as homing methods and faults have it.
+    """
     angle, hardware = float(axis.servo.state["position"]), axis.hardware
     levels = {
-        NEGATIVE_LIMIT_SWITCH: hardware.switches.negative(angle),
-        POSITIVE_LIMIT_SWITCH: hardware.switches.positive(angle),
+        NEGATIVE_LIMIT_SWITCH: axis.limit_switch(-1, angle),
+        POSITIVE_LIMIT_SWITCH: axis.limit_switch(1, angle),
         HOME_SWITCH: (hardware.home_switch or NEVER).actuated(angle),
         INTERLOCK: hardware.sto,
         PROBE_1: hardware.probes[0].actuated(angle),

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from math import floor
 
 from drive_profiles import DriveProfile
 from emulator.canopen.abort_codes import AbortCode, SdoAbort
 from emulator.canopen.device import Device
-from emulator.canopen.object_dictionary import ObjectDictionary
 from emulator.canopen.parameter_store import ParameterStore
 from emulator.drive import faults, objects, readings
 from emulator.drive.abort_connection import ENABLED, AbortConnection
@@ -22,8 +22,10 @@ from emulator.drive.hardware import Hardware
 from emulator.drive.homing import Homing
 from emulator.drive.interpolated_position import InterpolatedPosition
 from emulator.drive.interpolation import Interpolation
+from emulator.drive.interpolation_time import InterpolationTime
 from emulator.drive.mode import Mode
 from emulator.drive.parameters import LoopParameters, set_hardware
+from emulator.drive.power_on import commissioned_dictionary
 from emulator.drive.profile_position import ProfilePosition
 from emulator.drive.profile_torque import ProfileTorque
 from emulator.drive.profile_velocity import ProfileVelocity
@@ -53,6 +55,9 @@ POWERED = (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.FAULT_REACTIO
 SUPERVISED = (*POWERED, State.SWITCHED_ON)
 """States in which high voltage is on, so that a fault of the hardware is one of the drive."""
 
+UNSEEN = 8
+"""Controlwords that differ and are kept for a mode until the coming cycle enters it."""
+
 
 class Drive:
     """A drive of a type, on one axis of a machine.
@@ -74,8 +79,7 @@ class Drive:
     ) -> None:
         """`hardware` is what stands around it already, where it takes the place of another drive."""
         self.profile = profile
-        self.dictionary = ObjectDictionary.from_profile(profile, axis.node_id)
-        objects.commission(self.dictionary, profile, axis)
+        self.dictionary = commissioned_dictionary(profile, axis)
         self.machine = StateMachine()
         self.device = Device(axis.node_id, self.dictionary, transmit, now, store)
         if profile.lss:
@@ -85,13 +89,15 @@ class Drive:
         quantum = encoder_quantum(axis.encoder.increments_per_revolution)
         angle = floor(power_on_angle / quantum) * quantum
         scaling = Scaling(1.0, 1.0, 1.0, angle)
-        self.axis = Axis(profile, self.dictionary, servo, self.hardware, scaling, Interpolation.LINEAR)
+        time = InterpolationTime(self.dictionary)
+        self.axis = Axis(profile, self.dictionary, servo, self.hardware, scaling, Interpolation.LINEAR, time)
         set_hardware(self.axis, axis, angle)
         self._modes = {mode.code: mode(self.axis) for mode in MODES if mode.code in profile.modes}
         self._mode: Mode | None = None
         self._halted: Mode | None = None
         self._scaling_is_old = True
         self._controlword = 0
+        self._unseen: deque[int] = deque(maxlen=UNSEEN)
         self._fault_bits = 0
         self._stops = Stops(self.axis)
         self._supervision = Supervision(self.axis, axis.motor)
@@ -133,6 +139,8 @@ class Drive:
         if self.machine.state in POWERED:
             self._stops.after()
         self._probe.after()
+        if not self.hardware.encoder_alive:
+            self._lose_reference()
         self._supervise()
 
     # -- motion -------------------------------------------------------------------------------------------------------
@@ -154,7 +162,10 @@ class Drive:
             self._mode = wanted
             if wanted is not None:
                 (wanted.resume if resumed else wanted.enter)()
+                for controlword in self._unseen:
+                    wanted.notice(controlword)
         self._halted = None
+        self._unseen.clear()
         if self._mode is None:
             self._run(Way.SLOW_DOWN_RAMP)
         else:
@@ -162,6 +173,7 @@ class Drive:
             self._stops.note(self._mode)
 
     def _halt(self) -> None:
+        self._unseen.clear()
         self._halted = self._mode or self._halted
         way = self._stops.halt_way()
         loop = self._halted.halt() if self._halted is not None and way is Way.SLOW_DOWN_RAMP else None
@@ -239,11 +251,18 @@ class Drive:
         if self.machine.state in ENABLED:
             self.fault(code)
 
+    def _lose_reference(self) -> None:
+        homing = self._modes.get(Homing.code)
+        if isinstance(homing, Homing):
+            homing.lose_reference()
+
     def _reset(self) -> None:
         self.machine.power_on()
+        self._lose_reference()
         self.axis.servo.loop = Loop.OFF
         self._mode = self._halted = None
         self._controlword = self._fault_bits = 0
+        self._unseen.clear()
         self._scaling_is_old = True
         self._probe.reset()
         self._precontrol.mark()
@@ -291,15 +310,29 @@ class Drive:
 
     def _write_controlword(self, controlword: int) -> None:
         was_fault = self.machine.state is State.FAULT
+        before, was_enabled = self._controlword, self.machine.state is State.OPERATION_ENABLED
         self._controlword = controlword
         self.machine.write_controlword(controlword)
-        if self._mode is not None and self.machine.state is State.OPERATION_ENABLED:
-            self._mode.notice(controlword)
+        if self.machine.state is State.OPERATION_ENABLED:
+            self._notice(before if was_enabled else controlword, controlword)
+        else:
+            self._unseen.clear()
         if was_fault and self.machine.state is not State.FAULT:
             self._fault_bits = 0
             self.device.emergency.clear()
             if 0x603F in self.dictionary:
                 self.dictionary[0x603F].value = 0
+
+    def _notice(self, before: int, controlword: int) -> None:
+        """Show the mode a controlword; one that the coming cycle enters then sees all since it was chosen, edges included."""
+        wanted = self._modes.get(self.dictionary[0x6060].number)
+        if self._mode is wanted and wanted is not None:
+            wanted.notice(controlword)
+            return
+        if not self._unseen:
+            self._unseen.append(before)
+        if self._unseen[-1] != controlword:
+            self._unseen.append(controlword)
 
     def _check_mode(self, mode: int) -> None:
         if mode != 0 and mode not in self._modes:

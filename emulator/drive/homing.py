@@ -51,6 +51,7 @@ class Homing(Mode):
     def __init__(self, axis: Axis) -> None:
         super().__init__(axis)
         self._phase = Phase.IDLE
+        self._homed = False
         self._started = self._held = self._pulsed = False
         self._latches = Quirk.HOMING_LATCHES_START in axis.profile.quirks
         self._status = axis.role("homing_status")
@@ -111,7 +112,15 @@ class Homing(Mode):
             return Statusword.MODE_BIT_13 | (Statusword.TARGET_REACHED if self._velocity == 0.0 else 0)
         if self._phase is Phase.DONE:
             return Statusword.MODE_BIT_12 | Statusword.TARGET_REACHED
-        return Statusword.TARGET_REACHED if self._phase is Phase.IDLE else 0
+        if self._phase in _RUNNING and self._speed() == 0.0:
+            return Statusword.WARNING  # 6099h is 0: it will never end
+        if self._phase is not Phase.IDLE:
+            return 0
+        return Statusword.TARGET_REACHED | (Statusword.MODE_BIT_12 if self._homed else 0)
+
+    def lose_reference(self) -> None:
+        """The zero is none any more: a reset, or the encoder is lost."""
+        self._tell(NOT_HOMED)
 
     # -- the run ------------------------------------------------------------------------------------------------------
 
@@ -190,7 +199,8 @@ class Homing(Mode):
         self._tell(HOMED)
 
     def _tell(self, status: int) -> None:
-        """Bit 0 of the drive type's own homing status; it outlives the mode, as the zero does."""
+        """Homing attained, and bit 0 of the drive type's own homing status; both outlive the mode, as the zero does."""
+        self._homed = status == HOMED
         if self._status is not None:
             self._status.value = status
 
@@ -212,8 +222,7 @@ class Homing(Mode):
         return self._velocity * self._sign(direction) > 0.0
 
     def _limit(self, direction: int, angle: float) -> bool:
-        switches, sign = self.axis.switches, self._sign(direction)
-        return switches.negative(angle) if sign < 0.0 else switches.positive(angle)
+        return self.axis.limit_switch(direction, angle)
 
     def _actuated(self, method: Edge, angle: float) -> bool:
         if method.input is Input.HOME:

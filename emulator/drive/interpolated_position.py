@@ -36,7 +36,7 @@ class InterpolatedPosition(Mode):
         if self._active:
             self._hold = self._limits.clamp(axis.scaling.target(float(self._setpoint.value), self._hold, Rotary.SHORTEST))
         demand = axis.servo.demand
-        self._interpolator.cycle(self._hold, axis.interpolation, demand)
+        self._interpolator.cycle(self._hold, axis.interpolation, demand, axis.set_point_interval)
         demand[:, VELOCITY_OFFSET] = axis.velocity_offset()
         demand[:, TORQUE_OFFSET] = axis.torque_offset()
         return Loop.POSITION

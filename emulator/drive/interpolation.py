@@ -19,27 +19,26 @@ class Interpolation(IntEnum):
 
 
 @compiled
-def linear_cycle(start: float, end: float, demand) -> None:  # type: ignore[no-untyped-def]
-    """Fill demand (n, 4) with a straight line that reaches `end` at the end of the cycle."""
-    periods = demand.shape[0]
-    velocity = (end - start) / (periods * SERVO_PERIOD)
-    for period in range(periods):
-        demand[period, 0] = start + (end - start) * (period + 1) / periods
-        demand[period, 1] = velocity
+def linear_cycle(start: float, end: float, passed: int, total: int, demand) -> None:  # type: ignore[no-untyped-def]
+    """Fill demand (n, 4) with a straight line that reaches `end` after `total` servo periods, `passed` of them over."""
+    velocity = (end - start) / (total * SERVO_PERIOD)
+    for period in range(demand.shape[0]):
+        step = passed + period + 1
+        demand[period, 0] = start + (end - start) * step / total if step <= total else end
+        demand[period, 1] = velocity if step <= total else 0.0
 
 
 @compiled
-def spline_cycle(points, demand) -> None:  # type: ignore[no-untyped-def]
-    """Fill demand (n, 4) with one segment of the uniform cubic B-spline of four set-points (4,).
+def spline_cycle(points, passed: int, total: int, demand) -> None:  # type: ignore[no-untyped-def]
+    """Fill demand (n, 4) with a segment of the uniform cubic B-spline of four set-points (4,), as `linear_cycle`.
 
-    Continuous to the acceleration; a cycle later than the straight line; off the points by T^2/6 of the acceleration.
+    Continuous to the acceleration; a set-point later than the straight line; off the points by T^2/6 of the acceleration.
     De Boor, A Practical Guide to Splines, 1978, ch. IX.
     """
     p0, p1, p2, p3 = points[0], points[1], points[2], points[3]
-    periods = demand.shape[0]
-    duration = periods * SERVO_PERIOD
-    for period in range(periods):
-        u = (period + 1) / periods
+    duration = total * SERVO_PERIOD
+    for period in range(demand.shape[0]):
+        u = min(passed + period + 1, total) / total
         demand[period, 0] = (
             p1
             + ((p0 - p1) + (p2 - p1)) / 6.0
@@ -51,10 +50,16 @@ def spline_cycle(points, demand) -> None:  # type: ignore[no-untyped-def]
 
 
 class Interpolator:
-    """The last set-points of an axis [rad] and the demand between them."""
+    """The last set-points of an axis [rad] and the demand between them.
+
+    A segment lasts for the time between two set-points, which may be several cycles. It begins where the one before has ended.
+    A set-point that comes before that begins a new one where the axis stands or the kind is linear; a spline takes it in turn.
+    """
 
     def __init__(self) -> None:
         self._points: NDArray[np.float64] = np.zeros(4)
+        self._start = self._reached = 0.0
+        self._passed = self._total = 0
 
     @property
     def setpoint(self) -> float:
@@ -64,13 +69,28 @@ class Interpolator:
     def start_at(self, angle: float) -> None:
         """Stand still at `angle` [rad]: enabling must not jump."""
         self._points[:] = angle
+        self._start = self._reached = angle
+        self._passed = self._total = 0
 
-    def cycle(self, setpoint: float, kind: Interpolation, demand: NDArray[np.float64]) -> None:
-        """Take the set-point [rad] of this cycle and fill position and velocity of `demand` (n, 4)."""
+    def cycle(self, setpoint: float, kind: Interpolation, demand: NDArray[np.float64], interval: int) -> None:
+        """Take the set-point [rad] as it stands in this cycle and fill position and velocity of `demand` (n, 4).
+
+        `interval`: servo periods from a set-point to the next.
+        """
+        self._take(setpoint, kind, interval)
+        if kind is Interpolation.CUBIC_SPLINE:
+            spline_cycle(self._points, self._passed, self._total, demand)
+        else:
+            linear_cycle(self._start, self.setpoint, self._passed, self._total, demand)
+        self._passed += len(demand)
+        self._reached = float(demand[-1, 0])
+
+    def _take(self, setpoint: float, kind: Interpolation, interval: int) -> None:
         points = self._points
+        ended = self._passed >= self._total
+        if not ended and (setpoint == points[3] or not (kind is Interpolation.LINEAR or np.ptp(points) == 0.0)):
+            return
+        self._start = float(points[3]) if ended else self._reached
         points[:3] = points[1:]
         points[3] = setpoint
-        if kind is Interpolation.CUBIC_SPLINE:
-            spline_cycle(points, demand)
-        else:
-            linear_cycle(points[2], points[3], demand)
+        self._passed, self._total = 0, interval

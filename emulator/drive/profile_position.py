@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import copysign, inf
 from typing import ClassVar
 
@@ -36,7 +36,8 @@ class SetPoint:
 class ProfilePosition(Mode):
     """The set-point handshake of bits 4 (new set-point) and 12 (acknowledge), with room for one set-point more.
 
-    Bit 5 changes at once, bit 6 makes the target relative (to what 60F2h says), bit 9 passes the present target at speed.
+    Bit 5 changes at once, bit 6 makes the target relative (to what 60F2h says), bit 9 passes the present target at speed. A
+    set-point with 6081h = 0 is acknowledged and warns (bit 7) until a 6081h that is written later starts it.
     """
 
     code: ClassVar[int] = 1
@@ -47,6 +48,7 @@ class ProfilePosition(Mode):
         self._window = Window()
         self._active: SetPoint | None = None
         self._next: SetPoint | None = None
+        self._waits_for_speed = False
         self._profile: Profile | None = None
         self._target = 0.0
         self._acknowledged = False
@@ -57,7 +59,7 @@ class ProfilePosition(Mode):
         self._bit_4 = None
         self._acknowledged = False
         self._active = self._next = None
-        self._beyond_limit = False
+        self._beyond_limit = self._waits_for_speed = False
         self._profile = come_to_rest(self._measured(), self._bounds())
         self._target = self._profile.at(self._profile.duration).position
         self._window.restart()
@@ -67,7 +69,7 @@ class ProfilePosition(Mode):
         if active is None:
             self.enter()
             return
-        self._profile = move_to(self._measured(), self._target, active.bounds)
+        self._start(active, self._measured())
         self._window.restart()
 
     def notice(self, controlword: int) -> None:
@@ -79,6 +81,8 @@ class ProfilePosition(Mode):
 
     def plan(self, controlword: int) -> Loop:
         self.notice(controlword)
+        if self._waits_for_speed and self._active is not None and (bounds := self._bounds()).speed > 0.0:
+            self._start(replace(self._active, bounds=bounds), self._now())
         demand = self.axis.servo.demand
         self._sample(demand)
         if self._next is not None:
@@ -92,13 +96,14 @@ class ProfilePosition(Mode):
     def after(self) -> None:
         axis = self.axis
         error = abs(self._target - float(axis.servo.state["position"]))
-        ended = self._profile is None or self._profile.ended
+        ended = (self._profile is None or self._profile.ended) and not self._waits_for_speed
         size, time = self._window_size()
         self._window.look(ended and self._next is None and error <= size, time, axis.cycle)
 
     def status_bits(self) -> int:
         acknowledge = Statusword.MODE_BIT_12 if self._acknowledged else 0
-        return acknowledge | (Statusword.TARGET_REACHED if self._window.held else 0)
+        warning = Statusword.WARNING if self._waits_for_speed else 0
+        return acknowledge | warning | (Statusword.TARGET_REACHED if self._window.held else 0)
 
     def following_error_bits(self) -> int:
         return Statusword.MODE_BIT_13
@@ -147,7 +152,8 @@ class ProfilePosition(Mode):
         return self._target if waits else self._now().position
 
     def _moving(self) -> bool:
-        return self._profile is not None and not self._profile.ended and self._active is not None
+        on_its_way = self._profile is not None and not self._profile.ended and not self._waits_for_speed
+        return on_its_way and self._active is not None
 
     def _option(self) -> int:
         """60F2h."""
@@ -159,7 +165,7 @@ class ProfilePosition(Mode):
         self._active = setpoint
         self._target = self._limits.clamp(setpoint.target)
         self._beyond_limit = self._target != setpoint.target
-        still = setpoint.bounds.speed == 0.0
+        still = self._waits_for_speed = setpoint.bounds.speed == 0.0
         self._profile = come_to_rest(start, setpoint.bounds) if still else move_to(start, self._target, setpoint.bounds)
 
     def _fly(self, active: SetPoint) -> None:

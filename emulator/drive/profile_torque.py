@@ -13,7 +13,10 @@ from emulator.drive.state_machine import Statusword
 
 
 class ProfileTorque(Mode):
-    """6071h in thousandths of rated torque, 6087h in thousandths a second (0: at once); bit 10 when the slope has ended."""
+    """6071h in thousandths of rated torque, 6087h in thousandths a second (0: at once).
+
+    Bit 10: the slope has ended, and no limit cuts the torque.
+    """
 
     code: ClassVar[int] = 4
 
@@ -34,7 +37,8 @@ class ProfileTorque(Mode):
         return self._go_to(self._target)
 
     def status_bits(self) -> int:
-        return Statusword.TARGET_REACHED if self._torque == self._target else 0
+        cut = bool(self.axis.servo.state["limited"])
+        return Statusword.TARGET_REACHED if self._torque == self._target and not cut else 0
 
     def _go_to(self, target: float) -> Loop:
         axis = self.axis

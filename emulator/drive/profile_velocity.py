@@ -23,7 +23,7 @@ STANDING = 0.05
 class ProfileVelocity(Mode):
     """Ramps by 6083h and 6084h, with a jerk where 6086h says so, within 607Fh and 6080h, and stops at a software limit.
 
-    Bit 10: within 606Dh of the target for 606Eh. Bit 12: speed 0, not beyond 606Fh for 6070h.
+    Bit 10: within 606Dh of 60FFh for 606Eh, and so not where a limit cuts it. Bit 12: speed 0, not beyond 606Fh for 6070h.
     """
 
     code: ClassVar[int] = 3
@@ -31,7 +31,7 @@ class ProfileVelocity(Mode):
     def __init__(self, axis: Axis) -> None:
         super().__init__(axis)
         self._speed = SpeedDemand(axis)
-        self._target = 0.0
+        self._target = self._asked = 0.0
         self._reached, self._moving = Window(), Window()
 
     def enter(self) -> None:
@@ -42,7 +42,8 @@ class ProfileVelocity(Mode):
     def plan(self, controlword: int) -> Loop:
         axis, speed = self.axis, self._speed
         up, down = axis.ramp(0x6083), axis.ramp(0x6084)
-        wanted = cap_speed(axis, axis.scaling.angular(float(axis.dictionary[0x60FF].value)))
+        self._asked = axis.scaling.angular(float(axis.dictionary[0x60FF].value))
+        wanted = cap_speed(axis, self._asked)
         self._target = speed.position_allows(wanted, down)
         jerk = profile_jerk(axis, up)
         if jerk == inf or self._target != wanted:  # at a software limit the ramp has to do
@@ -56,8 +57,8 @@ class ProfileVelocity(Mode):
 
     def after(self) -> None:
         actual, cycle = float(self.axis.servo.state["velocity"]), self.axis.cycle
-        window = self._window(0x606D, max(REACHED * abs(self._target), STANDING))
-        self._reached.look(abs(actual - self._target) < window, self._time(0x606E), cycle)
+        window = self._window(0x606D, max(REACHED * abs(self._asked), STANDING))
+        self._reached.look(abs(actual - self._asked) < window, self._time(0x606E), cycle)
         self._moving.look(abs(actual) >= self._window(0x606F, STANDING), self._time(0x6070), cycle)
 
     def status_bits(self) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 from emulator.drive import objects
 from emulator.drive.axis import Axis
@@ -14,6 +13,11 @@ from emulator.drive.scaling import Scaling, to_int32
 def install(axis: Axis, scaling: Callable[[], Scaling], power_on_angle: float, increments_per_radian: float) -> None:
     """Bind the actual and demand values; `scaling` is asked at each read, as a master may have just written it."""
     state = axis.servo.state
+
+    def inputs() -> int:
+        scaling()
+        return digital_inputs(axis)
+
     reads: dict[int, Callable[[], int | float]] = {
         0x6062: lambda: scaling().position(float(state["position_demand"])),
         0x6063: lambda: to_int32((float(state["position"]) - power_on_angle) * increments_per_radian),
@@ -26,7 +30,7 @@ def install(axis: Axis, scaling: Callable[[], Scaling], power_on_angle: float, i
         0x6077: lambda: objects.per_mille(float(state["torque_actual"]), axis.rated_torque()),
         0x6078: lambda: objects.per_mille(float(state["torque_actual"]), axis.rated_torque()),
         0x6079: lambda: round(1000.0 * axis.hardware.dc_link_voltage),
-        0x60FD: partial(digital_inputs, axis),
+        0x60FD: inputs,
     }
     for index, read in reads.items():
         objects.on_read(axis.dictionary, index, read)

@@ -207,6 +207,11 @@ class Servo:
         return view
 
     @property
+    def interval(self) -> int:
+        """Servo periods from a SYNC to the next, the coming cycle being one of them or all."""
+        return self._bank.interval
+
+    @property
     def positions(self) -> NDArray[np.float64]:
         """Counted positions of the last cycle, a view of (periods,) [rad]."""
         view: NDArray[np.float64] = self._bank.trace[: self._bank.periods, self._index]
@@ -217,7 +222,7 @@ class ServoBank:
     """The loops of all axes of a machine, in arrays that the compiled period works on; `brakes` (n,): 1 is engaged."""
 
     def __init__(self, axes: int, seed: int) -> None:
-        self.periods = 8
+        self.periods = self.interval = 8
         self.parameters = np.zeros(axes, dtype=PARAMETERS)
         self.state = np.zeros(axes, dtype=STATE)
         self.loops = np.zeros(axes, dtype=np.int64)
@@ -239,11 +244,12 @@ class ServoBank:
             self.parameters[unlimited][axis] = np.inf
         self.brakes[axis] = True
 
-    def start_cycle(self, periods: int) -> None:
-        """Make the demand views `periods` long."""
+    def start_cycle(self, periods: int, interval: int | None = None) -> None:
+        """Make the demand views `periods` long; `interval` is from a SYNC to the next, where that is more than a cycle."""
         if periods > len(self.demand):
             self._make_room(periods)
         self.periods = periods
+        self.interval = periods if interval is None else interval
 
     def run(self, period: int, motor_position: NDArray[np.float64], motor_torque: NDArray[np.float64]) -> None:
         """Run the loops for one period: read motor positions (n,) [rad], write motor torques (n,) [N·m]."""

@@ -6,7 +6,7 @@ from emulator.drive.axis import Axis
 from emulator.drive.limits import PositionLimits
 from emulator.drive.profile_generator import Bounds, Motion, Profile, change_speed
 from emulator.drive.ramp import approach, ramp_cycle
-from emulator.drive.servo import VELOCITY
+from emulator.drive.servo import SERVO_PERIOD, VELOCITY
 
 
 class SpeedDemand:
@@ -17,22 +17,26 @@ class SpeedDemand:
         self._limits = PositionLimits(axis)
         self._profile: Profile | None = None
         self._planned: tuple[float, Bounds] | None = None
+        self._end: float | None = None
+        self._rate = 0.0
         self.velocity = 0.0
 
     def start(self) -> None:
         """No jump: from the speed that the axis has."""
         self.velocity = float(self._axis.servo.state["velocity"])
         self._profile = self._planned = None
+        self._end = None
 
     def position_allows(self, speed: float, deceleration: float) -> float:
         """`speed` [rad/s], or the highest from which the axis still stops at the software limit by `deceleration`."""
         return self._limits.cap_speed(speed, self._position(), deceleration)
 
-    def line(self, target: float) -> None:
-        """A straight line to `target` [rad/s] within the cycle."""
+    def line(self, target: float, periods: int) -> None:
+        """A straight line to `target` [rad/s] within so many servo periods from when it was first asked for."""
         self._profile = self._planned = None
-        rate = abs(target - self.velocity) / self._axis.cycle
-        self.velocity = approach(self.velocity, target, rate, self._axis.servo.demand[:, VELOCITY])
+        if target != self._end:
+            self._end, self._rate = target, abs(target - self.velocity) / (periods * SERVO_PERIOD)
+        self.velocity = approach(self.velocity, target, self._rate, self._axis.servo.demand[:, VELOCITY])
 
     def ramp(self, target: float, up: float, down: float) -> None:
         """Towards `target` [rad/s] by `up` while speeding up and `down` while slowing down [rad/s²]."""

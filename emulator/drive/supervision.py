@@ -91,16 +91,14 @@ class Supervision:
         return found
 
     def limit_switch_fault(self, speed: float) -> Fault | None:
-        """The limit switch into which the axis is moved at `speed` [rad/s]."""
-        switches = self._axis.hardware.switches
+        """The limit switch into which the axis is moved at `speed` [rad/s] of the motor."""
         if speed == 0.0:
             return None
-        angle = float(self._axis.servo.state["position"])
-        if speed < 0.0 and switches.negative(angle):
-            return faults.NEGATIVE_LIMIT_SWITCH
-        if speed > 0.0 and switches.positive(angle):
-            return faults.POSITIVE_LIMIT_SWITCH
-        return None
+        axis, angle = self._axis, float(self._axis.servo.state["position"])
+        forwards = speed * axis.scaling.position_per_radian > 0.0
+        if not axis.limit_switch(1 if forwards else -1, angle):
+            return None
+        return faults.POSITIVE_LIMIT_SWITCH if forwards else faults.NEGATIVE_LIMIT_SWITCH
 
     def may_reset(self) -> bool:
         """Whether the cause of every fault is gone."""

@@ -7,11 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from emulator.canopen.abort_codes import AbortCode, SdoAbort
+from emulator.canopen.data_types import Value
 from emulator.drive.axis import Axis
 from emulator.drive.objects import optional
 
 ENABLE, CONTINUOUS, ZERO_IMPULSE, POSITIVE, NEGATIVE = 1 << 0, 1 << 1, 1 << 2, 1 << 4, 1 << 5
 """Bits of 60B8h; those of touch probe 2 are 8 further."""
+SOURCE = 3 << 2
+"""What triggers it: two bits."""
 ENABLED, POSITIVE_STORED, NEGATIVE_STORED = 1 << 0, 1 << 1, 1 << 2
 """Bits of 60B9h, likewise."""
 
@@ -36,6 +40,7 @@ class TouchProbe:
         self._probes = (_Probe(0, 0x60BA, 0x60BB), _Probe(1, 0x60BC, 0x60BD))
         self._before = 0.0
         if self._function is not None:
+            self._function.on_write = _check_sources
             axis.dictionary[0x60B9].on_read = self._status
 
     def reset(self) -> None:
@@ -93,3 +98,9 @@ class TouchProbe:
 
     def _status(self) -> int:
         return sum(probe.status << 8 * probe.number for probe in self._probes)
+
+
+def _check_sources(function: Value) -> None:
+    """Bits 2 and 3, 10 and 11: the input (0) or the zero impulse (1); 2 is that of 60D0h, which is not there, 3 is reserved."""
+    if any(int(function) >> shift & SOURCE not in (0, ZERO_IMPULSE) for shift in (0, 8)):
+        raise SdoAbort(AbortCode.INVALID_VALUE)

@@ -27,6 +27,7 @@ LENGTHS = range(2, 255)
 """Of unit identifier and PDU together."""
 
 MOST_CONNECTIONS = 32
+"""At once; one more is accepted and closed at once, and the others stay."""
 
 SETTLE = 0.05
 """How long connections have to come to an end by themselves when the port closes [s]."""
@@ -90,6 +91,10 @@ class TcpPort:
                 logger.error("Modbus: a connection cannot be accepted: %s", error)
                 await asyncio.sleep(PATIENCE)
                 continue
+            if len(self._connections) >= MOST_CONNECTIONS:
+                logger.warning("Modbus: more than %d connections, the newest is closed", MOST_CONNECTIONS)
+                connection.close()
+                continue
             task = self._loop.create_task(self._converse(connection))
             self._connections.add(task)
             task.add_done_callback(self._ended)
@@ -104,10 +109,7 @@ class TcpPort:
         self._writers.add(writer)
         try:
             with suppress(asyncio.IncompleteReadError, ConnectionError):
-                if len(self._connections) <= MOST_CONNECTIONS:
-                    await self._answer_all(reader, writer)
-                else:
-                    logger.warning("Modbus: more than %d connections, the newest is closed", MOST_CONNECTIONS)
+                await self._answer_all(reader, writer)
         finally:
             writer.close()
             with suppress(ConnectionError):

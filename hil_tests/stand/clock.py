@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from emulator.clock import SyncClock
+from collections.abc import Iterable
+
+from emulator.clock import Cycle, SyncClock
 
 
 class StandClock(SyncClock):
@@ -11,5 +13,5 @@ class StandClock(SyncClock):
     def __init__(self) -> None:
         self.free = False
 
-    def cycles_due(self, cycle: float) -> int:
-        return 1 if self.free else 0
+    def due(self, told: int) -> Iterable[Cycle]:
+        return self.at_sync(told) if self.free else ()

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
 from pathlib import Path
 
 import can
 
 from drive_profiles import load_profile
 from drivetwin.files import new_file
-from emulator.clock import Clock
+from emulator.clock import Cycle, SyncClock
 from emulator.effects import read_effects
 from emulator.machine import load_machine
 from emulator.virtual_machine import VirtualMachine
@@ -21,21 +22,15 @@ Event = can.Message | None
 """A frame of the bus; None: a communication cycle passes without one."""
 
 
-class GrantedClock(Clock):
+class GrantedClock(SyncClock):
     """Each SYNC is one cycle, and so is each that is granted without one."""
 
     def __init__(self) -> None:
         self.granted = 0
 
-    def cycles_at_sync(self, cycle: float) -> int:
-        return 1
-
-    def cycles_due(self, cycle: float) -> int:
-        due, self.granted = self.granted, 0
-        return due
-
-    def wait(self) -> float | None:
-        return None
+    def due(self, told: int) -> Iterable[Cycle]:
+        granted, self.granted = self.granted, 0
+        return [cycle for _ in range(granted) for cycle in self.at_sync(told)]
 
 
 class Target:

@@ -14,6 +14,7 @@ from drive_profiles.eds_profile import profile_from_eds
 from drive_profiles.eds_reader import EdsNumber, parse_number, read_eds
 from drive_profiles.eds_writer import eds_text
 from drivetwin.errors import UserError
+from emulator.canopen.data_types import encode
 
 Change = Callable[[str], str]
 
@@ -281,3 +282,42 @@ def test_a_type_of_canfestivals_editor(tmp_path: Path) -> None:
         "[2F00]\nParameterName=a\nDataType=0x00A0\nAccessType=rw\nDefaultValue=3\n"
     )
     assert read(tmp_path, added(objects))[0x2F00, 0].data_type is DataType.U8
+
+
+TEXTS = """
+[3000]
+ParameterName=Visible
+ObjectType=0x7
+DataType=0x{kind:04X}
+AccessType=ro
+DefaultValue={text}
+PDOMapping=0
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "on_the_bus", "complaint"),
+    [
+        (DataType.VSTR, "Grüße", "Grüße".encode("latin-1"), False),
+        (DataType.VSTR, "Ω drive 電", b"? drive ?", True),
+        (DataType.USTR, "Ω drive 電", "Ω drive 電".encode("utf-16-le"), False),
+    ],
+)
+def test_text_beyond_latin_1(
+    kind: DataType, text: str, on_the_bus: bytes, complaint: bool, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """CiA 301, 7.1.6: a VISIBLE_STRING has a byte a character, a UNICODE_STRING 16 bits."""
+    written_text = eds_text(load_profile("cia402-full"), "drive.eds")
+    listed = re.search(r"\[ManufacturerObjects\]\nSupportedObjects=(\d+)\n", written_text)
+    assert listed is not None
+    count = int(listed[1])
+    head = f"[ManufacturerObjects]\nSupportedObjects={count + 1}\n{count + 1}=0x3000\n"
+    file = tmp_path / "drive.eds"
+    file.write_text(written_text.replace(listed[0], head) + TEXTS.format(kind=int(kind), text=text), encoding="utf-8")
+    with caplog.at_level(logging.WARNING):
+        profile = profile_from_eds(file, load_profile("cia402-full"))
+    default = next(entry.default for entry in profile.objects if entry.index == 0x3000)
+    assert isinstance(default, str)
+    assert encode(kind, default) == on_the_bus
+    assert ("the text of" in caplog.text) is complaint
+    assert ("3000" in caplog.text) is complaint

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import socket
@@ -9,11 +10,13 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from http.client import HTTPConnection
 
 import can
 import pytest
+from can.interfaces import virtual
 
-from drivetwin.bus import HostedBus, InprocBus, host_bus, is_copper, open_bus
+from drivetwin.bus import HostedBus, InprocBus, PatientBus, host_bus, is_copper, open_bus
 from drivetwin.errors import UserError
 
 FRAMES = 20_000
@@ -243,3 +246,104 @@ def test_a_server_that_is_no_bus_is_told_from_one() -> None:
         with pytest.raises(UserError, match=r"no bus at ws://127\.0\.0\.1"):
             open_bus(f"ws://127.0.0.1:{port}")
         thread.join()
+
+
+def test_a_ws_client_that_never_reads_costs_bounded_memory(hosted: HostedBus, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its socket fills, then the frames that are kept for it; who reads gets all of them, and the host is not held up."""
+    monkeypatch.setattr("drivetwin.bus.MOST_WAITING", 500)
+    deaf, good = open_bus(hosted.name), open_bus(hosted.name)
+    numbers: list[int] = []
+    for burst in range(200):
+        for number in range(100 * burst, 100 * burst + 100):
+            hosted.bus.send(frame(number))
+        numbers += take(good, 100)
+    assert numbers == list(range(20_000))
+    queues = virtual.channels[hosted.bus.channel_id]  # type: ignore[attr-defined]
+    assert max(queue.qsize() for queue in list(queues)) <= 500
+    deaf.shutdown()
+    good.shutdown()
+
+
+@pytest.mark.parametrize(
+    ("origin", "status"),
+    [
+        (None, 101),
+        ("http://127.0.0.1:{port}", 101),
+        ("http://localhost:{port}", 101),
+        ("http://localhost:3000", 403),
+        ("https://example.org", 403),
+        ("http://example.org:{port}", 403),
+        ("http://127.0.0.1.example.org:{port}", 403),
+        ("null", 403),
+        ("file://", 403),
+    ],
+)
+def test_a_web_page_of_another_origin_may_not_join(hosted: HostedBus, origin: str | None, status: int) -> None:
+    """RFC 6455, clause 10.2: a server that is not meant for any web page checks the Origin, and answers 403."""
+    port = int(hosted.name.rpartition(":")[2])
+    headers = {
+        "Upgrade": "websocket",
+        "Connection": "Upgrade",
+        "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+        "Sec-WebSocket-Version": "13",
+    }
+    if origin is not None:
+        headers["Origin"] = origin.format(port=port)
+    connection = HTTPConnection("127.0.0.1", port, timeout=10)
+    connection.request("GET", "/", headers=headers)
+    assert connection.getresponse().status == status
+    connection.close()
+
+
+class Interface(can.BusABC):
+    """A SocketCAN socket as the kernel has it: ENETDOWN once to who receives, and to each frame sent until it is up."""
+
+    def __init__(self) -> None:
+        super().__init__(channel="vcan0")
+        self.channel_info = "vcan0"
+        self.error: int | None = None
+        self.told = False
+        self.sent: list[int] = []
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        if self.error is not None:
+            raise can.CanOperationError("Failed to transmit", self.error)
+        self.sent.append(msg.arbitration_id)
+
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        if self.error is None:
+            return frame(7)
+        if not self.told:
+            self.told = True
+            raise can.CanOperationError("Error receiving", self.error)
+        return None
+
+
+def test_an_interface_that_is_down_for_a_moment_is_waited_for(caplog: pytest.LogCaptureFixture) -> None:
+    interface = Interface()
+    bus = PatientBus(interface)
+    bus.send(frame(1))
+    interface.error = errno.ENETDOWN
+    assert bus.recv(0.0) is None
+    bus.send(frame(2))
+    assert bus.recv(0.0) is None
+    interface.error = None
+    bus.send(frame(3))
+    message = bus.recv(0.0)
+    assert message is not None
+    assert message.arbitration_id == 7
+    assert interface.sent == [1, 3]
+    assert [record.getMessage().partition(":")[0] for record in caplog.records] == ["vcan0 is down", "vcan0 is up again"]
+    bus.shutdown()
+
+
+@pytest.mark.parametrize("code", [errno.ENODEV, errno.EBADF])
+def test_an_interface_that_is_gone_is_an_error(code: int) -> None:
+    interface = Interface()
+    bus = PatientBus(interface)
+    interface.error = code
+    with pytest.raises(can.CanOperationError):
+        bus.recv(0.0)
+    with pytest.raises(can.CanOperationError):
+        bus.send(frame(1))
+    bus.shutdown()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
+from collections.abc import Iterable
 from itertools import accumulate, pairwise
 from pathlib import Path
 
@@ -24,7 +25,7 @@ from copper_bench import (
 )
 
 from drivetwin.copper.frame_bits import INTERMISSION, frame_bits
-from emulator.clock import Clock
+from emulator.clock import Cycle, SyncClock
 from emulator.machine import load_machine
 
 MBIT = 1_000_000
@@ -258,21 +259,15 @@ def test_a_fault_that_strikes_between_syncs_is_told_without_one(bench: CopperBen
     assert bench.take() == [0x082]
 
 
-class Free(Clock):
+class Free(SyncClock):
     """As many cycles as it is given, without a SYNC."""
 
     def __init__(self) -> None:
         self.left = 0
 
-    def cycles_at_sync(self, cycle: float) -> int:
-        return 1
-
-    def cycles_due(self, cycle: float) -> int:
-        due, self.left = self.left, 0
-        return due
-
-    def wait(self) -> float | None:
-        return None
+    def due(self, told: int) -> Iterable[Cycle]:
+        left, self.left = self.left, 0
+        return [cycle for _ in range(left) for cycle in self.at_sync(told)]
 
 
 def test_drives_that_are_left_alone_go_on_by_their_own_time() -> None:

@@ -81,3 +81,18 @@ def await_true(condition) -> None:  # type: ignore[no-untyped-def]
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.01)
+
+
+def test_an_interface_that_is_down_for_a_moment_does_not_end_the_emulator() -> None:
+    """`ip link set vcan0 down`, then up: as a master does that sets a bit rate."""
+    with emulator("--machine", "stage", "--profile", "cia402-full", "--clock", "realtime", bus="vcan0"):
+        for change in ("down", "up"):
+            subprocess.run(["ip", "link", "set", "vcan0", change], check=True)
+            time.sleep(0.2)
+        network = canopen.Network()
+        network.connect(interface="socketcan", channel="vcan0")
+        try:
+            node = network.add_node(1, object_dictionary(load_profile("cia402-full")))
+            assert node.sdo[0x1000].raw & 0xFFFF == 402
+        finally:
+            network.disconnect()

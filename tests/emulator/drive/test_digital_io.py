@@ -7,6 +7,7 @@ from math import ceil, pi
 import pytest
 from drive_bench import PROFILE_VELOCITY, DriveBench
 
+from emulator.canopen.abort_codes import AbortCode, SdoAbort
 from emulator.drive.digital_io import BRAKE, DigitalOutputs
 from emulator.drive.hardware import ALWAYS, NEVER, LimitSwitches, Switch
 from emulator.drive.servo import SERVO_PERIOD, Loop
@@ -110,6 +111,7 @@ def test_a_brake_that_is_not_set_holds_nothing(machine: str, axis: str, output: 
 def test_a_brake_holds_up_to_its_torque() -> None:
     """The arm's has 0.6 N·m on the motor: with 7.8 N·m of weight and 2.2 N·m of stiction behind 1:100 it slips at 0.7."""
     bench = without_torque("arm", "shoulder", BRAKE, BRAKE)
+    bench.write(0x6087, 0)
     start = bench.joint
     for torque, moves in ((0.5, False), (-0.5, False), (0.9, True)):
         bench.write(0x6071, round(1000.0 * torque / 0.4))
@@ -208,3 +210,15 @@ def test_currents() -> None:
     for _ in range(20):
         bench.sync()
         assert bench.read(0x6078) == bench.read(0x6077)
+
+
+@pytest.mark.parametrize("source", [2, 3])
+@pytest.mark.parametrize("shift", [0, 8])
+@pytest.mark.parametrize("profile", ["cia402-full", "servoone"])
+def test_a_touch_probe_source_that_is_not_there_is_refused(profile: str, shift: int, source: int) -> None:
+    """CiA 402-2, 60B8h bits 2, 3 and 10, 11: 2 is the source of 60D0h, which the drive has not, 3 is reserved."""
+    bench = DriveBench(profile=profile)
+    with pytest.raises(SdoAbort) as refused:
+        bench.write(0x60B8, (0x11 | source << 2) << shift)
+    assert refused.value.code == AbortCode.INVALID_VALUE
+    bench.write(0x60B8, 0x15 << shift)

@@ -121,6 +121,7 @@ def test_overload_by_the_thermal_model() -> None:
     cold = slide.model_copy(update={"motor": slide.motor.model_copy(update={"thermal_time_constant": 0.2})})
     bench = DriveBench(machine.model_copy(update={"axes": {"slide": cold}}), effects=())
     bench.write(0x6072, 3000)
+    bench.write(0x6087, 0)
     bench.enable(TORQUE)
     heat = bench.drive.axis.servo.state
     elapsed = 0

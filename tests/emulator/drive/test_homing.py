@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import can
 import pytest
 from drive_bench import ENABLE, HOMING, PROFILE_VELOCITY, SHUTDOWN, START, DriveBench
 
@@ -123,3 +124,61 @@ def test_homing_takes_over_a_moving_axis_by_its_ramp() -> None:
     way += bench.motor
     assert way == pytest.approx(speed**2 / (2.0 * UP), rel=0.2)
     assert abs(bench.joint_velocity) < 1e-4
+
+
+@pytest.mark.parametrize("by", ["mode", "disabling", "quick stop", "fault"])
+def test_homing_attained_stays_until_the_reference_is_lost(by: str) -> None:
+    """CiA 402-2, 'Homing mode', bit 12: the axis is homed, whatever has been done with it since."""
+    bench = homing_bench(35)
+    home(bench)
+    assert mode_bits(bench) == ATTAINED | REACHED
+    bench.command(ENABLE)
+    if by == "mode":
+        bench.write(0x6060, PROFILE_VELOCITY)
+        bench.sync(5)
+        bench.write(0x6060, HOMING)
+    elif by == "disabling":
+        bench.command(SHUTDOWN, 0, SHUTDOWN, 7, ENABLE)
+    elif by == "quick stop":
+        bench.command(2)
+        bench.sync(100)
+        bench.command(0, SHUTDOWN, 7, ENABLE)
+    else:
+        bench.drive.fault(0x7500)
+        bench.sync(100)
+        bench.command(0x80, 0, SHUTDOWN, 7, ENABLE)
+    bench.sync(5)
+    assert bench.state is State.OPERATION_ENABLED
+    assert mode_bits(bench) == ATTAINED | REACHED
+
+
+def test_a_new_homing_takes_it_back_at_once() -> None:
+    bench = homing_bench(17)
+    home(bench)
+    bench.command(ENABLE)
+    assert mode_bits(bench) == ATTAINED | REACHED
+    bench.write(0x6040, START)
+    assert mode_bits(bench) == RUNNING
+    bench.sync(2)
+    assert mode_bits(bench) == RUNNING
+    bench.command(ENABLE)
+    bench.sync(100)
+    assert mode_bits(bench) == REACHED  # interrupted, and the zero is no longer known
+
+
+@pytest.mark.parametrize("by", ["encoder", "reset"])
+def test_a_reference_that_is_lost_is_told(by: str) -> None:
+    bench = homing_bench(35)
+    home(bench)
+    if by == "encoder":
+        bench.drive.hardware.encoder_alive = False
+        bench.sync(100)
+        bench.drive.hardware.encoder_alive = True
+        bench.command(0, 0x80)
+    else:
+        bench.virtual.receive(can.Message(arbitration_id=0, data=b"\x81\x01", is_extended_id=False))
+        bench.write(0x6060, HOMING)
+    bench.command(0, SHUTDOWN, 7, ENABLE)
+    bench.sync(5)
+    assert bench.state is State.OPERATION_ENABLED
+    assert mode_bits(bench) == REACHED

@@ -138,3 +138,25 @@ def test_polarity_turns_the_figures_round() -> None:
     bench.write(0x607E, 0x80)
     assert run(bench) == ATTAINED
     assert bench.motor == pytest.approx(bench.drive.hardware.switches.high, abs=0.1)
+
+
+@pytest.mark.parametrize(("method", "bit", "code"), [(17, 1, 0x5442), (1, 1, 0x5442), (18, 2, 0x5443), (2, 2, 0x5443)])
+@pytest.mark.parametrize("polarity", [0, 0x80, 0xC0])
+def test_the_switch_of_a_method_is_the_one_of_60fdh_and_603fh(polarity: int, method: int, bit: int, code: int) -> None:
+    """CiA 402-2, methods 1, 2, 17, 18 and 60FDh bits 0, 1: 'negative' is towards negative positions, by 607Eh, everywhere."""
+    bench = bench_for(method, 0.06)
+    bench.write(0x607E, polarity)
+    bench.write(0x6040, START)
+    seen = 0
+    for _ in range(12_000):
+        bench.sync()
+        seen |= int(bench.read(0x60FD)) & 3
+        if int(bench.read(0x6041)) & 1 << 12:
+            break
+    assert seen == bit
+    bench.write(0x6060, 3)
+    towards = -1 if bit == 1 else 1
+    bench.write(0x60FF, towards * (-1 if polarity == 0x80 else 1) * bench.units(20.0))
+    bench.command(0x0F)
+    bench.sync(1000)
+    assert bench.emergencies() == [code]

@@ -20,7 +20,7 @@ def stream(setpoints: NDArray[np.float64], kind: Interpolation) -> NDArray[np.fl
     rows = []
     for setpoint in setpoints:
         demand = np.zeros((PERIODS, 4))
-        interpolator.cycle(float(setpoint), kind, demand)
+        interpolator.cycle(float(setpoint), kind, demand, PERIODS)
         rows.append(demand[:, :2])
     return np.concatenate(rows)
 

@@ -34,6 +34,7 @@ def test_velocity_stops_at_the_software_limit(profile: str, sign: int) -> None:
     assert sign * bench.read(0x6064) / bench.units(1.0) == pytest.approx(6.0, abs=0.7)
     assert int(bench.read(0x6041)) & LIMIT
     assert abs(bench.joint_velocity) < 1e-3
+    assert not int(bench.read(0x6041)) & REACHED  # CiA 402-2, mode 3, bit 10: 60FFh is not reached
     bench.write(0x60FF, -sign * bench.units(SPEED))
     bench.sync(100)
     assert sign * bench.joint_velocity < 0.0
@@ -81,6 +82,7 @@ def test_speed_limits(index: int, value: float | None, expected: float) -> None:
     bench.sync(300)
     assert bench.read(0x606B) == pytest.approx(bench.units(expected), abs=2)
     assert int(bench.read(0x6041)) & LIMIT
+    assert not int(bench.read(0x6041)) & REACHED
 
 
 def test_max_acceleration() -> None:
@@ -96,7 +98,8 @@ def test_max_acceleration() -> None:
 def test_torque_limits_of_each_direction(index: int, sign: int, other: int) -> None:
     """60E0h bounds torque forwards, 60E1h backwards; 6072h both."""
     bench = DriveBench()
-    bench.write(0x6083, bench.units(1e4))
+    for ramp in (0x6083, 0x6084):
+        bench.write(ramp, bench.units(1e4))
     bench.write(index, 120)
     bench.write(other, 300)
     bench.enable(PROFILE_VELOCITY)

@@ -94,6 +94,60 @@ def test_without_an_edge_of_bit_4_there_is_no_new_set_point() -> None:
     assert demand(bench) == pytest.approx(5.0, abs=1e-5)
 
 
+@pytest.mark.parametrize("cycle", [1000, 10_000])
+def test_an_edge_before_the_first_cycle_is_a_new_set_point(cycle: int) -> None:
+    """CiA 402-2, 'Profile position mode': bit 4 rises after 0237h has been read, though no cycle has passed since 000Fh."""
+    bench = DriveBench("scara", "rotate")
+    for index, value in ((0x6081, SPEED), (0x6083, UP), (0x6084, DOWN)):
+        bench.write(index, bench.units(value))
+    bench.write(0x1006, cycle)
+    bench.write(0x6060, POSITION_MODE)
+    bench.command(0x06, 0x07)
+    bench.write(0x6040, ENABLE)
+    assert status(bench) & 0x6F == 0x27
+    bench.write(0x607A, bench.units(2.0))
+    bench.write(0x6040, ENABLE | NEW)
+    bench.sync()
+    assert status(bench) & ACKNOWLEDGED
+    bench.sync(round(2_000_000 / cycle))
+    assert bench.read(0x6064) == pytest.approx(bench.units(2.0), rel=0.01)
+
+
+def test_an_edge_right_after_a_change_of_mode_is_a_new_set_point() -> None:
+    """From mode 3, enabled: 6060h = 1 and the edge of bit 4 between two SYNCs."""
+    bench = DriveBench("scara", "rotate")
+    for index, value in ((0x6081, SPEED), (0x6083, UP), (0x6084, DOWN)):
+        bench.write(index, bench.units(value))
+    bench.enable(3)
+    bench.write(0x6060, POSITION_MODE)
+    bench.write(0x607A, bench.units(2.0))
+    bench.write(0x6040, ENABLE | NEW)
+    bench.sync()
+    assert status(bench) & ACKNOWLEDGED
+
+
+def test_a_pulse_before_the_first_cycle_is_a_new_set_point() -> None:
+    bench = DriveBench("scara", "rotate")
+    for index, value in ((0x6081, SPEED), (0x6083, UP), (0x6084, DOWN)):
+        bench.write(index, bench.units(value))
+    bench.write(0x6060, POSITION_MODE)
+    bench.command(0x06, 0x07)
+    bench.write(0x607A, bench.units(2.0))
+    for controlword in (ENABLE, ENABLE | NEW, ENABLE):
+        bench.write(0x6040, controlword)
+    bench.sync(2000)
+    assert bench.read(0x6064) == pytest.approx(bench.units(2.0), rel=0.01)
+
+
+def test_bit_4_that_was_set_when_operation_was_enabled_is_no_edge() -> None:
+    bench = DriveBench("scara", "rotate")
+    bench.write(0x6081, bench.units(SPEED))
+    bench.write(0x607A, bench.units(2.0))
+    bench.write(0x6060, POSITION_MODE)
+    bench.command(0x06, 0x07, ENABLE | NEW, ENABLE | NEW)
+    assert not status(bench) & ACKNOWLEDGED
+
+
 def test_change_immediately() -> None:
     """Bit 5: the new target replaces the one in progress, without a stop where the way goes on."""
     bench = position_bench()

@@ -30,6 +30,7 @@ def test_torque_goes_by_its_slope() -> None:
 
 def test_torque_accelerates_the_stage() -> None:
     bench = DriveBench()
+    bench.write(0x6087, 0)
     bench.enable(TORQUE)
     bench.write(0x6071, 150)
     bench.sync(20)
@@ -88,3 +89,17 @@ def test_halt_by_the_quick_stop_ramp_slows_the_axis_down() -> None:
     bench.sync(round(speed / 200.0 / CYCLE) + 80)
     assert abs(bench.joint_velocity) < 1e-4
     assert bench.state is State.OPERATION_ENABLED
+
+
+def test_a_torque_that_a_limit_cuts_is_not_reached() -> None:
+    """CiA 402-2, 'Profile torque mode', bit 10: 6072h = 10 % where 6071h asks for 15 %."""
+    bench = DriveBench()
+    bench.write(0x6072, 100)
+    bench.write(0x6087, 0)
+    bench.enable(TORQUE)
+    bench.write(0x6071, 150)
+    bench.sync(5)
+    assert int(bench.read(0x6041)) & (1 << 10 | 1 << 11) == 1 << 11
+    bench.write(0x6071, 50)
+    bench.sync(5)
+    assert int(bench.read(0x6041)) & (1 << 10 | 1 << 11) == 1 << 10

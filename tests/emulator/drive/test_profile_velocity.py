@@ -59,6 +59,8 @@ def test_speed_is_limited_by_607f() -> None:
 
 def test_an_acceleration_of_zero_is_no_limit() -> None:
     bench = DriveBench()
+    for ramp in (0x6083, 0x6084):
+        bench.write(ramp, 0)
     bench.enable(PROFILE_VELOCITY)
     for target in (SPEED, -SPEED, 0.0):
         bench.write(0x60FF, bench.units(target))

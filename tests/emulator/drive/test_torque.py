@@ -74,7 +74,8 @@ def test_max_current_limits(rated_current: int, max_current: int) -> None:
     bench = DriveBench()
     bench.write(0x6075, rated_current)
     bench.write(0x6073, max_current)
-    bench.write(0x6083, bench.units(1e4))
+    for ramp in (0x6083, 0x6084):
+        bench.write(ramp, bench.units(1e4))
     bench.enable(PROFILE_VELOCITY)
     for sign in (1, -1):
         bench.write(0x60FF, sign * bench.units(100.0))

@@ -65,3 +65,14 @@ def test_dryve_d1_moves_with_the_commissioned_gains() -> None:
     reference = DriveBench(profile="cia402-full")
     for field in ("position_gain", "velocity_gain", "integral_rate", "velocity_feedforward", "velocity_filter"):
         assert bench.drive.axis.servo.parameters[field] == pytest.approx(reference.drive.axis.servo.parameters[field])
+
+
+def test_a_pulse_before_the_first_cycle_is_seen() -> None:
+    """Operation is enabled and bit 4 pulsed within a cycle, as by SDO at a SYNC of 10 ms."""
+    bench = DriveBench(profile="dryve_d1")
+    bench.write(0x6060, HOMING)
+    bench.command(0x06, 0x07)
+    for controlword in (ENABLE, START, ENABLE):
+        bench.write(0x6040, controlword)
+    bench.sync(50)
+    assert bench.joint_velocity < 0.0

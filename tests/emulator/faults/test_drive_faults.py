@@ -177,3 +177,20 @@ def test_an_encoder_glitch_kicks_an_axis_whose_loops_are_closed() -> None:
     bench.sync(100)
     assert bench.speed(ROTATE) == pytest.approx(0.5, rel=0.02)
     assert bench.state(ROTATE) == ENABLED
+
+
+@pytest.mark.parametrize("probe", [1, 2])
+def test_a_touch_probe_is_touched(probe: int) -> None:
+    """CiA 402-2, 60B8h to 60BDh: both edges are latched where the axis stands, and 60FDh shows the input (bits 16, 17)."""
+    bench = FaultBench("cia402-full")
+    shift = 8 * (probe - 1)
+    bench.virtual.drives[ROTATE - 1].dictionary.find(0x60B8, 0).write(0x31 << shift)
+    bench.sync(2)
+    fault = bench.strike("probe_input", node=ROTATE, probe=probe)
+    bench.sync(2)
+    assert bench.read(ROTATE, 0x60FD) >> 16 & 3 == probe
+    assert bench.read(ROTATE, 0x60B9) == 0x03 << shift
+    fault.end(bench.virtual)
+    bench.sync(2)
+    assert bench.read(ROTATE, 0x60FD) >> 16 & 3 == 0
+    assert bench.read(ROTATE, 0x60B9) == 0x07 << shift

@@ -20,11 +20,12 @@ from emulator.faults.sto import Sto
 EVERY = [
     *("bus_off", "drive_fault", "encoder_glitch", "encoder_loss", "frames_corrupted", "frames_doubled", "frames_late"),
     *("frames_lost", "friction_rise", "heartbeat_lost", "jam", "limit_switch", "node_changes_id", "node_dies", "node_resets"),
-    *("payload", "power_cycle", "sdo_refused", "sdo_silent", "sto", "undervoltage"),
+    *("payload", "power_cycle", "probe_input", "sdo_refused", "sdo_silent", "sto", "undervoltage"),
 ]
 DOCS = Path(__file__).parents[3] / "docs" / "faults.md"
 INSTANT = {"drive_fault", "encoder_glitch", "node_changes_id", "node_dies", "node_resets", "power_cycle"}
-VALUES = {"new_id": 40, "index": 0x607F, "increments": 100, "side": "negative", "code": 0x4210, "mass": 0.1, "torque": 0.1}
+VALUES = {"probe": 1, "new_id": 40, "index": 0x607F, "increments": 100, "side": "negative", "code": 0x4210, "mass": 0.1}
+VALUES |= {"torque": 0.1}
 
 
 def test_every_fault_is_a_file_of_its_name() -> None:

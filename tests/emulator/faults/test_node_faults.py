@@ -158,8 +158,8 @@ def test_a_power_cycle_keeps_what_is_stored_and_nothing_else(tmp_path: Path) -> 
     bench.write(ROTATE, 0x6083, 1234)
     bench.send(0x600 + ROTATE, bytes.fromhex("23 10 10 01 73 61 76 65"))
     assert bench.take(0x580 + ROTATE) == [bytes.fromhex("60 10 10 01 00 00 00 00")]
+    before = bench.read(ROTATE, 0x6084)
     bench.write(ROTATE, 0x6084, 777)
-    before = bench.read(STRETCH, 0x6084)
     bench.strike("power_cycle", off=0)
     assert bench.read(ROTATE, 0x6083) == 1234
     assert bench.read(ROTATE, 0x6084) == before

@@ -90,6 +90,29 @@ def test_more_clients_than_places(caplog: pytest.LogCaptureFixture) -> None:
     assert "more than 32 connections" in caplog.text
 
 
+def test_of_forty_connections_that_come_at_once_thirty_two_are_served(caplog: pytest.LogCaptureFixture) -> None:
+    """They are open before the first is looked at; only the newest are closed."""
+    caplog.set_level(logging.WARNING)
+
+    def talk(port: int) -> None:
+        connections = [socket.create_connection(("127.0.0.1", port), timeout=30) for _ in range(MOST_CONNECTIONS + 8)]
+        served = []
+        for number, connection in enumerate(connections):
+            with suppress(ConnectionError):
+                connection.sendall(HEADER.pack(number, 0, 6, 1) + READ_STATUSWORD)
+        for connection in connections:
+            with suppress(ConnectionError):
+                served.append(bool(connection.recv(64)))
+                continue
+            served.append(False)
+        assert served == [True] * MOST_CONNECTIONS + [False] * 8
+        for connection in connections:
+            connection.close()
+
+    Bench().while_served(talk)
+    assert caplog.text.count("more than 32 connections") == 8
+
+
 def test_closing_ends_the_connections_and_frees_the_port() -> None:
     bench = Bench()
     with serve_modbus(bench.virtual, "127.0.0.1:0", None) as (name,):
