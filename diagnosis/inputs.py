@@ -18,7 +18,7 @@ from diagnosis.simulation import motors_of
 from drivetwin.errors import UserError
 from drivetwin.files import sha256
 from drivetwin.motion.inverse_dynamics import read_mjcf
-from drivetwin.recording.reader import SIGNALS, check_joints, find_recordings, read_recording
+from drivetwin.recording.reader import SIGNALS, check_joints, check_torque, find_recordings, read_recording
 from drivetwin.recording.recording import Recording
 
 logger = logging.getLogger(__name__)
@@ -48,7 +48,7 @@ def read_inputs(
 ) -> Inputs:
     """Read the model's recordings; a folder of recordings counts as all of them.
 
-    Raises UserError where the model is no MJCF, a recording breaks the contract recording/1, an axis has no hinge or slide
+    Raises UserError where the model is no MJCF, a recording breaks the contract of recordings, an axis has no hinge or slide
     joint with a motor, recordings are of other axes than the first, one is given twice, `cutoff_hz` [Hz] fits none of them, or
     they are too short or too still to answer.
     """
@@ -144,6 +144,7 @@ def _check_axes(path: Path, model: mujoco.MjModel, recording: Recording) -> None
     joints = {model.joint(index).name: index for index in range(model.njnt)}
     where = recording.files[0] if recording.files else recording.name
     check_joints(recording, joints)
+    check_torque(recording, "drivetwin diagnose")
     for axis, info in recording.info.axes.items():
         joint = joints[info.joint]
         if int(model.jnt_type[joint]) not in _ONE_DEGREE:

@@ -16,7 +16,7 @@ from controller.identification import AxisIdentification, Identification, Settin
 from controller.identification.wording import LABELS, number
 from drivetwin.errors import UserError
 from drivetwin.files import new_directory, refuse_to_replace
-from drivetwin.recording.reader import check_joints, find_recordings, read_recording
+from drivetwin.recording.reader import check_joints, check_torque, find_recordings, read_recording
 from drivetwin.recording.recording import Recording
 
 
@@ -95,6 +95,7 @@ def _read(paths: Iterable[Path], joints: tuple[str, ...], allow_gaps: bool) -> l
     ]
     for recording in read:
         check_joints(recording, joints)
+        check_torque(recording, "drivetwin fit")
     return read
 
 

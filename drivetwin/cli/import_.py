@@ -103,7 +103,7 @@ def _derived(recording: Recording, column: str) -> str:
 
 
 def _unit(column: str, entry: AxisMap) -> str:
-    slide = entry.joint_type == "slide"
+    slide, column = entry.joint_type == "slide", column.removeprefix("joint_")
     if column.startswith("torque"):
         return "N" if slide else "N·m"
     if column.startswith("position"):

@@ -12,6 +12,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    FiniteFloat,
     PositiveFloat,
     PositiveInt,
     ValidationError,
@@ -21,11 +22,12 @@ from pydantic import (
 
 from drivetwin.errors import UserError
 from drivetwin.recording.checks import check_required
-from drivetwin.recording.recording import COLUMNS, DriveLoops
+from drivetwin.recording.recording import COLUMNS, DriveLoops, Positive, StartTime
 from drivetwin.recording.units import Kind, canonical, quantity, unit_for
 
 Torque = Annotated[PositiveFloat, BeforeValidator(lambda value: quantity(value, (Kind.TORQUE, Kind.FORCE)))]
 Travel = Annotated[PositiveFloat, BeforeValidator(lambda value: quantity(value, (Kind.ANGLE, Kind.LENGTH)))]
+Delay = Annotated[FiniteFloat, BeforeValidator(lambda value: quantity(value, (Kind.TIME,)))]
 Period = Annotated[PositiveFloat, BeforeValidator(lambda value: quantity(value, (Kind.TIME,)))]
 
 
@@ -91,7 +93,10 @@ class AxisMap(_Strict):
     torque_constant: float | None = None
     force_constant: float | None = None
     torque_resolution: Torque | None = None
+    torque_bandwidth_hz: Positive | None = None
+    torque_delay: Delay | None = None
     position_resolution: Travel | None = None
+    position_relative: bool = False
     encoder_increments: PositiveFloat | None = None
     user_units_per_motor_turn: PositiveFloat | None = None
     gear_ratio: PositiveFloat | None = None
@@ -117,7 +122,10 @@ class AxisMap(_Strict):
         try:
             check_required("the map", "this axis", (name for name, column in columns.items() if not column.optional))
         except UserError:
-            raise ValueError("an axis needs torque, and position or velocity, none of them `optional`") from None
+            raise ValueError(
+                "an axis needs torque, and position or velocity; without torque it needs position and position_demand; "
+                "none of them `optional`"
+            ) from None
         return columns
 
     def joint_rated_torque(self) -> float | None:
@@ -171,6 +179,7 @@ class ImportMap(_Strict):
     machine: str
     format: Literal["csv", "matlab", "bus"] | None = None
     time: TimeMap | None = None
+    start_time: StartTime = None
     csv: CsvLayout = CsvLayout()
     bus: BusLayout = BusLayout()
     resample: Period | None = None

@@ -18,7 +18,7 @@ from drivetwin.recording.checks import TOLERANCE, check_finite, check_lengths, g
 from drivetwin.recording.csv_table import read_csv_table
 from drivetwin.recording.import_map import AxisMap, ColumnMap, ImportMap, TimeMap
 from drivetwin.recording.matlab_table import read_matlab
-from drivetwin.recording.recording import COLUMNS, ONE_OF, REQUIRED, AxisInfo, Recording, RecordingInfo, Samples
+from drivetwin.recording.recording import COLUMNS, AxisInfo, Recording, RecordingInfo, Samples, needed
 from drivetwin.recording.table import Table
 from drivetwin.recording.to_joint import to_joint_side
 from drivetwin.recording.units import unit_for
@@ -189,9 +189,8 @@ def _bus_column(file: Path, axis: str, name: str, raw: Samples, entry: AxisMap) 
 def _check_finite(file: Path, time: Samples, columns: Columns) -> None:
     check_finite(str(file), "time", time, time)
     for axis, named in columns.items():
-        for name in (*REQUIRED, *ONE_OF):
-            if name in named:
-                check_finite(str(file), f"{axis}.{name}", named[name], time)
+        for name in needed(named):
+            check_finite(str(file), f"{axis}.{name}", named[name], time)
 
 
 def _period(time: Samples) -> float:
@@ -264,6 +263,7 @@ def _info(import_map: ImportMap, signals: _Signals, period: float, derived: list
     payload: dict[str, Any] = {
         "machine": import_map.machine,
         "sample_period": period,
+        "start_time": import_map.start_time,
         "derived": derived,
         "axes": {axis: _axis_info(axis, entry) for axis, entry in signals.axes.items()},
     }
@@ -276,7 +276,10 @@ def _axis_info(axis: str, entry: AxisMap) -> AxisInfo:
         "actuator": entry.actuator,
         "rated_torque": entry.joint_rated_torque(),
         "torque_resolution": entry.torque_resolution,
+        "torque_bandwidth_hz": entry.torque_bandwidth_hz,
+        "torque_delay": entry.torque_delay,
         "position_resolution": entry.position_resolution,
+        "position_relative": entry.position_relative or None,
         "gear_ratio": entry.gear_ratio,
         "drive": entry.drive,
     }

@@ -125,6 +125,9 @@ ALLOWED: dict[str, tuple[Kind, ...]] = {
     "velocity": _VELOCITY,
     "velocity_demand": _VELOCITY,
     "velocity_offset": _VELOCITY,
+    "joint_position": _POSITION,
+    "joint_velocity": _VELOCITY,
+    "joint_torque": _TORQUE,
     "temperature": (Kind.TEMPERATURE,),
 }
 

@@ -288,3 +288,20 @@ def test_a_map_that_is_no_map(tmp_path: Path) -> None:
     file.write_text("hello\n")
     with pytest.raises(UserError, match="expected the keys machine, time and axes"):
         read_map(file)
+
+
+def test_a_table_without_torque_and_with_a_sensor_at_the_joint(tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    file.write_text("t,q,w,s\n0,1,2,90\n1,2,3,180\n2,3,4,270\n")
+    table = {"position": {"column": "q", "unit": "rad"}, "position_demand": {"column": "w", "unit": "rad"}}
+    table["joint_position"] = {"column": "s", "unit": "deg"}
+    axis = {"columns": table, "position_relative": True, "torque_delay": "0.5 ms"}
+    recording = import_recording(file, mapped(axes={"x": axis}, start_time="2026-11-23T08:15:00Z"))
+    assert list(recording.columns["x"]) == ["position", "position_demand", "joint_position"]
+    np.testing.assert_allclose(recording.columns["x"]["joint_position"], np.pi / 2 * np.array([1.0, 2.0, 3.0]))
+    assert recording.info.axes["x"].position_relative
+    assert recording.info.axes["x"].torque_delay == 0.0005
+    assert recording.info.start_time is not None
+    del table["position_demand"]
+    with pytest.raises(ValueError, match="without torque it needs position and position_demand"):
+        mapped(axes={"x": {"columns": table}})
