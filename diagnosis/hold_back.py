@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.motion_check import least_samples, too_still
-from drivetwin.motion.axis_motion import measured_position
+from diagnosis.motion_check import too_still
+from drivetwin.motion.axis_motion import least_samples, measured_position
 from drivetwin.recording.recording import Recording
 
 HELD_BACK = 0.25

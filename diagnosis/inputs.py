@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,15 +12,14 @@ from xml.etree import ElementTree
 import mujoco
 
 from diagnosis.hold_back import hold_back
-from diagnosis.motion_check import least_samples, too_still
+from diagnosis.motion_check import too_still
 from diagnosis.simulation import motors_of
 from drivetwin.errors import UserError
 from drivetwin.files import sha256
 from drivetwin.motion.inverse_dynamics import read_mjcf
-from drivetwin.recording.reader import SIGNALS, check_joints, check_torque, find_recordings, read_recording
+from drivetwin.motion.pieces import read_pieces
+from drivetwin.recording.reader import SIGNALS, check_joints, check_torque, find_recordings
 from drivetwin.recording.recording import Recording
-
-logger = logging.getLogger(__name__)
 
 LOWEST_CUTOFF = 1.0
 """Below it [Hz] the filter takes the motion away."""
@@ -57,7 +55,7 @@ def read_inputs(
         raise UserError(f"--cutoff {cutoff_hz:g}: expected a frequency of {LOWEST_CUTOFF:g} Hz or more")
     mujoco_model = _mjcf(model)
     fitted, held = (
-        tuple(each for folder in _folders(paths) for each in _pieces(folder, cutoff_hz, allow_gaps))
+        tuple(each for folder in _folders(paths) for each in read_pieces(folder, cutoff_hz, allow_gaps=allow_gaps))
         for paths in (training, validation)
     )
     for recording in (*fitted, *held):
@@ -93,22 +91,6 @@ def without_position(recordings: Sequence[Recording]) -> frozenset[str]:
 
 def _folders(paths: Sequence[Path]) -> list[Path]:
     return [folder for path in paths for folder in find_recordings(path)]
-
-
-def _pieces(folder: Path, cutoff_hz: float, allow_gaps: bool) -> list[Recording]:
-    """The recording, or its pieces between gaps that are long enough for the filter."""
-    pieces = read_recording(folder, allow_gaps=allow_gaps)
-    long = [piece for piece in pieces if len(piece.time) >= least_samples(piece.info.sample_period, cutoff_hz)]
-    if len(pieces) == 1:
-        return pieces
-    if not long:
-        raise UserError(
-            f"{folder}: none of its {len(pieces)} pieces between gaps is long enough for the filter: record again without "
-            "losing samples, or raise the cut-off with --cutoff"
-        )
-    if len(long) < len(pieces):
-        logger.warning("%s: %d short pieces between gaps are left out", folder, len(pieces) - len(long))
-    return long
 
 
 def _refuse_twice(training: Sequence[Path], validation: Sequence[Path]) -> None:

@@ -8,8 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.result import Array
-from drivetwin.motion.axis_motion import AxisMotion, measured_position, select, standstill_velocity, velocity_noise
-from drivetwin.motion.filtering import derivative, effective_cutoff, reach, zero_phase
+from drivetwin.motion.axis_motion import (
+    AxisMotion,
+    least_samples,
+    measured_position,
+    select,
+    standstill_velocity,
+    velocity_noise,
+)
+from drivetwin.motion.filtering import derivative, effective_cutoff, zero_phase
 from drivetwin.recording.recording import Recording
 
 LEAST_TO_FIT = 2.0
@@ -71,11 +78,6 @@ def _message(recordings: Sequence[Recording], axis: str, moved: _Moved, missing:
         f"{subject} moves {moved.moving:.2f} s of {moved.seconds:.3g} s; missing: {', '.join(missing)}. Record strokes to and "
         "fro at several speeds, slow ones and reversals among them, or take the axis out of recording.json"
     )
-
-
-def least_samples(period: float, cutoff_hz: float) -> int:
-    """Samples that the filter needs, for there to be some that its ends do not reach."""
-    return 8 * reach(period, effective_cutoff(period, cutoff_hz))
 
 
 def _too_short(recording: Recording, cutoff_hz: float) -> str | None:
