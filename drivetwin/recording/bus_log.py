@@ -13,13 +13,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import can
 import numpy as np
 
 from drive_profiles.eds_reader import parse_number, read_eds
 from drivetwin.errors import UserError
 from drivetwin.recording.checks import GAP_FACTOR, TOLERANCE
 from drivetwin.recording.import_map import AxisMap, BusLayout, ColumnMap, ImportMap, ObjectKey
+from drivetwin.recording.in_child import UnreadableError, read_in_child
 from drivetwin.recording.recording import Samples
 
 LOG_SUFFIXES = (".log", ".asc", ".blf", ".trc")
@@ -220,29 +220,40 @@ def _from_eds(file: Path | None, node_id: int) -> Node:
     return node
 
 
-def _messages(file: Path, layout: BusLayout) -> Iterator[can.Message]:
+@dataclass(frozen=True)
+class _Frame:
+    """A data frame: `time` [s], 11-bit `identifier`, and its bytes."""
+
+    time: float
+    identifier: int
+    data: bytes
+
+
+def _frames(file: Path, layout: BusLayout) -> Iterator[_Frame]:
     """The log's data frames with 11-bit identifiers, of one channel where the map names it."""
     try:
-        with can.LogReader(str(file)) as reader:
-            for message in reader:
-                if message.is_error_frame or message.is_remote_frame or message.is_extended_id:
-                    continue
-                if layout.channel is None or str(message.channel) == str(layout.channel):
-                    yield message
+        log = read_in_child("bus", file)
     except FileNotFoundError:
         raise UserError(f"{file} does not exist; give the bus log to import") from None
-    except (OSError, ValueError, IndexError, struct.error) as error:
+    except (OSError, UnreadableError) as error:
         raise UserError(
             f"{file} cannot be read as a bus log: {error}; candump logs are written with `candump -L` (or -l), "
             "others as .asc, .blf or .trc"
         ) from error
+    names, data = log["channels"].tolist(), log["data"].tobytes()
+    channel = None if layout.channel is None else names.index(str(layout.channel)) if str(layout.channel) in names else -1
+    end = 0
+    for time, identifier, length, on in zip(*(log[name] for name in ("time", "identifier", "length", "channel")), strict=True):
+        end += int(length)
+        if channel is None or on == channel:
+            yield _Frame(float(time), int(identifier), data[end - int(length) : end])
 
 
 def _follow(file: Path, layout: BusLayout, nodes: list[Node], signals: list[_Signal]) -> list[float]:
     """Walk through the log; the time stamps of the SYNCs. Fills `signals` and what the SDO transfers say of `nodes`."""
     follower = _Follower(nodes, signals, layout.sync_id)
-    for message in _messages(file, layout):
-        follower.take(message)
+    for frame in _frames(file, layout):
+        follower.take(frame)
     if len(follower.syncs) < 2:
         raise UserError(
             f"{file}: {len(follower.syncs)} SYNC frames (identifier {layout.sync_id:X}h); the rows of a recording are "
@@ -262,10 +273,10 @@ class _Follower:
         self._decoders: dict[int, list[Callable[[bytes, int], None]]] = {}
         self._map()
 
-    def take(self, message: can.Message) -> None:
-        identifier, data = message.arbitration_id, bytes(message.data)
+    def take(self, frame: _Frame) -> None:
+        identifier, data = frame.identifier, frame.data
         if identifier == self._sync_id:
-            self.syncs.append(message.timestamp)
+            self.syncs.append(frame.time)
         elif identifier & ~0x7F in (0x580, 0x600) and identifier & 0x7F in self._nodes:
             if _follow_sdo(self._nodes[identifier & 0x7F], data, from_server=identifier < 0x600):
                 self._map()
