@@ -232,7 +232,7 @@ def _is_units(row: Row) -> bool:
 
 def _bracketed(name: str) -> str | None:
     """The unit in `Speed [rpm]` or `Speed (rpm)`, None where there is none."""
-    match = re.search(r"[\[(]([^\])]+)[\])]\s*$", name)
+    match = re.search(r"[\[(]([^\[\]()]+)[\])]$", name.rstrip())
     return match[1] if match and canonical(match[1]) else None
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 import yaml
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -24,6 +25,7 @@ from drivetwin.errors import UserError
 from drivetwin.recording.checks import check_required
 from drivetwin.recording.recording import COLUMNS, DriveLoops, Positive, StartTime
 from drivetwin.recording.units import Kind, canonical, quantity, unit_for
+from drivetwin.text_files import parse_yaml
 
 Torque = Annotated[PositiveFloat, BeforeValidator(lambda value: quantity(value, (Kind.TORQUE, Kind.FORCE)))]
 Travel = Annotated[PositiveFloat, BeforeValidator(lambda value: quantity(value, (Kind.ANGLE, Kind.LENGTH)))]
@@ -151,10 +153,21 @@ class TimeMap(_Strict):
         return self
 
 
+_DELIMITER_NAMES = ("tab", "\\t", "whitespace", " ")
+
+
+def _delimiter(text: str) -> str:
+    """One character that is no part of a number or a quotation, or the name of one; raises ValueError otherwise."""
+    character = len(text) == 1 and not text.isalnum() and text not in "\"'.+-" and (text.isprintable() or text == "\t")
+    if not character and text not in _DELIMITER_NAMES:
+        raise ValueError(f"{text!r:.40} is no delimiter; give one character, such as ; or |, or tab, or whitespace")
+    return text
+
+
 class CsvLayout(_Strict):
     """How a text table is laid out; what is left out is found in the file. Rows are lines, counted from 1."""
 
-    delimiter: Annotated[str, Field(min_length=1, max_length=10)] | None = None
+    delimiter: Annotated[str, AfterValidator(_delimiter)] | None = None
     decimal: Literal[".", ","] | None = None
     encoding: str | None = None
     comment: str | None = None
@@ -196,7 +209,7 @@ class ImportMap(_Strict):
 def read_map(path: Path) -> ImportMap:
     """Read MAP.yaml; raises UserError naming the file and the key (or line) that is wrong and what is possible."""
     try:
-        payload = yaml.safe_load(path.read_text(encoding="utf-8-sig"))
+        payload = parse_yaml(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise UserError(f"{path} does not exist; --map names the YAML file that says which column is what") from None
     except (OSError, UnicodeDecodeError) as error:

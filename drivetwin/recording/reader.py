@@ -25,6 +25,7 @@ from drivetwin.recording.checks import (
     refuse_gap,
 )
 from drivetwin.recording.recording import FIRST_SCHEMA, SCHEMA, Recording, RecordingInfo, Samples, needed
+from drivetwin.text_files import parse_json
 
 __all__ = ["check_joints", "check_torque", "find_recordings", "read_recording"]
 
@@ -98,7 +99,7 @@ def _read_info(file: Path) -> RecordingInfo:
 
 def _read_json(file: Path) -> dict[str, Any]:
     try:
-        payload = json.loads(file.read_text(encoding="utf-8"))
+        payload = parse_json(file.read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):
         raise UserError(
             f"{file} does not exist; a recording is a folder with {INFO} and {SIGNALS[0]} or {SIGNALS[1]}"
@@ -126,7 +127,7 @@ def _signals_file(path: Path) -> Path:
 def _read_parquet(file: Path) -> dict[str, Samples]:
     try:
         table = pq.read_table(file)
-    except (OSError, pa.ArrowException) as error:
+    except (OSError, pa.ArrowException, UnicodeDecodeError) as error:
         raise UserError(f"{file} cannot be read as Parquet: {error}; record or import it again") from error
     return {name: _from_arrow(file, name, table.column(name)) for name in table.column_names}
 

@@ -281,3 +281,14 @@ def test_a_type_of_canfestivals_editor(tmp_path: Path) -> None:
         "[2F00]\nParameterName=a\nDataType=0x00A0\nAccessType=rw\nDefaultValue=3\n"
     )
     assert read(tmp_path, added(objects))[0x2F00, 0].data_type is DataType.U8
+
+
+@pytest.mark.parametrize("number", ["9" * 5000, "0x" + "f" * 5000, "$NODEID+" + "1" * 5000])
+def test_a_number_that_no_device_has_is_none(number: str) -> None:
+    assert parse_number(number) is None
+
+
+def test_a_section_name_that_never_ends(tmp_path: Path) -> None:
+    file = tmp_path / "drive.eds"
+    file.write_text("[FileInfo]\n[" + " " * 100_000 + "x\n[ 1000 ]\nDataType=7\n")
+    assert [entry.index for entry in read_eds(file).objects] == [0x1000]

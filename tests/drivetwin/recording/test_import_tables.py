@@ -305,3 +305,16 @@ def test_a_table_without_torque_and_with_a_sensor_at_the_joint(tmp_path: Path) -
     del table["position_demand"]
     with pytest.raises(ValueError, match="without torque it needs position and position_demand"):
         mapped(axes={"x": {"columns": table}})
+
+
+@pytest.mark.parametrize("delimiter", ["ab", "", "\n", '"', "1", ".", "\0"])
+def test_what_is_no_delimiter(delimiter: str) -> None:
+    with pytest.raises(ValueError, match="is no delimiter; give one character"):
+        CsvLayout(delimiter=delimiter)
+
+
+@pytest.mark.parametrize("name", ["[" * 100_000, "M [" + " " * 100_000 + "x", "(" * 50_000 + "rpm]"])
+def test_a_heading_of_brackets(name: str, tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    file.write_text(f"t;{name}\n0;1\n1;2\n")
+    assert [column.unit for column in read_csv_table(file, CsvLayout()).columns] in ([None, None], [None, "rpm"])
