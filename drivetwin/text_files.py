@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-LONGEST_NUMBER = 400
+LONGEST_NUMBER = 1000
 """Characters; a number beyond it is none that is meant, and Python refuses to print it."""
 
 MOST_VALUES = 1_000_000

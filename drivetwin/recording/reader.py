@@ -127,9 +127,10 @@ def _signals_file(path: Path) -> Path:
 def _read_parquet(file: Path) -> dict[str, Samples]:
     try:
         table = pq.read_table(file)
+        names = table.column_names
     except (OSError, pa.ArrowException, UnicodeDecodeError) as error:
         raise UserError(f"{file} cannot be read as Parquet: {error}; record or import it again") from error
-    return {name: _from_arrow(file, name, table.column(name)) for name in table.column_names}
+    return {name: _from_arrow(file, name, table.column(name)) for name in names}
 
 
 def _from_arrow(file: Path, name: str, column: Any) -> Samples:
