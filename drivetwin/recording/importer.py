@@ -13,7 +13,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from drivetwin.errors import UserError
-from drivetwin.recording.bus_log import LOG_SUFFIXES, read_bus_log
+from drivetwin.recording.bus_log import LOG_SUFFIXES, BusSignals, read_bus_log
 from drivetwin.recording.checks import TOLERANCE, check_finite, check_lengths, gaps, refuse_gap
 from drivetwin.recording.csv_table import read_csv_table
 from drivetwin.recording.import_map import AxisMap, ColumnMap, ImportMap, TimeMap
@@ -171,19 +171,28 @@ def _bus_signals(file: Path, import_map: ImportMap) -> _Signals:
         logger.warning("%s: `time` is not used for a bus log, its rows are SYNC cycles", import_map.path)
     bus = read_bus_log(file, import_map)
     columns = {
-        axis: {name: _bus_column(file, axis, name, values, bus.axes[axis]) for name, values in named.items()}
+        axis: {name: _bus_column(file, axis, name, values, bus) for name, values in named.items()}
         for axis, named in bus.raw.items()
     }
     return _Signals(bus.time, columns, bus.axes, (file, import_map.path, *bus.files))
 
 
-def _bus_column(file: Path, axis: str, name: str, raw: Samples, entry: AxisMap) -> Samples:
+def _bus_column(file: Path, axis: str, name: str, raw: Samples, bus: BusSignals) -> Samples:
+    entry = bus.axes[axis]
     column = entry.columns[name]
     if column.unit is None:
         raise UserError(
             f"{file}: {axis}.{name}: an object has no unit of its own; give `unit:` in the map (inc, permille ...)"
         )
-    return to_joint_side(f"{file}: {axis}.{name}", name, raw, column, entry)
+    try:
+        return to_joint_side(f"{file}: {axis}.{name}", name, raw, column, entry)
+    except UserError as error:
+        if not bus.unconfirmed[axis]:
+            raise
+        raise UserError(
+            f"{error}; the EDS has only defaults of {', '.join(bus.unconfirmed[axis])}, which the log does not confirm, and "
+            "the drive may be set otherwise: give the constant in the map, the DCF as `eds`, or a log of reading the object"
+        ) from None
 
 
 def _check_finite(file: Path, time: Samples, columns: Columns) -> None:
