@@ -137,6 +137,10 @@ class AxisMap(_Strict):
         return self.motor_rated_torque * (self.gear_ratio or 1.0)
 
 
+ISO = "iso"
+"""Unit of a time column that holds dates and times."""
+
+
 class TimeMap(_Strict):
     """The time column, or the `period` of a file that has none."""
 
@@ -148,8 +152,8 @@ class TimeMap(_Strict):
     def _one_source(self) -> TimeMap:
         if (self.column is None) == (self.period is None):
             raise ValueError("give one of `column` (name or number) and `period` (seconds, where the file has no time)")
-        if self.unit is not None and canonical(self.unit) not in ("s", "ms", "us", "ns", "min"):
-            raise ValueError(f"{self.unit!r} is no unit for time; one of: s, ms, us, ns, min")
+        if self.unit not in (None, ISO) and canonical(self.unit or "") not in ("s", "ms", "us", "ns", "min"):
+            raise ValueError(f"{self.unit!r} is no unit for time; one of: s, ms, us, ns, min, {ISO}")
         return self
 
 
@@ -169,6 +173,7 @@ class CsvLayout(_Strict):
 
     delimiter: Annotated[str, AfterValidator(_delimiter)] | None = None
     decimal: Literal[".", ","] | None = None
+    thousands: Literal[",", ".", "'", " ", "_"] | None = None
     encoding: str | None = None
     comment: str | None = None
     header_row: Annotated[int, Field(ge=0)] | None = None

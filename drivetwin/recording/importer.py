@@ -5,7 +5,8 @@ from __future__ import annotations
 import logging
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,10 @@ from drivetwin.errors import UserError
 from drivetwin.recording.bus_log import LOG_SUFFIXES, BusSignals, read_bus_log
 from drivetwin.recording.checks import TOLERANCE, check_finite, check_lengths, gaps, refuse_gap
 from drivetwin.recording.csv_table import read_csv_table
-from drivetwin.recording.import_map import AxisMap, ColumnMap, ImportMap, TimeMap
+from drivetwin.recording.import_map import ISO, AxisMap, ColumnMap, ImportMap, TimeMap
 from drivetwin.recording.matlab_table import read_matlab
 from drivetwin.recording.recording import COLUMNS, AxisInfo, Recording, RecordingInfo, Samples, needed
-from drivetwin.recording.table import Table
+from drivetwin.recording.table import Column, Table
 from drivetwin.recording.to_joint import to_joint_side
 from drivetwin.recording.units import unit_for
 
@@ -32,12 +33,16 @@ Columns = dict[str, dict[str, Samples]]
 
 @dataclass(frozen=True)
 class _Signals:
-    """What a file holds: `time` (n,) [s], columns on the joint side, and the axes with all constants known."""
+    """What a file holds: `time` (n,) [s], columns on the joint side, and the axes with all constants known.
+
+    `start`: the date and time at which `time` is 0, where the file tells.
+    """
 
     time: Samples
     columns: Columns
     axes: dict[str, AxisMap]
     files: tuple[Path, ...]
+    start: datetime | None = None
 
 
 def import_recordings(
@@ -121,11 +126,11 @@ def _table_signals(file: Path, import_map: ImportMap) -> _Signals:
         }
         for axis, entry in import_map.axes.items()
     }
-    time = _table_time(table, import_map, columns)
+    time, start = _table_time(table, import_map, columns)
     flat = {f"{axis}.{name}": values for axis, named in columns.items() for name, values in named.items()}
     check_lengths(str(file), time, flat)
     _check_finite(file, time, columns)
-    return _Signals(time, columns, import_map.axes, (file, import_map.path))
+    return _Signals(time, columns, import_map.axes, (file, import_map.path), start)
 
 
 def _table_column(table: Table, axis: str, entry: AxisMap, name: str, column: ColumnMap) -> Samples | None:
@@ -143,7 +148,7 @@ def _table_column(table: Table, axis: str, entry: AxisMap, name: str, column: Co
     return to_joint_side(f"{table.file}: {where}", name, source.read(), column.model_copy(update={"unit": unit}), entry)
 
 
-def _table_time(table: Table, import_map: ImportMap, columns: Columns) -> Samples:
+def _table_time(table: Table, import_map: ImportMap, columns: Columns) -> tuple[Samples, datetime | None]:
     told = import_map.time
     if told is None:
         raise UserError(
@@ -151,12 +156,23 @@ def _table_time(table: Table, import_map: ImportMap, columns: Columns) -> Sample
         )
     if told.period is not None:
         length = max(len(values) for named in columns.values() for values in named.values())
-        return np.arange(length, dtype=np.float64) * told.period
-    return _time_column(table, told)
-
-
-def _time_column(table: Table, told: TimeMap) -> Samples:
+        return np.arange(length, dtype=np.float64) * told.period, None
     source = table.column(told.column if told.column is not None else 1, "time")
+    return _since_the_first(table, source) if told.unit == ISO else (_time_column(table, source, told), None)
+
+
+def _since_the_first(table: Table, source: Column) -> tuple[Samples, datetime]:
+    """Seconds since the first of a column's dates and times, and that one."""
+    if source.instants is None:
+        raise UserError(f"{table.file}: time: a MATLAB file holds numbers; give `unit: s` (ms, us) under time in the map")
+    instants = source.instants()
+    try:
+        return np.array([(each - instants[0]).total_seconds() for each in instants]), instants[0]
+    except TypeError:
+        raise UserError(f"{table.file}: time: some rows name their time zone and some do not; write all alike") from None
+
+
+def _time_column(table: Table, source: Column, told: TimeMap) -> Samples:
     unit = told.unit or source.unit
     if unit is None:
         raise UserError(f"{table.file}: the file names no unit for time; give `unit: s` (ms, us) under time in the map")
@@ -243,7 +259,7 @@ def _on_equal_steps(file: Path, signals: _Signals, import_map: ImportMap) -> _Si
         axis: {name: np.interp(grid, time, values) for name, values in named.items()}
         for axis, named in signals.columns.items()
     }
-    return _Signals(grid, columns, signals.axes, signals.files)
+    return replace(signals, time=grid, columns=columns)
 
 
 _BRIDGED = 4.0
@@ -272,7 +288,7 @@ def _info(import_map: ImportMap, signals: _Signals, period: float, derived: list
     payload: dict[str, Any] = {
         "machine": import_map.machine,
         "sample_period": period,
-        "start_time": import_map.start_time,
+        "start_time": signals.start if import_map.start_time is None else import_map.start_time,
         "derived": derived,
         "axes": {axis: _axis_info(axis, entry) for axis, entry in signals.axes.items()},
     }

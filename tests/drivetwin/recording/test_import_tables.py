@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -318,3 +319,52 @@ def test_a_heading_of_brackets(name: str, tmp_path: Path) -> None:
     file = tmp_path / "scope.csv"
     file.write_text(f"t;{name}\n0;1\n1;2\n")
     assert [column.unit for column in read_csv_table(file, CsvLayout()).columns] in ([None, None], [None, "rpm"])
+
+
+def test_dates_and_times(tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    rows = [f"2026-11-23 08:14:59.{998 + k};{k};{k}" for k in range(2)]
+    rows += [f"2026-11-23T08:15:00,00{k};{k};{k}" for k in range(3)]
+    file.write_text("\n".join(["t;M;n", *rows]) + "\n")
+    recording = import_recording(file, mapped(time={"column": "t", "unit": "iso"}))
+    np.testing.assert_allclose(recording.time, 1e-3 * np.arange(5), atol=1e-9)
+    assert recording.info.sample_period == 0.001
+    assert recording.info.start_time == datetime(2026, 11, 23, 8, 14, 59, 998000)
+    told = import_recording(file, mapped(time={"column": "t", "unit": "iso"}, start_time=12.0))
+    assert told.info.start_time == 12.0
+
+
+@pytest.mark.parametrize(
+    ("second", "message"),
+    [("8 o'clock", r"'t' row 3: .* is no ISO date and time"), ("2026-11-23T08:15:01Z", "some rows name their time zone")],
+)
+def test_dates_that_are_none(second: str, message: str, tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    file.write_text(f"t;M;n\n2026-11-23T08:15:00;1;1\n{second};2;2\n2026-11-23T08:15:02;3;3\n")
+    with pytest.raises(UserError, match=message):
+        import_recording(file, mapped(time={"column": "t", "unit": "iso"}))
+
+
+@pytest.mark.parametrize(
+    ("thousands", "decimal", "cells"),
+    [
+        ("'", ".", ["1'234'567.5", "-12'000", "3.25"]),
+        (".", ",", ["1.234.567,5", "-12.000", "3,25"]),
+        (",", ".", ["1,234,567.5", "-12,000", "3.25"]),
+        (" ", ",", ["1 234 567,5", "-12 000", "3,25"]),
+    ],
+)
+def test_groups_of_thousands(thousands: str, decimal: Any, cells: list[str], tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    file.write_text("\n".join(["t;M", *(f"{k};{cell}" for k, cell in enumerate(cells))]) + "\n")
+    layout = CsvLayout(thousands=thousands, decimal=decimal, delimiter=";")
+    assert columns(file, layout)["M"] == [1234567.5, -12000.0, 3.25]
+
+
+def test_groups_that_are_none(tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    file.write_text("t;M\n0;1'234\n1;12'34\n2;1'234\n")
+    with pytest.raises(UserError, match=r"\"12'34\" is not a number"):
+        columns(file, CsvLayout(thousands="'", delimiter=";", first_row=2))
+    with pytest.raises(UserError, match=r"csv\.decimal is csv\.delimiter or csv\.thousands"):
+        columns(file, CsvLayout(thousands=".", decimal="."))
