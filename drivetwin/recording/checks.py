@@ -74,7 +74,7 @@ def check_finite(where: str, column: str, values: Samples, time: Samples) -> Non
         at = f", time {time[index]:g} s" if np.isfinite(time[index]) else ""
         raise UserError(
             f"{where}: column {column} is {values[index]} at row {index + 1}{at}{more}; a required column needs a "
-            "finite number in every row: export it again, or cut the recording before it"
+            "finite number in every row: export it again, cut the recording before it, or import it with --repair"
         )
 
 
@@ -102,7 +102,7 @@ def _uneven_message(where: str, time: Samples, index: int, period: float, median
     if step <= 0:
         return (
             f"{where}: column time falls or stands still at row {row} ({time[index]:g} s, then {time[index + 1]:g} s); "
-            "time must rise in equal steps: sort the rows or take the repeated ones out"
+            "time must rise in equal steps: sort the rows, or take the repeated ones out (import --repair)"
         )
     if abs(median - period) > TOLERANCE * period:
         return (

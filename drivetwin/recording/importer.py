@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from drivetwin.recording.csv_table import read_csv_table
 from drivetwin.recording.import_map import ISO, AxisMap, ColumnMap, ImportMap, TimeMap
 from drivetwin.recording.matlab_table import read_matlab
 from drivetwin.recording.recording import COLUMNS, AxisInfo, Recording, RecordingInfo, Samples, needed
+from drivetwin.recording.repair import Repaired, repair
 from drivetwin.recording.table import Column, Table
 from drivetwin.recording.to_joint import to_joint_side
 from drivetwin.recording.units import unit_for
@@ -35,7 +36,7 @@ Columns = dict[str, dict[str, Samples]]
 class _Signals:
     """What a file holds: `time` (n,) [s], columns on the joint side, and the axes with all constants known.
 
-    `start`: the date and time at which `time` is 0, where the file tells.
+    `start`: the date and time at which `time` is 0, where the file tells. `repaired`: as in `Repaired.changes`.
     """
 
     time: Samples
@@ -43,31 +44,38 @@ class _Signals:
     axes: dict[str, AxisMap]
     files: tuple[Path, ...]
     start: datetime | None = None
+    repaired: dict[str, int] = field(default_factory=dict)
 
 
 def import_recordings(
-    files: Sequence[Path], import_map: ImportMap, *, done: Callable[[Path], None] | None = None
+    files: Sequence[Path],
+    import_map: ImportMap,
+    *,
+    mend: bool = False,
+    done: Callable[[Path], None] | None = None,
 ) -> list[Recording]:
     """One recording a file, in their order, named by the file's stem (made unique by the folders above it).
 
-    `done` is called with each file that is through. Raises UserError naming file, column and row.
+    `mend`: as in `import_recording`. `done` is called with each file that is through. Raises UserError naming file, column
+    and row.
     """
     recordings = []
     for file, name in zip(files, unique_names(files), strict=True):
-        recordings.append(import_recording(file, import_map, name=name))
+        recordings.append(import_recording(file, import_map, name=name, mend=mend))
         if done is not None:
             done(file)
     return recordings
 
 
-def import_recording(file: Path, import_map: ImportMap, *, name: str | None = None) -> Recording:
+def import_recording(file: Path, import_map: ImportMap, *, name: str | None = None, mend: bool = False) -> Recording:
     """The recording in `file`; its `files` are what it was made of: the file, the map, and an EDS where one was read.
 
+    `mend`: a table's repeated rows and single missing samples are repaired (`repair`), and `repaired` says how many.
     Raises UserError for a file, a column or a unit that does not fit the map, and for what a recording may not be.
     """
     if not file.is_file():
         raise UserError(f"{file} does not exist; give the files to import")
-    signals = _bus_signals(file, import_map) if _format(file, import_map) == "bus" else _table_signals(file, import_map)
+    signals = _bus_signals(file, import_map) if _format(file, import_map) == "bus" else _table_signals(file, import_map, mend)
     signals = _on_equal_steps(file, signals, import_map)
     period = _period(signals.time)
     starts = gaps(str(file), signals.time, period)
@@ -116,7 +124,7 @@ def _format(file: Path, import_map: ImportMap) -> str:
     )
 
 
-def _table_signals(file: Path, import_map: ImportMap) -> _Signals:
+def _table_signals(file: Path, import_map: ImportMap, mend: bool) -> _Signals:
     table = read_matlab(file) if _format(file, import_map) == "matlab" else read_csv_table(file, import_map.csv)
     columns: Columns = {
         axis: {
@@ -129,8 +137,11 @@ def _table_signals(file: Path, import_map: ImportMap) -> _Signals:
     time, start = _table_time(table, import_map, columns)
     flat = {f"{axis}.{name}": values for axis, named in columns.items() for name, values in named.items()}
     check_lengths(str(file), time, flat)
-    _check_finite(file, time, columns)
-    return _Signals(time, columns, import_map.axes, (file, import_map.path), start)
+    mended = repair(time, columns) if mend else Repaired(time, columns, {})
+    if mended.changes:
+        logger.warning("%s is repaired: %s", file, ", ".join(f"{count} of {what}" for what, count in mended.changes.items()))
+    _check_finite(file, mended.time, mended.columns)
+    return _Signals(mended.time, mended.columns, import_map.axes, (file, import_map.path), start, mended.changes)
 
 
 def _table_column(table: Table, axis: str, entry: AxisMap, name: str, column: ColumnMap) -> Samples | None:
@@ -292,7 +303,8 @@ def _info(import_map: ImportMap, signals: _Signals, period: float, derived: list
         "derived": derived,
         "axes": {axis: _axis_info(axis, entry) for axis, entry in signals.axes.items()},
     }
-    return RecordingInfo.model_validate(payload | ({"about": import_map.about} if import_map.about else {}))
+    extra = {"about": import_map.about, "repaired": signals.repaired}
+    return RecordingInfo.model_validate(payload | {key: value for key, value in extra.items() if value})
 
 
 def _axis_info(axis: str, entry: AxisMap) -> AxisInfo:
