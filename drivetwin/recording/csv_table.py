@@ -114,7 +114,8 @@ def read_csv_table(file: Path, layout: CsvLayout) -> Table:
     body = [_fit(file, line, row, width) for line, row in zip(lines[first:], source.rows[first:], strict=True)]
     numbers = [line.number for line in lines[first:]]
     columns = (_Cells(file, name, [row[index] for row in body], numbers, spelling) for index, name in enumerate(names))
-    return Table(file, tuple(Column(cells.name, unit, cells.read, cells.instants) for cells, unit in zip(columns, units, strict=True)))
+    told = zip(columns, units, strict=True)
+    return Table(file, tuple(Column(cells.name, unit, cells.read, cells.instants) for cells, unit in told))
 
 
 def _lines(file: Path, layout: CsvLayout) -> list[_Line]:
