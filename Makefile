@@ -7,7 +7,7 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 .DEFAULT_GOAL := run
 
-.PHONY: run test test-vcan seeds bench paper fuzz blind accept accept-repeats mutants lock clean
+.PHONY: run test test-vcan seeds bench paper fuzz fuzz-files blind accept accept-repeats mutants lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -31,6 +31,10 @@ bench: .venv/.installed
 # A million random and mutated frames at a live emulator, judged after each one, then twenty thousand at the Modbus ports.
 fuzz: .venv/.installed
 	$(BIN)/python scripts/fuzz.py --frames 1000000 --seed 0 --modbus
+
+# Thousands of spoiled files at everything that reads a stranger's file.
+fuzz-files: .venv/.installed
+	$(BIN)/python scripts/fuzz_files.py --cases 2000 --seed 0
 
 # The machine of the published study, link by link through the bus: out/paper/report.html and paper.json.
 paper: .venv/.installed

@@ -13,17 +13,18 @@ import pyarrow.parquet as pq
 
 from blind.serving import serve
 from diagnosis.diagnose import diagnose
-from diagnosis.report.schema import CausePart, read_report
-from diagnosis.prepare.inputs import read_inputs
 from diagnosis.prepare.cutoff import motion_cutoff
+from diagnosis.prepare.inputs import read_inputs
 from diagnosis.prepare.motion import prepare, standstill_of
-from diagnosis.report.prediction import Patch, predict
-from diagnosis.settings import Settings
 from diagnosis.prepare.simulation import simulation
+from diagnosis.report.prediction import Patch, predict
+from diagnosis.report.schema import CausePart, read_report
 from diagnosis.report.write import prediction_table, write_diagnosis
+from diagnosis.settings import Settings
 from drivetwin.recording.reader import read_recording
 from emulator.effects import PlacedEffect
 from emulator.effects.library import library
+
 
 class GapDiagnosis:
     """The diagnosis of this release."""

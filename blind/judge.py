@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from blind.answer import Answer, Gap, first_of_steps
 from blind.case import Case, Cause
-from diagnosis.report.schema import CausePart
 from diagnosis.report.result import UNKNOWN, Verdict
+from diagnosis.report.schema import CausePart
 
 OF_THE_MODEL = frozenset({"coulomb", "viscous", "inertia"})
 """What nominal parameters that are off are rightly named as."""

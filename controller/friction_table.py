@@ -102,6 +102,8 @@ def _closest(law: FrictionLaw, knots: Samples) -> tuple[Samples, float]:
     torque = (law.torque(speeds) - law.torque(-speeds)) / 2.0
     hats = np.column_stack([np.interp(speeds, knots, row) for row in np.eye(len(knots))])
     bound, scale = np.ones((len(speeds), 1)), np.abs(torque).max()
+    if scale == 0.0:
+        return np.zeros(len(knots)), 0.0
     found = linprog(
         [*np.zeros(len(knots)), 1.0],
         A_ub=np.block([[hats, -bound], [-hats, -bound]]),

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 from controller.drive_node import DriveNode
 from controller.machine import Machine
 from drivetwin.errors import UserError
+from drivetwin.text_files import parse_yaml
 
 
 class AxisLimits(BaseModel):
@@ -37,7 +38,7 @@ def read_limits(path: Path, machine: Machine) -> Limits:
     Raises UserError naming the file and what is missing or wrong.
     """
     try:
-        limits = Limits.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
+        limits = Limits.model_validate(parse_yaml(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
         raise UserError(f"no limits file {path}") from None
     except (OSError, UnicodeDecodeError) as error:

@@ -18,7 +18,8 @@ _VAR, _ARRAY, _RECORD = 0x7, 0x8, 0x9
 _UNSIGNED8 = 0x5
 _LISTS = ("MandatoryObjects", "OptionalObjects", "ManufacturerObjects")
 _SUB = re.compile(r"([0-9a-f]{4})sub([0-9a-f]{1,2})")
-_NUMBER = re.compile(r"[+-]?(0x[0-9a-f]+|[0-9]+)", re.IGNORECASE)
+# Of at most 64 bits, with some zeros before; what is longer is no number that a device could have.
+_NUMBER = re.compile(r"[+-]?(0x[0-9a-f]{1,24}|[0-9]{1,24})", re.IGNORECASE)
 
 
 @dataclass(frozen=True)

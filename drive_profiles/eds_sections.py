@@ -11,7 +11,7 @@ from drivetwin.errors import UserError
 
 logger = logging.getLogger(__name__)
 
-_HEADER = re.compile(r"\[\s*([^\]]*?)\s*\]")
+_HEADER = re.compile(r"\[([^\]]*)\]")
 _COMMENT = re.compile(r"\s;.*$")
 
 SHOWN = 8
@@ -60,7 +60,7 @@ def read_sections(path: Path, complaints: Complaints) -> dict[str, Section]:
             continue
         header = _HEADER.match(line)
         if header:
-            current = _open(sections, header.group(1), complaints)
+            current = _open(sections, header.group(1).strip(), complaints)
             continue
         key, equals, value = line.partition("=")
         if current is None or not equals or not key.strip():

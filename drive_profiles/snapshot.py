@@ -12,6 +12,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from drivetwin.errors import UserError
 from drivetwin.files import provenance, write_json
+from drivetwin.text_files import parse_json
 
 SCHEMA = "snapshot/1"
 
@@ -57,7 +58,7 @@ def write_snapshot(path: Path, snapshot: Snapshot, inputs: Iterable[Path]) -> No
 def read_snapshot(path: Path) -> Snapshot:
     """Read a snapshot. Raises UserError naming the key that is wrong."""
     try:
-        told = _File.model_validate(json.loads(path.read_text(encoding="utf-8")))
+        told = _File.model_validate(parse_json(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
         raise UserError(f"{path} does not exist; expected a file of: drivetwin snapshot --out {path}") from None
     except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:

@@ -281,6 +281,8 @@ def socket_path(name: str) -> Path:
     text = name.removeprefix(PREFIX)
     if not text:
         raise UserError(f"{name} has no path; write for example {PREFIX}/tmp/drives.sock")
+    if "\0" in text:
+        raise UserError(f"{name}: a path has no zero byte; write for example {PREFIX}/tmp/drives.sock")
     if len(os.fsencode(text)) > LONGEST_PATH:
         raise UserError(f"{name}: a socket's path has at most {LONGEST_PATH} bytes; choose a shorter one")
     return Path(text)

@@ -1,4 +1,4 @@
-"""What a case leaves in its folder: bus.log, truth/ (recording/1), controller.log, the controller's own files, verdict.json."""
+"""What a case leaves in its folder: bus.log, truth/ (recording/2), controller.log, the controller's own files, verdict.json."""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from drivetwin.errors import UserError
+from drivetwin.text_files import parse_yaml
 
 
 class Strict(BaseModel):
@@ -23,7 +24,7 @@ Model = TypeVar("Model", bound=Strict)
 def read_yaml(path: Path) -> dict[str, Any]:
     """The mapping of a YAML file. Raises UserError where it cannot be read, or is none."""
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = parse_yaml(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise UserError(f"{path} does not exist") from None
     except OSError as error:

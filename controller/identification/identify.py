@@ -25,6 +25,7 @@ from drivetwin.motion.inverse_dynamics import JointKind, Model
 from drivetwin.recording.recording import Recording
 
 _LEAST_MOTION = 0.25
+_STANDS = "it stands still in every recording"
 _WHY_NOT = {
     Term.COULOMB: "the axis hardly moves",
     Term.VISCOUS: "the axis has one speed only, where viscous and Coulomb friction look alike: record another speed",
@@ -60,7 +61,7 @@ def identify(
         threshold = chosen.standstill_velocity.get(axis) or standstill_velocity(motions)
         samples = [select(motion, threshold, chosen.reversal_margin) for motion in motions] if threshold else []
         if threshold is None or _seconds(samples) < _LEAST_MOTION:
-            skipped[axis] = "it stands still in every recording"
+            skipped[axis] = _why_skipped(samples, chosen.reversal_margin)
             continue
         held = [select(motion, threshold, chosen.reversal_margin) for motion in checked.get(axis, [])]
         joint = joints[axis]
@@ -68,6 +69,11 @@ def identify(
         axes[axis] = _identify_axis(data, chosen)
     if not axes:
         names = ", ".join(recording.name for recording in recordings)
+        if not set(skipped.values()) <= {_STANDS}:
+            raise UserError(
+                f"--reversal-margin {chosen.reversal_margin:g}: all motion in {names} is within that time [s] of a "
+                "reversal: give a smaller one"
+            )
         raise UserError(
             f"nothing moves in {names}: at least {_LEAST_MOTION:g} s above the standstill velocity are needed; "
             "record a motion, or lower the threshold with --standstill"
@@ -278,6 +284,14 @@ def _by_axis(recordings: Sequence[Sequence[AxisMotion]]) -> dict[str, list[AxisM
         for motion in motions:
             axes.setdefault(motion.axis, []).append(motion)
     return axes
+
+
+def _why_skipped(samples: Sequence[AxisSamples], margin: float) -> str:
+    """Why nothing is left to fit: the axis stands, or moves only within the `margin` [s] of its reversals."""
+    around = sum(entry.motion.period * float((entry.moving & ~entry.fitted).sum()) for entry in samples)
+    if margin > 0.0 and around >= _LEAST_MOTION:
+        return f"it moves only within {margin:g} s of a reversal"
+    return _STANDS
 
 
 def _seconds(samples: Sequence[AxisSamples]) -> float:

@@ -6,10 +6,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, Field, FiniteFloat, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from controller.identification.friction_law import FrictionLaw
 from drivetwin.errors import UserError
+
+LARGEST = 1e9
+"""Of any value, in SI units: no machine has more."""
+SLOWEST = 1e-9
+"""Stribeck velocity [rad/s or m/s]: below it friction rises where nothing moves."""
+EXPONENTS = (0.1, 10.0)
 
 
 @dataclass(frozen=True)
@@ -46,7 +52,7 @@ def read_friction(path: Path) -> IdentifiedFriction:
 
 
 class _Value(BaseModel):
-    value: FiniteFloat
+    value: float = Field(ge=-LARGEST, le=LARGEST)
 
 
 class _Verdict(BaseModel):
@@ -59,7 +65,7 @@ class _Axis(BaseModel):
 
 
 class _Settings(BaseModel):
-    stribeck_exponent: FiniteFloat = FrictionLaw.stribeck_exponent
+    stribeck_exponent: float = Field(default=FrictionLaw.stribeck_exponent, ge=EXPONENTS[0], le=EXPONENTS[1])
 
 
 class _File(BaseModel):
@@ -81,6 +87,12 @@ def _law(path: Path, name: str, axis: _Axis, exponent: float) -> FrictionLaw:
             f"{path}: axis {name} has no {' and no '.join(lacking)}, which its other entries call for: "
             "take the file as `drivetwin identify` or `drivetwin fit` wrote it"
         )
+    for key, low, high in (("stribeck_velocity", SLOWEST, LARGEST), ("stribeck_exponent", *EXPONENTS)):
+        if not low <= found.get(key, low) <= high:
+            raise UserError(
+                f"{path}: axes.{name}.parameters.{key} is {found[key]:g}, expected {low:g} to {high:g}: take the file as "
+                "`drivetwin identify` or `drivetwin fit` wrote it"
+            )
     symmetric = FrictionLaw(
         coulomb=found["coulomb"],
         viscous=found["viscous"],

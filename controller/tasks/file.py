@@ -14,6 +14,7 @@ from controller.tasks.base import Task
 from controller.tasks.library import task_class
 from drive_profiles import DriveProfile, load_profile
 from drivetwin.errors import UserError
+from drivetwin.text_files import parse_json
 
 
 class _TaskFile(BaseModel):
@@ -52,7 +53,7 @@ def read_order(path: Path) -> Order:
     Raises UserError naming the file and the key for what is missing or wrong, or what the machine cannot do.
     """
     try:
-        told = _TaskFile.model_validate(json.loads(path.read_text(encoding="utf-8")))
+        told = _TaskFile.model_validate(parse_json(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
         raise UserError(f"no task file {path}") from None
     except (OSError, UnicodeDecodeError) as error:

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 from drivetwin.errors import UserError
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.motion.jerk_limited import MotionLimits
+from drivetwin.text_files import parse_yaml
 
 INNER = 0.9
 """Share of the travel that is used: what overshoots stays inside."""
@@ -63,7 +64,7 @@ def read_limits(path: Path, model: Path) -> dict[str, AxisLimits]:
     Raises UserError naming the file and what is missing or wrong.
     """
     try:
-        told = _LimitsFile.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
+        told = _LimitsFile.model_validate(parse_yaml(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
         raise UserError(f"no limits file {path}") from None
     except (OSError, UnicodeDecodeError) as error:

@@ -7,14 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from drivetwin.motion.axis_motion import measured_position
-from drivetwin.motion.filtering import effective_cutoff, reach
+from drivetwin.motion.axis_motion import least_samples, measured_position
 from drivetwin.recording.recording import Recording
 
 HELD_BACK = 0.25
 """Share at the end of each recording that is held back."""
-LEAST_SAMPLES = 32
-"""Below which a recording says nothing once it is filtered."""
 MANY = 4
 """Recordings, of which one in so many is held back whole."""
 
@@ -55,7 +52,7 @@ def _ends(recordings: Sequence[Recording], cutoff_hz: float) -> Split:
     fitted, held = [], []
     for one in recordings:
         cut = round(len(one.time) * (1.0 - HELD_BACK))
-        if len(one.time) - cut < max(LEAST_SAMPLES, 8 * reach(one.info.sample_period, effective_cutoff(one.info.sample_period, cutoff_hz))):
+        if len(one.time) - cut < least_samples(one.info.sample_period, cutoff_hz):
             fitted.append(one)
         else:
             fitted.append(_piece(one, slice(0, cut)))

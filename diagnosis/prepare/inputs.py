@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,15 +11,14 @@ from xml.etree import ElementTree
 
 import mujoco
 
-from diagnosis.prepare.hold_back import LEAST_SAMPLES
+from diagnosis.prepare.cutoff import USUAL
 from diagnosis.prepare.simulation import motors_of
 from drivetwin.errors import UserError
 from drivetwin.files import sha256
 from drivetwin.motion.inverse_dynamics import read_mjcf
-from drivetwin.recording.reader import SIGNALS, check_joints, find_recordings, read_recording
+from drivetwin.motion.pieces import read_pieces
+from drivetwin.recording.reader import SIGNALS, check_joints, check_torque, find_recordings
 from drivetwin.recording.recording import Recording
-
-logger = logging.getLogger(__name__)
 
 LOWEST_CUTOFF = 1.0
 """Below it [Hz] the filter takes the motion away."""
@@ -47,7 +45,7 @@ def read_inputs(
 ) -> Inputs:
     """Read the model's recordings; a folder of recordings counts as all of them.
 
-    Raises UserError where the model is no MJCF, a recording breaks the contract recording/1, an axis has no hinge or slide
+    Raises UserError where the model is no MJCF, a recording breaks the contract of recordings, an axis has no hinge or slide
     joint with a motor, recordings are of other axes than the first, one is given twice, or `cutoff_hz` [Hz] fits none of them.
     """
     _refuse_twice(_folders(training), _folders(validation))
@@ -55,7 +53,7 @@ def read_inputs(
         raise UserError(f"--cutoff {cutoff_hz:g}: expected a frequency of {LOWEST_CUTOFF:g} Hz or more")
     mujoco_model = _mjcf(model)
     fitted, held = (
-        tuple(each for folder in _folders(paths) for each in _pieces(folder, allow_gaps))
+        tuple(each for folder in _folders(paths) for each in read_pieces(folder, cutoff_hz or USUAL, allow_gaps=allow_gaps))
         for paths in (training, validation)
     )
     for recording in (*fitted, *held):
@@ -69,22 +67,6 @@ def read_inputs(
 
 def _folders(paths: Sequence[Path]) -> list[Path]:
     return [folder for path in paths for folder in find_recordings(path)]
-
-
-def _pieces(folder: Path, allow_gaps: bool) -> list[Recording]:
-    """The recording, or its pieces between gaps that are long enough for the filter."""
-    pieces = read_recording(folder, allow_gaps=allow_gaps)
-    long = [piece for piece in pieces if len(piece.time) >= LEAST_SAMPLES]
-    if len(pieces) == 1:
-        return pieces
-    if not long:
-        raise UserError(
-            f"{folder}: none of its {len(pieces)} pieces between gaps is long enough for the filter: record again without "
-            "losing samples"
-        )
-    if len(long) < len(pieces):
-        logger.warning("%s: %d short pieces between gaps are left out", folder, len(pieces) - len(long))
-    return long
 
 
 def _refuse_twice(training: Sequence[Path], validation: Sequence[Path]) -> None:
@@ -120,6 +102,7 @@ def _check_axes(path: Path, model: mujoco.MjModel, recording: Recording) -> None
     joints = {model.joint(index).name: index for index in range(model.njnt)}
     where = recording.files[0] if recording.files else recording.name
     check_joints(recording, joints)
+    check_torque(recording, "drivetwin diagnose")
     for axis, info in recording.info.axes.items():
         joint = joints[info.joint]
         if int(model.jnt_type[joint]) not in _ONE_DEGREE:

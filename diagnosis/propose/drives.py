@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from diagnosis.propose.drive_law import Asked, asked_of
 from diagnosis.prepare.motion import Run
+from diagnosis.propose.drive_law import Asked, asked_of
 from emulator.effects import DriveEffect, Effect
 from emulator.effects.current_bandwidth import CurrentBandwidth
 

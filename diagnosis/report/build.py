@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.prepare.motion import Run
 from diagnosis.prepare.noise import Noise, noise_of
 from diagnosis.prepare.prepared import Prepared
 from diagnosis.prepare.rows import Rows

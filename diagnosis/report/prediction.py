@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.prepare.motion import Run, between
+from diagnosis.prepare.simulation import Simulation
 from diagnosis.propose.drive_law import asked_of
 from diagnosis.propose.drives import given_with
-from diagnosis.prepare.motion import Run, between
 from diagnosis.report.result import AxisPrediction, Prediction
-from diagnosis.prepare.simulation import Simulation
 from emulator.dynamics import AxisDynamics
 from emulator.effects import AxisEffect, DriveEffect, ModelEffect, PlacedEffect
 

@@ -11,13 +11,15 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from diagnosis.report.page import write_report_page
+from diagnosis.report.result import AxisGap, Cause, Diagnosis, Prediction
 from diagnosis.report.schema import (
     SCHEMA,
     AfterPart,
     AxisPart,
     CausePart,
-    NotTestablePart,
     GapReport,
+    NotTestablePart,
     PatternPart,
     RegimePart,
     SelectedPart,
@@ -25,8 +27,6 @@ from diagnosis.report.schema import (
     TestPart,
     UnknownPart,
 )
-from diagnosis.report.page import write_report_page
-from diagnosis.report.result import AxisGap, Cause, Diagnosis, Prediction
 from drivetwin.files import provenance, write_json
 from emulator.effects import PlacedEffect
 

@@ -25,7 +25,7 @@ from drivetwin.cli.import_ import import_command
 from drivetwin.cli.many_values import ManyToValidate
 from drivetwin.cli.snapshot import snapshot_command
 from drivetwin.cli.write_friction import write_friction_command
-from drivetwin.errors import UserError
+from drivetwin.errors import UserError, one_line
 
 app = typer.Typer(
     name="drivetwin",
@@ -57,12 +57,24 @@ INTERRUPTED = 130
 """What typer makes of a Ctrl-C, and the exit status that shells give it."""
 
 
+class LineFormatter(logging.Formatter):
+    """Level, logger and message as one printable line: what a file holds does not write on the terminal."""
+
+    def __init__(self) -> None:
+        super().__init__("%(levelname)s %(name)s: %(message)s")
+
+    def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802  # as logging names it
+        return one_line(super().formatMessage(record))
+
+
 def main() -> None:
     """Run the command line; whatever a user can set right is one line on stderr and exit status 2, Ctrl-C is 130.
 
     A command may exit with a status of its own, which says what it found.
     """
-    logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
+    handler = logging.StreamHandler()
+    handler.setFormatter(LineFormatter())
+    logging.basicConfig(level=logging.WARNING, handlers=[handler])
     for library in ("can", "canopen"):
         logging.getLogger(library).setLevel(logging.CRITICAL)  # what they log is raised as well
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as Ctrl-C does: nothing half-written stays behind
@@ -86,5 +98,5 @@ def main() -> None:
 
 
 def _end(message: str, status: int) -> NoReturn:
-    print(f"drivetwin: {message}", file=sys.stderr)
+    print(f"drivetwin: {one_line(message)}", file=sys.stderr)
     sys.exit(status)

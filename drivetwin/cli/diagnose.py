@@ -11,8 +11,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from diagnosis.diagnose import diagnose
 from diagnosis.prepare.inputs import read_inputs
-from diagnosis.settings import Settings
 from diagnosis.report.write import write_diagnosis
+from diagnosis.settings import Settings
 from drivetwin.cli.diagnose_summary import print_summary
 from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace
 

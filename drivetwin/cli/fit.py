@@ -16,7 +16,8 @@ from controller.identification import AxisIdentification, Identification, Settin
 from controller.identification.wording import LABELS, number
 from drivetwin.errors import UserError
 from drivetwin.files import new_directory, refuse_to_replace
-from drivetwin.recording.reader import check_joints, find_recordings, read_recording
+from drivetwin.motion.pieces import read_pieces
+from drivetwin.recording.reader import check_joints, check_torque, find_recordings
 from drivetwin.recording.recording import Recording
 
 
@@ -54,8 +55,8 @@ def fit_command(
     _refuse_unless("--cutoff", cutoff, cutoff > 0.0, "a frequency above 0 Hz")
     _refuse_unless("--reversal-margin", reversal_margin, reversal_margin >= 0.0, "a time of 0 s or more")
     machine = load_model(model)
-    fitted = _read(recordings, machine.joints, allow_gaps)
-    held = _read(validate or [], machine.joints, allow_gaps)
+    fitted = _read(recordings, machine.joints, cutoff, allow_gaps)
+    held = _read(validate or [], machine.joints, cutoff, allow_gaps)
     axes = {axis for recording in fitted for axis in recording.info.axes}
     settings = Settings(
         cutoff_hz=cutoff,
@@ -85,16 +86,17 @@ def _refuse_unless(option: str, value: float, good: bool, expected: str) -> None
         raise UserError(f"{option} {value:g}: expected {expected}")
 
 
-def _read(paths: Iterable[Path], joints: tuple[str, ...], allow_gaps: bool) -> list[Recording]:
+def _read(paths: Iterable[Path], joints: tuple[str, ...], cutoff_hz: float, allow_gaps: bool) -> list[Recording]:
     """All recordings in `paths`, checked against the model."""
     read = [
         recording
         for path in paths
         for folder in find_recordings(path)
-        for recording in read_recording(folder, allow_gaps=allow_gaps)
+        for recording in read_pieces(folder, cutoff_hz, allow_gaps=allow_gaps)
     ]
     for recording in read:
         check_joints(recording, joints)
+        check_torque(recording, "drivetwin fit")
     return read
 
 

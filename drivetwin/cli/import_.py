@@ -28,6 +28,9 @@ def import_command(
     ],
     map_: Annotated[Path, typer.Option("--map", metavar="MAP.yaml", help="What is which column, in which unit.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the recording, or one folder a file, appears.")],
+    repair: Annotated[
+        bool, typer.Option("--repair", help="Take out rows that stand twice, and fill in single missing samples.")
+    ] = False,
 ) -> None:
     """Turn a drive's exports or a bus log into recordings.
 
@@ -44,7 +47,7 @@ def import_command(
     refuse_to_replace(out, [*files, map_])
     import_map = read_map(map_)
     console = Console()
-    recordings = _import(files, import_map, console)
+    recordings = _import(files, import_map, console, mend=repair)
     with new_directory(out) as staged:
         for recording in recordings:
             place = staged if len(recordings) == 1 else staged / recording.name
@@ -54,11 +57,11 @@ def import_command(
     console.print(f"{what} in {out}", highlight=False, soft_wrap=True)
 
 
-def _import(files: list[Path], import_map: ImportMap, console: Console) -> list[Recording]:
+def _import(files: list[Path], import_map: ImportMap, console: Console, *, mend: bool) -> list[Recording]:
     if not files:
         raise UserError("no FILE to import; give at least one")
     if len(files) == 1:
-        return import_recordings(files, import_map)
+        return import_recordings(files, import_map, mend=mend)
     columns = (
         TextColumn("importing"),
         BarColumn(),
@@ -68,7 +71,11 @@ def _import(files: list[Path], import_map: ImportMap, console: Console) -> list[
     )
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("import", total=len(files), file="")
-        return import_recordings(files, import_map, done=lambda file: progress.update(task, advance=1, file=file.name))
+
+        def done(file: Path) -> None:
+            progress.update(task, advance=1, file=file.name)
+
+        return import_recordings(files, import_map, mend=mend, done=done)
 
 
 def _summary(recordings: list[Recording], import_map: ImportMap) -> Table:
@@ -103,7 +110,7 @@ def _derived(recording: Recording, column: str) -> str:
 
 
 def _unit(column: str, entry: AxisMap) -> str:
-    slide = entry.joint_type == "slide"
+    slide, column = entry.joint_type == "slide", column.removeprefix("joint_")
     if column.startswith("torque"):
         return "N" if slide else "N·m"
     if column.startswith("position"):

@@ -128,7 +128,7 @@ def select(motion: AxisMotion, threshold: float, reversal_margin: float) -> Axis
     width = reach(motion.period, motion.cutoff_hz)
     standing = _runs_of_at_least(slow, width) | _dithering(motion.velocity, 2 * width)
     reversal = _sign_changes(motion.velocity) | (slow & ~standing)
-    margin = round(reversal_margin / motion.period)
+    margin = round(min(reversal_margin / motion.period, len(motion.time)))
     excluded = widen(standing, round(STANDSTILL_REACH * width))
     if margin:
         excluded |= widen(reversal, margin)
@@ -138,7 +138,11 @@ def select(motion: AxisMotion, threshold: float, reversal_margin: float) -> Axis
 
 def widen(mask: Mask, width: int) -> Mask:
     """`mask` grown by `width` samples on both sides."""
-    return np.asarray(np.convolve(mask.astype(np.float64), np.ones(2 * width + 1), mode="same") > 0.5)
+    count = len(mask)
+    width = min(width, count)
+    before = np.concatenate(([0], np.cumsum(mask)))
+    index = np.arange(count)
+    return np.asarray(before[np.minimum(index + width + 1, count)] > before[np.maximum(index - width, 0)])
 
 
 def measured_position(columns: dict[str, Samples], period: float) -> Samples:
@@ -175,8 +179,13 @@ def _quantum(raw: Samples, resolution: float | None) -> float:
     return resolution if float(np.median(np.abs(steps - np.round(steps)))) < _ON_GRID else 0.0
 
 
+def least_samples(period: float, cutoff_hz: float) -> int:
+    """Samples that the filter needs, for there to be some that its ends do not reach."""
+    return 8 * reach(period, effective_cutoff(period, cutoff_hz))
+
+
 def _refuse_short(recording: Recording, period: float, cutoff_hz: float) -> None:
-    least = 8 * reach(period, cutoff_hz)
+    least = least_samples(period, cutoff_hz)
     if len(recording.time) < least:
         raise UserError(
             f"recording '{recording.name}' has {len(recording.time)} samples; the filter needs at least {least} "

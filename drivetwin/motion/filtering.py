@@ -17,6 +17,8 @@ from drivetwin.recording.recording import Samples
 
 _ORDER = 4
 _HIGHEST_SHARE_OF_RATE = 0.4
+_LONGEST = 10_000_000
+"""Samples: beyond it no recording is long enough, and the order of magnitude says so."""
 
 
 def effective_cutoff(period: float, cutoff_hz: float) -> float:
@@ -42,6 +44,8 @@ def _settled(period: float, cutoff_hz: float) -> Samples:
 def reach(period: float, cutoff_hz: float) -> int:
     """Samples after which the response to an impulse has fallen below 2 % of its peak for good."""
     half = int(np.ceil(2.0 / (cutoff_hz * period)))
+    if half > _LONGEST:
+        return half
     impulse = np.zeros(2 * half + 1)
     impulse[half] = 1.0
     response = np.abs(signal.sosfiltfilt(_sections(period, cutoff_hz), impulse, padtype=None))

@@ -13,13 +13,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import can
 import numpy as np
 
 from drive_profiles.eds_reader import parse_number, read_eds
 from drivetwin.errors import UserError
 from drivetwin.recording.checks import GAP_FACTOR, TOLERANCE
 from drivetwin.recording.import_map import AxisMap, BusLayout, ColumnMap, ImportMap, ObjectKey
+from drivetwin.recording.in_child import UnreadableError, read_in_child
 from drivetwin.recording.recording import Samples
 
 LOG_SUFFIXES = (".log", ".asc", ".blf", ".trc")
@@ -72,11 +72,15 @@ class _Pdo:
 
 @dataclass
 class Node:
-    """What is known of one node's objects, from its EDS or DCF and from the log so far."""
+    """What is known of one node's objects, from its EDS or DCF and from the log so far.
+
+    `defaults`: those whose value only an EDS tells, as the drive was shipped.
+    """
 
     number: int
     types: dict[ObjectKey, str] = field(default_factory=dict)
     values: dict[ObjectKey, int] = field(default_factory=dict)
+    defaults: set[ObjectKey] = field(default_factory=set)
     pending: tuple[ObjectKey, int] | None = None
 
     def value(self, key: ObjectKey, default: int) -> int:
@@ -125,11 +129,15 @@ class _Signal:
 
 @dataclass(frozen=True)
 class BusSignals:
-    """`time` is (n,) [s] on the SYNC grid, `raw[axis][column]` is (n,) as on the bus, `axes` with what the log said."""
+    """`time` is (n,) [s] on the SYNC grid, `raw[axis][column]` is (n,) as on the bus, `axes` with what the log said.
+
+    `unconfirmed[axis]`: of the factors that the map leaves out, the objects for which there is an EDS default only.
+    """
 
     time: Samples
     raw: dict[str, dict[str, Samples]]
     axes: dict[str, AxisMap]
+    unconfirmed: dict[str, tuple[str, ...]]
     files: tuple[Path, ...]
 
 
@@ -151,7 +159,7 @@ def read_bus_log(file: Path, import_map: ImportMap) -> BusSignals:
     ]
     layout = import_map.bus
     syncs = _follow(file, layout, list(nodes.values()), signals)
-    cycles, time = _grid(file, layout, syncs, list(nodes.values()))
+    cycles, period = _grid(file, layout, syncs, list(nodes.values()))
     raw: dict[str, dict[str, Samples]] = {axis: {} for axis in import_map.axes}
     for signal in signals:
         column = import_map.axes[signal.axis].columns[signal.column]
@@ -163,7 +171,8 @@ def read_bus_log(file: Path, import_map: ImportMap) -> BusSignals:
     axes = {axis: _with_log(entry, nodes[axis]) for axis, entry in import_map.axes.items()}
     used = tuple(dict.fromkeys(path for path in eds_files.values() if path is not None))
     trimmed = {axis: {name: values[kept] for name, values in named.items()} for axis, named in raw.items()}
-    return BusSignals(time[cycles[kept]], trimmed, axes, used)
+    unconfirmed = {axis: _unconfirmed(entry, nodes[axis]) for axis, entry in import_map.axes.items()}
+    return BusSignals(cycles[kept] * period, trimmed, axes, unconfirmed, used)
 
 
 def _object(file: Path, axis: str, name: str, column: ColumnMap) -> ObjectKey:
@@ -214,35 +223,49 @@ def _from_eds(file: Path | None, node_id: int) -> Node:
         type_ = _EDS_TYPES.get(entry.data_type or 0)
         if type_ is not None:
             node.types[key] = type_
-        told = parse_number(entry.value) or parse_number(entry.default)
+        set_to = parse_number(entry.value)
+        told = set_to or parse_number(entry.default)
         if told is not None and entry.data_type in _INTEGERS:
             node.values[key] = told.of_node(node.number)
+            if set_to is None:
+                node.defaults.add(key)
     return node
 
 
-def _messages(file: Path, layout: BusLayout) -> Iterator[can.Message]:
+@dataclass(frozen=True)
+class _Frame:
+    """A data frame: `time` [s], 11-bit `identifier`, and its bytes."""
+
+    time: float
+    identifier: int
+    data: bytes
+
+
+def _frames(file: Path, layout: BusLayout) -> Iterator[_Frame]:
     """The log's data frames with 11-bit identifiers, of one channel where the map names it."""
     try:
-        with can.LogReader(str(file)) as reader:
-            for message in reader:
-                if message.is_error_frame or message.is_remote_frame or message.is_extended_id:
-                    continue
-                if layout.channel is None or str(message.channel) == str(layout.channel):
-                    yield message
+        log = read_in_child("bus", file)
     except FileNotFoundError:
         raise UserError(f"{file} does not exist; give the bus log to import") from None
-    except (OSError, ValueError, IndexError, struct.error) as error:
+    except (OSError, UnreadableError) as error:
         raise UserError(
             f"{file} cannot be read as a bus log: {error}; candump logs are written with `candump -L` (or -l), "
             "others as .asc, .blf or .trc"
         ) from error
+    names, data = log["channels"].tolist(), log["data"].tobytes()
+    channel = None if layout.channel is None else names.index(str(layout.channel)) if str(layout.channel) in names else -1
+    end = 0
+    for time, identifier, length, on in zip(*(log[name] for name in ("time", "identifier", "length", "channel")), strict=True):
+        end += int(length)
+        if channel is None or on == channel:
+            yield _Frame(float(time), int(identifier), data[end - int(length) : end])
 
 
 def _follow(file: Path, layout: BusLayout, nodes: list[Node], signals: list[_Signal]) -> list[float]:
     """Walk through the log; the time stamps of the SYNCs. Fills `signals` and what the SDO transfers say of `nodes`."""
     follower = _Follower(nodes, signals, layout.sync_id)
-    for message in _messages(file, layout):
-        follower.take(message)
+    for frame in _frames(file, layout):
+        follower.take(frame)
     if len(follower.syncs) < 2:
         raise UserError(
             f"{file}: {len(follower.syncs)} SYNC frames (identifier {layout.sync_id:X}h); the rows of a recording are "
@@ -262,10 +285,10 @@ class _Follower:
         self._decoders: dict[int, list[Callable[[bytes, int], None]]] = {}
         self._map()
 
-    def take(self, message: can.Message) -> None:
-        identifier, data = message.arbitration_id, bytes(message.data)
+    def take(self, frame: _Frame) -> None:
+        identifier, data = frame.identifier, frame.data
         if identifier == self._sync_id:
-            self.syncs.append(message.timestamp)
+            self.syncs.append(frame.time)
         elif identifier & ~0x7F in (0x580, 0x600) and identifier & 0x7F in self._nodes:
             if _follow_sdo(self._nodes[identifier & 0x7F], data, from_server=identifier < 0x600):
                 self._map()
@@ -329,11 +352,12 @@ def _follow_sdo(node: Node, data: bytes, *, from_server: bool) -> bool:
     node.pending = None
     changed = node.values.get(key) != value
     node.values[key] = value
+    node.defaults.discard(key)
     return changed and 0x1400 <= key[0] <= 0x1BFF
 
 
-def _grid(file: Path, layout: BusLayout, syncs: list[float], nodes: list[Node]) -> tuple[np.ndarray[Any, Any], Samples]:
-    """Number of each SYNC on the grid, counting those that were lost, and the grid [s].
+def _grid(file: Path, layout: BusLayout, syncs: list[float], nodes: list[Node]) -> tuple[np.ndarray[Any, Any], float]:
+    """Number of each SYNC on the grid, counting those that were lost, and the grid's step [s].
 
     Raises UserError where the time stamps do not go with the period.
     """
@@ -343,18 +367,27 @@ def _grid(file: Path, layout: BusLayout, syncs: list[float], nodes: list[Node]) 
     if layout.grid == "count":
         numbers = np.arange(len(stamps))
     else:
+        span = float(stamps[-1] - stamps[0])
+        if not abs(span) < _MOST_CYCLES * period:
+            raise UserError(
+                f"{file}: the time stamps of the SYNCs go from {stamps[0]:g} to {stamps[-1]:g} s with a period of "
+                f"{period:g} s; cut the log where they leap, or give bus.sync_period in the map"
+            )
         steps = np.diff(stamps) / period
         # Time stamps of a host jitter, the producer does not: a step is as many cycles as fit best, at least one.
         lost = np.where(steps > GAP_FACTOR, np.round(steps), 1).astype(np.int64)
         numbers = np.concatenate(([0], np.cumsum(lost)))
-        span = float(stamps[-1] - stamps[0])
         if abs(numbers[-1] * period - span) > max(TOLERANCE * span, period):
             raise UserError(
                 f"{file}: {len(stamps)} SYNCs in {span:g} s do not go with a period of {period:g} s; "
                 "give bus.sync_period, or `bus.grid: count` in the map where the time stamps are not those of the "
                 "cycle (a lockstep run)"
             )
-    return numbers, np.arange(int(numbers[-1]) + 1, dtype=np.float64) * period
+    return numbers, period
+
+
+_MOST_CYCLES = 1e9
+"""Of a log, lost ones counted: eleven days at 1 kHz."""
 
 
 def _round(period: float) -> float:
@@ -406,7 +439,10 @@ def _spell(key: ObjectKey) -> str:
 
 
 def _with_log(axis: AxisMap, node: Node) -> AxisMap:
-    """The axis with the constants that the map leaves out, as the drive's objects have them (CiA 402-2)."""
+    """The axis with the constants that the map leaves out, as the drive's objects have them (CiA 402-2).
+
+    What a drive was shipped with is no constant of this machine: an EDS default counts only where the log confirms it.
+    """
     found: dict[str, float] = {}
     turns = _ratio(node, _GEAR)
     increments = _ratio(node, _ENCODER)
@@ -415,14 +451,25 @@ def _with_log(axis: AxisMap, node: Node) -> AxisMap:
         found["gear_ratio"] = turns
     if increments is not None:
         found["encoder_increments"] = increments
-    if feed is not None:
+    if feed is not None and not node.defaults & set(_GEAR):
         found["user_units_per_motor_turn"] = feed / (turns or 1.0)
-    if axis.rated_torque is None and node.values.get(_RATED_TORQUE):
+    if axis.rated_torque is None and node.values.get(_RATED_TORQUE) and _RATED_TORQUE not in node.defaults:
         found["motor_rated_torque"] = node.values[_RATED_TORQUE] * 1e-3
     return axis.model_copy(update={name: value for name, value in found.items() if getattr(axis, name) is None})
 
 
 def _ratio(node: Node, keys: tuple[ObjectKey, ObjectKey]) -> float | None:
-    """Numerator over denominator of a factor, None where the numerator was never told."""
+    """Numerator over denominator of a factor, None where the numerator was never told, or a part is an EDS default."""
     numerator = node.values.get(keys[0])
-    return numerator / (node.values.get(keys[1]) or 1) if numerator else None
+    return numerator / (node.values.get(keys[1]) or 1) if numerator and not node.defaults & set(keys) else None
+
+
+def _unconfirmed(axis: AxisMap, node: Node) -> tuple[str, ...]:
+    factors = {
+        "encoder_increments": _ENCODER,
+        "gear_ratio": _GEAR,
+        "user_units_per_motor_turn": (*_GEAR, *_FEED),
+        "motor_rated_torque": (_RATED_TORQUE,) if axis.rated_torque is None else (),
+    }
+    keys = {key for name, keys in factors.items() if getattr(axis, name) is None for key in keys}
+    return tuple(sorted({f"{index:04X}h" for index, _ in keys & node.defaults}))

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from drivetwin.errors import UserError
-from drivetwin.recording.recording import ONE_OF, REQUIRED, Recording, Samples
+from drivetwin.recording.recording import FIRST_SCHEMA, ONE_OF, SCHEMA, TORQUE, WITHOUT_TORQUE, Recording, Samples
 
 TOLERANCE = 0.01
 GAP_FACTOR = 1.5  # a step beyond this many periods means that samples are missing, not that the clock jitters
@@ -23,19 +23,41 @@ def check_lengths(where: str, time: Samples, columns: Mapping[str, Samples]) -> 
             )
 
 
-def check_required(where: str, axis: str, names: Iterable[str]) -> None:
-    """Axis `axis` has torque, and position or velocity; `names` are its columns without the axis."""
+def check_required(where: str, axis: str, names: Iterable[str], schema: str = SCHEMA) -> None:
+    """Axis `axis` has torque, and position or velocity; or without torque position and demand, which recording/1 does not know.
+
+    `names` are its columns without the axis. Raises UserError naming the column that is missing.
+    """
     present = set(names)
-    for name in REQUIRED:
-        if name not in present:
+    if TORQUE in present:
+        if not present & set(ONE_OF):
+            wanted = " or ".join(f"{axis}.{name}" for name in ONE_OF)
             raise UserError(
-                f"{where}: required column {axis}.{name} is missing (from row 1 on); {_have(axis, present)}"
+                f"{where}: one of {wanted} is required and both are missing (from row 1 on); {_have(axis, present)}"
             )
-    if not present & set(ONE_OF):
-        wanted = " or ".join(f"{axis}.{name}" for name in ONE_OF)
+        return
+    lacking = [f"{axis}.{name}" for name in WITHOUT_TORQUE if name not in present]
+    if schema == FIRST_SCHEMA:
         raise UserError(
-            f"{where}: one of {wanted} is required and both are missing (from row 1 on); {_have(axis, present)}"
+            f"{where}: required column {axis}.{TORQUE} is missing (from row 1 on); {_have(axis, present)}, or write "
+            f"it as {SCHEMA}, which needs no torque beside {axis}.position and {axis}.position_demand"
         )
+    if lacking:
+        raise UserError(
+            f"{where}: column {axis}.{TORQUE} is missing (from row 1 on), and without it {' and '.join(lacking)} "
+            f"is required too; {_have(axis, present)}"
+        )
+
+
+def check_torque(recording: Recording, purpose: str) -> None:
+    """Every axis has its torque, which `purpose` needs; raises UserError naming the axis that has none."""
+    for axis, columns in recording.columns.items():
+        if TORQUE not in columns:
+            where = recording.files[-1] if recording.files else recording.name
+            raise UserError(
+                f"{where}: column {axis}.{TORQUE} is missing (from row 1 on), which {purpose} needs; record it, or "
+                "take the axis out of recording.json"
+            )
 
 
 def _have(axis: str, present: set[str]) -> str:
@@ -52,7 +74,7 @@ def check_finite(where: str, column: str, values: Samples, time: Samples) -> Non
         at = f", time {time[index]:g} s" if np.isfinite(time[index]) else ""
         raise UserError(
             f"{where}: column {column} is {values[index]} at row {index + 1}{at}{more}; a required column needs a "
-            "finite number in every row: export it again, or cut the recording before it"
+            "finite number in every row: export it again, cut the recording before it, or import it with --repair"
         )
 
 
@@ -80,7 +102,7 @@ def _uneven_message(where: str, time: Samples, index: int, period: float, median
     if step <= 0:
         return (
             f"{where}: column time falls or stands still at row {row} ({time[index]:g} s, then {time[index + 1]:g} s); "
-            "time must rise in equal steps: sort the rows or take the repeated ones out"
+            "time must rise in equal steps: sort the rows, or take the repeated ones out (import --repair)"
         )
     if abs(median - period) > TOLERANCE * period:
         return (

@@ -8,6 +8,7 @@ import itertools
 import re
 from collections import Counter
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Literal
 
@@ -25,6 +26,24 @@ _SAMPLE_LINES = 300
 
 Row = list[str]
 Decimal = Literal[".", ","]
+
+
+@dataclass(frozen=True)
+class _Spelling:
+    """How a number is written: its decimal sign, and what groups its digits by three; empty where nothing does."""
+
+    decimal: Decimal
+    thousands: str = ""
+
+    def plain(self, cell: str) -> str:
+        """The cell with a decimal point and no groups; empty where it is written otherwise."""
+        if self.thousands:
+            groups = re.escape(self.thousands)
+            if re.match(rf"[-+]?\d{{1,3}}(?:{groups}\d{{3}})+(?!\d|{groups})", cell):
+                cell = cell.replace(self.thousands, "")
+        if self.decimal == ",":
+            return cell.replace(",", ".") if "." not in cell else ""
+        return cell
 
 
 @dataclass(frozen=True)
@@ -52,17 +71,30 @@ class _Cells:
     name: str
     cells: list[str]
     rows: list[int]
-    decimal: Decimal
+    spelling: _Spelling
+
+    def instants(self) -> list[datetime]:
+        """The cells as ISO dates and times; raises UserError naming the row of one that is none."""
+        found = []
+        for row, cell in zip(self.rows, self.cells, strict=True):
+            try:
+                found.append(datetime.fromisoformat(cell.replace(",", ".")))
+            except ValueError:
+                raise UserError(
+                    f"{self.file}: column {self.name!r} row {row}: {cell!r} is no ISO date and time "
+                    "(2026-11-23T08:15:00.001); correct it, or give another unit of time in the map"
+                ) from None
+        return found
 
     def read(self) -> Samples:
         """The numbers, NaN for an empty cell; raises UserError naming the row of a cell that is text."""
         values = np.empty(len(self.cells))
         for index, cell in enumerate(self.cells):
-            value = _number(cell, self.decimal)
+            value = _number(cell, self.spelling)
             if value is None:
                 raise UserError(
                     f"{self.file}: column {self.name!r} row {self.rows[index]}: {cell!r} is not a number; correct it, "
-                    "or give csv.decimal, csv.comment or csv.first_row in the map"
+                    "or give csv.decimal, csv.thousands, csv.comment or csv.first_row in the map"
                 )
             values[index] = value
         return values
@@ -74,15 +106,16 @@ def read_csv_table(file: Path, layout: CsvLayout) -> Table:
     Raises UserError where the file cannot be decoded, holds no numbers, or has rows of another width.
     """
     lines = _lines(file, layout)
-    delimiter, decimal = _separators(file, lines, layout)
+    delimiter, spelling = _separators(file, lines, layout)
     source = _Source(file, lines, [_cells(line.text, delimiter) for line in lines])
-    first = _first_row(source, decimal, layout)
+    first = _first_row(source, spelling, layout)
     width = Counter(len(row) for row in source.rows[first:]).most_common(1)[0][0]
     names, units = _header(source, first, width, layout)
     body = [_fit(file, line, row, width) for line, row in zip(lines[first:], source.rows[first:], strict=True)]
     numbers = [line.number for line in lines[first:]]
-    columns = (_Cells(file, name, [row[index] for row in body], numbers, decimal) for index, name in enumerate(names))
-    return Table(file, tuple(Column(cells.name, unit, cells.read) for cells, unit in zip(columns, units, strict=True)))
+    columns = (_Cells(file, name, [row[index] for row in body], numbers, spelling) for index, name in enumerate(names))
+    told = zip(columns, units, strict=True)
+    return Table(file, tuple(Column(cells.name, unit, cells.read, cells.instants) for cells, unit in told))
 
 
 def _lines(file: Path, layout: CsvLayout) -> list[_Line]:
@@ -123,37 +156,37 @@ def _cells(text: str, delimiter: str) -> Row:
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf|infinity)", re.IGNORECASE)
 
 
-def _number(cell: str, decimal: Decimal) -> float | None:
+def _number(cell: str, spelling: _Spelling) -> float | None:
     """The number in a cell, NaN where it is empty, None where it is text."""
     if not cell:
         return float("nan")
-    if decimal == ",":
-        cell = cell.replace(",", ".") if "." not in cell else ""
+    cell = spelling.plain(cell)
     return float(cell) if _NUMBER.fullmatch(cell) else None
 
 
-def _is_number(cell: str, decimal: Decimal) -> bool:
-    return bool(cell) and _number(cell, decimal) is not None
+def _is_number(cell: str, spelling: _Spelling) -> bool:
+    return bool(cell) and _number(cell, spelling) is not None
 
 
-def _separators(file: Path, lines: list[_Line], layout: CsvLayout) -> tuple[str, Decimal]:
+def _separators(file: Path, lines: list[_Line], layout: CsvLayout) -> tuple[str, _Spelling]:
     """Delimiter and decimal sign under which the last lines of the file have the most numbers and the least text."""
     delimiters = (_told(layout.delimiter),) if layout.delimiter else _DELIMITERS
     decimals: tuple[Decimal, ...] = (layout.decimal,) if layout.decimal else (".", ",")
     sample = lines[-_SAMPLE_LINES:]
-    best: tuple[int, str, Decimal] | None = None
+    best: tuple[int, str, _Spelling] | None = None
     for delimiter, decimal in itertools.product(delimiters, decimals):
-        if delimiter == decimal:
+        if decimal in (delimiter, layout.thousands):
             continue
+        spelling = _Spelling(decimal, layout.thousands or "")
         rows = [_cells(line.text, delimiter) for line in sample]
         cells = [cell for row in rows for cell in row if cell]
-        numeric = sum(_is_number(cell, decimal) for cell in cells)
+        numeric = sum(_is_number(cell, spelling) for cell in cells)
         score = 2 * numeric - len(cells) if numeric else -len(cells) - 1
         # A trailing or empty cell still speaks for a real delimiter, so a tie goes to the wider row.
         if best is None or score > best[0]:
-            best = (score, delimiter, decimal)
+            best = (score, delimiter, spelling)
     if best is None:
-        raise UserError(f"{file}: csv.delimiter and csv.decimal are both a comma in the map; they must differ")
+        raise UserError(f"{file}: csv.decimal is csv.delimiter or csv.thousands in the map too; they must differ")
     return best[1], best[2]
 
 
@@ -165,7 +198,7 @@ def _told(delimiter: str) -> str:
     return delimiter
 
 
-def _first_row(source: _Source, decimal: Decimal, layout: CsvLayout) -> int:
+def _first_row(source: _Source, spelling: _Spelling, layout: CsvLayout) -> int:
     """Index of the first row of numbers: as wide as the rows at the end, a number wherever most of those have one."""
     file, lines, rows = source.file, source.lines, source.rows
     if layout.first_row is not None:
@@ -178,10 +211,10 @@ def _first_row(source: _Source, decimal: Decimal, layout: CsvLayout) -> int:
     width = Counter(len(row) for row in tail).most_common(1)[0][0]
     wide = [row for row in tail if len(row) == width]
     numeric = [
-        column for column in range(width) if 2 * sum(_is_number(row[column], decimal) for row in wide) > len(wide)
+        column for column in range(width) if 2 * sum(_is_number(row[column], spelling) for row in wide) > len(wide)
     ]
     for index, row in enumerate(rows):
-        if len(row) == width and _is_data([row[column] for column in numeric], decimal):
+        if len(row) == width and _is_data([row[column] for column in numeric], spelling):
             return index
     raise UserError(
         f"{file}: no rows of numbers found; give csv.delimiter, csv.decimal and csv.first_row in the map "
@@ -189,9 +222,9 @@ def _first_row(source: _Source, decimal: Decimal, layout: CsvLayout) -> int:
     )
 
 
-def _is_data(cells: list[str], decimal: Decimal) -> bool:
+def _is_data(cells: list[str], spelling: _Spelling) -> bool:
     """Cells of the numeric columns: each a number or empty, and not all of them empty."""
-    return any(cells) and all(_number(cell, decimal) is not None for cell in cells)
+    return any(cells) and all(_number(cell, spelling) is not None for cell in cells)
 
 
 def _header(source: _Source, first: int, width: int, layout: CsvLayout) -> tuple[list[str], list[str | None]]:
@@ -232,7 +265,7 @@ def _is_units(row: Row) -> bool:
 
 def _bracketed(name: str) -> str | None:
     """The unit in `Speed [rpm]` or `Speed (rpm)`, None where there is none."""
-    match = re.search(r"[\[(]([^\])]+)[\])]\s*$", name)
+    match = re.search(r"[\[(]([^\[\]()]+)[\])]$", name.rstrip())
     return match[1] if match and canonical(match[1]) else None
 
 

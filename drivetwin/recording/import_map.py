@@ -8,10 +8,12 @@ from typing import Annotated, Any, Literal
 
 import yaml
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
     Field,
+    FiniteFloat,
     PositiveFloat,
     PositiveInt,
     ValidationError,
@@ -21,11 +23,13 @@ from pydantic import (
 
 from drivetwin.errors import UserError
 from drivetwin.recording.checks import check_required
-from drivetwin.recording.recording import COLUMNS, DriveLoops
+from drivetwin.recording.recording import COLUMNS, DriveLoops, Positive, StartTime
 from drivetwin.recording.units import Kind, canonical, quantity, unit_for
+from drivetwin.text_files import parse_yaml
 
 Torque = Annotated[PositiveFloat, BeforeValidator(lambda value: quantity(value, (Kind.TORQUE, Kind.FORCE)))]
 Travel = Annotated[PositiveFloat, BeforeValidator(lambda value: quantity(value, (Kind.ANGLE, Kind.LENGTH)))]
+Delay = Annotated[FiniteFloat, BeforeValidator(lambda value: quantity(value, (Kind.TIME,)))]
 Period = Annotated[PositiveFloat, BeforeValidator(lambda value: quantity(value, (Kind.TIME,)))]
 
 
@@ -91,7 +95,10 @@ class AxisMap(_Strict):
     torque_constant: float | None = None
     force_constant: float | None = None
     torque_resolution: Torque | None = None
+    torque_bandwidth_hz: Positive | None = None
+    torque_delay: Delay | None = None
     position_resolution: Travel | None = None
+    position_relative: bool = False
     encoder_increments: PositiveFloat | None = None
     user_units_per_motor_turn: PositiveFloat | None = None
     gear_ratio: PositiveFloat | None = None
@@ -117,7 +124,10 @@ class AxisMap(_Strict):
         try:
             check_required("the map", "this axis", (name for name, column in columns.items() if not column.optional))
         except UserError:
-            raise ValueError("an axis needs torque, and position or velocity, none of them `optional`") from None
+            raise ValueError(
+                "an axis needs torque, and position or velocity; without torque it needs position and position_demand; "
+                "none of them `optional`"
+            ) from None
         return columns
 
     def joint_rated_torque(self) -> float | None:
@@ -125,6 +135,10 @@ class AxisMap(_Strict):
         if self.rated_torque is not None or self.motor_rated_torque is None:
             return self.rated_torque
         return self.motor_rated_torque * (self.gear_ratio or 1.0)
+
+
+ISO = "iso"
+"""Unit of a time column that holds dates and times."""
 
 
 class TimeMap(_Strict):
@@ -138,16 +152,28 @@ class TimeMap(_Strict):
     def _one_source(self) -> TimeMap:
         if (self.column is None) == (self.period is None):
             raise ValueError("give one of `column` (name or number) and `period` (seconds, where the file has no time)")
-        if self.unit is not None and canonical(self.unit) not in ("s", "ms", "us", "ns", "min"):
-            raise ValueError(f"{self.unit!r} is no unit for time; one of: s, ms, us, ns, min")
+        if self.unit not in (None, ISO) and canonical(self.unit or "") not in ("s", "ms", "us", "ns", "min"):
+            raise ValueError(f"{self.unit!r} is no unit for time; one of: s, ms, us, ns, min, {ISO}")
         return self
+
+
+_DELIMITER_NAMES = ("tab", "\\t", "whitespace", " ")
+
+
+def _delimiter(text: str) -> str:
+    """One character that is no part of a number or a quotation, or the name of one; raises ValueError otherwise."""
+    character = len(text) == 1 and not text.isalnum() and text not in "\"'.+-" and (text.isprintable() or text == "\t")
+    if not character and text not in _DELIMITER_NAMES:
+        raise ValueError(f"{text!r:.40} is no delimiter; give one character, such as ; or |, or tab, or whitespace")
+    return text
 
 
 class CsvLayout(_Strict):
     """How a text table is laid out; what is left out is found in the file. Rows are lines, counted from 1."""
 
-    delimiter: Annotated[str, Field(min_length=1, max_length=10)] | None = None
+    delimiter: Annotated[str, AfterValidator(_delimiter)] | None = None
     decimal: Literal[".", ","] | None = None
+    thousands: Literal[",", ".", "'", " ", "_"] | None = None
     encoding: str | None = None
     comment: str | None = None
     header_row: Annotated[int, Field(ge=0)] | None = None
@@ -171,6 +197,7 @@ class ImportMap(_Strict):
     machine: str
     format: Literal["csv", "matlab", "bus"] | None = None
     time: TimeMap | None = None
+    start_time: StartTime = None
     csv: CsvLayout = CsvLayout()
     bus: BusLayout = BusLayout()
     resample: Period | None = None
@@ -187,7 +214,7 @@ class ImportMap(_Strict):
 def read_map(path: Path) -> ImportMap:
     """Read MAP.yaml; raises UserError naming the file and the key (or line) that is wrong and what is possible."""
     try:
-        payload = yaml.safe_load(path.read_text(encoding="utf-8-sig"))
+        payload = parse_yaml(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise UserError(f"{path} does not exist; --map names the YAML file that says which column is what") from None
     except (OSError, UnicodeDecodeError) as error:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import logging
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +14,14 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from drivetwin.errors import UserError
-from drivetwin.recording.bus_log import LOG_SUFFIXES, read_bus_log
+from drivetwin.recording.bus_log import LOG_SUFFIXES, BusSignals, read_bus_log
 from drivetwin.recording.checks import TOLERANCE, check_finite, check_lengths, gaps, refuse_gap
 from drivetwin.recording.csv_table import read_csv_table
-from drivetwin.recording.import_map import AxisMap, ColumnMap, ImportMap, TimeMap
+from drivetwin.recording.import_map import ISO, AxisMap, ColumnMap, ImportMap, TimeMap
 from drivetwin.recording.matlab_table import read_matlab
-from drivetwin.recording.recording import COLUMNS, ONE_OF, REQUIRED, AxisInfo, Recording, RecordingInfo, Samples
-from drivetwin.recording.table import Table
+from drivetwin.recording.recording import COLUMNS, AxisInfo, Recording, RecordingInfo, Samples, needed
+from drivetwin.recording.repair import Repaired, repair
+from drivetwin.recording.table import Column, Table
 from drivetwin.recording.to_joint import to_joint_side
 from drivetwin.recording.units import unit_for
 
@@ -32,37 +34,48 @@ Columns = dict[str, dict[str, Samples]]
 
 @dataclass(frozen=True)
 class _Signals:
-    """What a file holds: `time` (n,) [s], columns on the joint side, and the axes with all constants known."""
+    """What a file holds: `time` (n,) [s], columns on the joint side, and the axes with all constants known.
+
+    `start`: the date and time at which `time` is 0, where the file tells. `repaired`: as in `Repaired.changes`.
+    """
 
     time: Samples
     columns: Columns
     axes: dict[str, AxisMap]
     files: tuple[Path, ...]
+    start: datetime | None = None
+    repaired: dict[str, int] = field(default_factory=dict)
 
 
 def import_recordings(
-    files: Sequence[Path], import_map: ImportMap, *, done: Callable[[Path], None] | None = None
+    files: Sequence[Path],
+    import_map: ImportMap,
+    *,
+    mend: bool = False,
+    done: Callable[[Path], None] | None = None,
 ) -> list[Recording]:
     """One recording a file, in their order, named by the file's stem (made unique by the folders above it).
 
-    `done` is called with each file that is through. Raises UserError naming file, column and row.
+    `mend`: as in `import_recording`. `done` is called with each file that is through. Raises UserError naming file, column
+    and row.
     """
     recordings = []
     for file, name in zip(files, unique_names(files), strict=True):
-        recordings.append(import_recording(file, import_map, name=name))
+        recordings.append(import_recording(file, import_map, name=name, mend=mend))
         if done is not None:
             done(file)
     return recordings
 
 
-def import_recording(file: Path, import_map: ImportMap, *, name: str | None = None) -> Recording:
+def import_recording(file: Path, import_map: ImportMap, *, name: str | None = None, mend: bool = False) -> Recording:
     """The recording in `file`; its `files` are what it was made of: the file, the map, and an EDS where one was read.
 
+    `mend`: a table's repeated rows and single missing samples are repaired (`repair`), and `repaired` says how many.
     Raises UserError for a file, a column or a unit that does not fit the map, and for what a recording may not be.
     """
     if not file.is_file():
         raise UserError(f"{file} does not exist; give the files to import")
-    signals = _bus_signals(file, import_map) if _format(file, import_map) == "bus" else _table_signals(file, import_map)
+    signals = _bus_signals(file, import_map) if _format(file, import_map) == "bus" else _table_signals(file, import_map, mend)
     signals = _on_equal_steps(file, signals, import_map)
     period = _period(signals.time)
     starts = gaps(str(file), signals.time, period)
@@ -111,7 +124,7 @@ def _format(file: Path, import_map: ImportMap) -> str:
     )
 
 
-def _table_signals(file: Path, import_map: ImportMap) -> _Signals:
+def _table_signals(file: Path, import_map: ImportMap, mend: bool) -> _Signals:
     table = read_matlab(file) if _format(file, import_map) == "matlab" else read_csv_table(file, import_map.csv)
     columns: Columns = {
         axis: {
@@ -121,11 +134,14 @@ def _table_signals(file: Path, import_map: ImportMap) -> _Signals:
         }
         for axis, entry in import_map.axes.items()
     }
-    time = _table_time(table, import_map, columns)
+    time, start = _table_time(table, import_map, columns)
     flat = {f"{axis}.{name}": values for axis, named in columns.items() for name, values in named.items()}
     check_lengths(str(file), time, flat)
-    _check_finite(file, time, columns)
-    return _Signals(time, columns, import_map.axes, (file, import_map.path))
+    mended = repair(time, columns) if mend else Repaired(time, columns, {})
+    if mended.changes:
+        logger.warning("%s is repaired: %s", file, ", ".join(f"{count} of {what}" for what, count in mended.changes.items()))
+    _check_finite(file, mended.time, mended.columns)
+    return _Signals(mended.time, mended.columns, import_map.axes, (file, import_map.path), start, mended.changes)
 
 
 def _table_column(table: Table, axis: str, entry: AxisMap, name: str, column: ColumnMap) -> Samples | None:
@@ -143,7 +159,7 @@ def _table_column(table: Table, axis: str, entry: AxisMap, name: str, column: Co
     return to_joint_side(f"{table.file}: {where}", name, source.read(), column.model_copy(update={"unit": unit}), entry)
 
 
-def _table_time(table: Table, import_map: ImportMap, columns: Columns) -> Samples:
+def _table_time(table: Table, import_map: ImportMap, columns: Columns) -> tuple[Samples, datetime | None]:
     told = import_map.time
     if told is None:
         raise UserError(
@@ -151,12 +167,23 @@ def _table_time(table: Table, import_map: ImportMap, columns: Columns) -> Sample
         )
     if told.period is not None:
         length = max(len(values) for named in columns.values() for values in named.values())
-        return np.arange(length, dtype=np.float64) * told.period
-    return _time_column(table, told)
-
-
-def _time_column(table: Table, told: TimeMap) -> Samples:
+        return np.arange(length, dtype=np.float64) * told.period, None
     source = table.column(told.column if told.column is not None else 1, "time")
+    return _since_the_first(table, source) if told.unit == ISO else (_time_column(table, source, told), None)
+
+
+def _since_the_first(table: Table, source: Column) -> tuple[Samples, datetime]:
+    """Seconds since the first of a column's dates and times, and that one."""
+    if source.instants is None:
+        raise UserError(f"{table.file}: time: a MATLAB file holds numbers; give `unit: s` (ms, us) under time in the map")
+    instants = source.instants()
+    try:
+        return np.array([(each - instants[0]).total_seconds() for each in instants]), instants[0]
+    except TypeError:
+        raise UserError(f"{table.file}: time: some rows name their time zone and some do not; write all alike") from None
+
+
+def _time_column(table: Table, source: Column, told: TimeMap) -> Samples:
     unit = told.unit or source.unit
     if unit is None:
         raise UserError(f"{table.file}: the file names no unit for time; give `unit: s` (ms, us) under time in the map")
@@ -171,27 +198,35 @@ def _bus_signals(file: Path, import_map: ImportMap) -> _Signals:
         logger.warning("%s: `time` is not used for a bus log, its rows are SYNC cycles", import_map.path)
     bus = read_bus_log(file, import_map)
     columns = {
-        axis: {name: _bus_column(file, axis, name, values, bus.axes[axis]) for name, values in named.items()}
+        axis: {name: _bus_column(file, axis, name, values, bus) for name, values in named.items()}
         for axis, named in bus.raw.items()
     }
     return _Signals(bus.time, columns, bus.axes, (file, import_map.path, *bus.files))
 
 
-def _bus_column(file: Path, axis: str, name: str, raw: Samples, entry: AxisMap) -> Samples:
+def _bus_column(file: Path, axis: str, name: str, raw: Samples, bus: BusSignals) -> Samples:
+    entry = bus.axes[axis]
     column = entry.columns[name]
     if column.unit is None:
         raise UserError(
             f"{file}: {axis}.{name}: an object has no unit of its own; give `unit:` in the map (inc, permille ...)"
         )
-    return to_joint_side(f"{file}: {axis}.{name}", name, raw, column, entry)
+    try:
+        return to_joint_side(f"{file}: {axis}.{name}", name, raw, column, entry)
+    except UserError as error:
+        if not bus.unconfirmed[axis]:
+            raise
+        raise UserError(
+            f"{error}; the EDS has only defaults of {', '.join(bus.unconfirmed[axis])}, which the log does not confirm, and "
+            "the drive may be set otherwise: give the constant in the map, the DCF as `eds`, or a log of reading the object"
+        ) from None
 
 
 def _check_finite(file: Path, time: Samples, columns: Columns) -> None:
     check_finite(str(file), "time", time, time)
     for axis, named in columns.items():
-        for name in (*REQUIRED, *ONE_OF):
-            if name in named:
-                check_finite(str(file), f"{axis}.{name}", named[name], time)
+        for name in needed(named):
+            check_finite(str(file), f"{axis}.{name}", named[name], time)
 
 
 def _period(time: Samples) -> float:
@@ -235,7 +270,7 @@ def _on_equal_steps(file: Path, signals: _Signals, import_map: ImportMap) -> _Si
         axis: {name: np.interp(grid, time, values) for name, values in named.items()}
         for axis, named in signals.columns.items()
     }
-    return _Signals(grid, columns, signals.axes, signals.files)
+    return replace(signals, time=grid, columns=columns)
 
 
 _BRIDGED = 4.0
@@ -264,10 +299,12 @@ def _info(import_map: ImportMap, signals: _Signals, period: float, derived: list
     payload: dict[str, Any] = {
         "machine": import_map.machine,
         "sample_period": period,
+        "start_time": signals.start if import_map.start_time is None else import_map.start_time,
         "derived": derived,
         "axes": {axis: _axis_info(axis, entry) for axis, entry in signals.axes.items()},
     }
-    return RecordingInfo.model_validate(payload | ({"about": import_map.about} if import_map.about else {}))
+    extra = {"about": import_map.about, "repaired": signals.repaired}
+    return RecordingInfo.model_validate(payload | {key: value for key, value in extra.items() if value})
 
 
 def _axis_info(axis: str, entry: AxisMap) -> AxisInfo:
@@ -276,7 +313,10 @@ def _axis_info(axis: str, entry: AxisMap) -> AxisInfo:
         "actuator": entry.actuator,
         "rated_torque": entry.joint_rated_torque(),
         "torque_resolution": entry.torque_resolution,
+        "torque_bandwidth_hz": entry.torque_bandwidth_hz,
+        "torque_delay": entry.torque_delay,
         "position_resolution": entry.position_resolution,
+        "position_relative": entry.position_relative or None,
         "gear_ratio": entry.gear_ratio,
         "drive": entry.drive,
     }

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.io import loadmat, matlab
 
 from drivetwin.errors import UserError
+from drivetwin.recording.in_child import UnreadableError, read_in_child
 from drivetwin.recording.recording import Samples
 from drivetwin.recording.table import Column, Table
+
+_HDF5 = b"MATLAB 7.3 MAT-file"
 
 
 def read_matlab(file: Path) -> Table:
@@ -20,33 +21,17 @@ def read_matlab(file: Path) -> Table:
     Raises UserError for a v7.3 file (HDF5) and for what is no .mat file.
     """
     try:
-        content = loadmat(str(file), simplify_cells=True)
-    except NotImplementedError as error:
-        raise UserError(
-            f"{file} is a MATLAB v7.3 (HDF5) file, which is not read; in MATLAB: s = load('{file.name}'); "
-            f"save('{file.stem}_v7.mat', '-struct', 's', '-v7'), and import that"
-        ) from error
-    except (OSError, ValueError, TypeError, matlab.MatReadError) as error:
+        with file.open("rb") as stream:
+            head = stream.read(len(_HDF5))
+        if head == _HDF5:
+            raise UserError(
+                f"{file} is a MATLAB v7.3 (HDF5) file, which is not read; in MATLAB: s = load('{file.name}'); "
+                f"save('{file.stem}_v7.mat', '-struct', 's', '-v7'), and import that"
+            )
+        vectors = read_in_child("matlab", file)
+    except (OSError, UnreadableError) as error:
         raise UserError(f"{file} cannot be read as a MATLAB file: {error}; save it again with -v7") from error
-    variables = {name: value for name, value in content.items() if not name.startswith("__")}
-    return Table(file, tuple(_vectors("", variables)))
-
-
-def _vectors(prefix: str, value: Any) -> Iterator[Column]:
-    if isinstance(value, Mapping):
-        for name, inner in value.items():
-            yield from _vectors(f"{prefix}.{name}" if prefix else str(name), inner)
-        return
-    array = np.squeeze(np.asarray(value))
-    if array.dtype.kind not in "buif":
-        return
-    if array.ndim == 1:
-        yield _column(prefix, array)
-    elif array.ndim == 2:
-        along_rows = array.shape[0] >= array.shape[1]
-        for number in range(array.shape[1] if along_rows else array.shape[0]):
-            name = f"{prefix}(:,{number + 1})" if along_rows else f"{prefix}({number + 1},:)"
-            yield _column(name, array[:, number] if along_rows else array[number])
+    return Table(file, tuple(_column(name, values) for name, values in vectors.items()))
 
 
 def _column(name: str, array: np.ndarray[Any, np.dtype[Any]]) -> Column:

@@ -15,10 +15,19 @@ import pyarrow.parquet as pq
 from pydantic import ValidationError
 
 from drivetwin.errors import UserError
-from drivetwin.recording.checks import check_finite, check_joints, check_lengths, check_required, gaps, refuse_gap
-from drivetwin.recording.recording import ONE_OF, REQUIRED, SCHEMA, Recording, RecordingInfo, Samples
+from drivetwin.recording.checks import (
+    check_finite,
+    check_joints,
+    check_lengths,
+    check_required,
+    check_torque,
+    gaps,
+    refuse_gap,
+)
+from drivetwin.recording.recording import FIRST_SCHEMA, SCHEMA, Recording, RecordingInfo, Samples, needed
+from drivetwin.text_files import parse_json
 
-__all__ = ["check_joints", "find_recordings", "read_recording"]
+__all__ = ["check_joints", "check_torque", "find_recordings", "read_recording"]
 
 logger = logging.getLogger(__name__)
 
@@ -74,21 +83,23 @@ def read_recording(path: Path, *, allow_gaps: bool = False) -> list[Recording]:
 def _read_info(file: Path) -> RecordingInfo:
     payload = _read_json(file)
     schema = payload.get("schema")
-    if schema != SCHEMA:
+    if schema not in (FIRST_SCHEMA, SCHEMA):
         raise UserError(
-            f"{file}: schema is {schema!r}, this version reads {SCHEMA!r}; update drivetwin or convert the recording"
+            f"{file}: schema is {schema!r:.80}, this version reads {FIRST_SCHEMA!r} and {SCHEMA!r}; update drivetwin or "
+            "convert the recording"
         )
     try:
         return RecordingInfo.model_validate(payload)
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"])
-        raise UserError(f"{file}: {key}: {first['msg']} (got {first['input']!r:.80}); correct that key") from error
+        message = first["msg"].removeprefix("Value error, ")
+        raise UserError(f"{file}: {key}: {message} (got {first['input']!r:.80}); correct that key") from error
 
 
 def _read_json(file: Path) -> dict[str, Any]:
     try:
-        payload = json.loads(file.read_text(encoding="utf-8"))
+        payload = parse_json(file.read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):
         raise UserError(
             f"{file} does not exist; a recording is a folder with {INFO} and {SIGNALS[0]} or {SIGNALS[1]}"
@@ -116,9 +127,10 @@ def _signals_file(path: Path) -> Path:
 def _read_parquet(file: Path) -> dict[str, Samples]:
     try:
         table = pq.read_table(file)
-    except (OSError, pa.ArrowException) as error:
+        names = table.column_names
+    except (OSError, pa.ArrowException, UnicodeDecodeError) as error:
         raise UserError(f"{file} cannot be read as Parquet: {error}; record or import it again") from error
-    return {name: _from_arrow(file, name, table.column(name)) for name in table.column_names}
+    return {name: _from_arrow(file, name, table.column(name)) for name in names}
 
 
 def _from_arrow(file: Path, name: str, column: Any) -> Samples:
@@ -181,15 +193,14 @@ def _by_axis(where: str, info: RecordingInfo, table: dict[str, Samples]) -> dict
         else:
             logger.warning("%s: column %s belongs to no axis of recording.json and is ignored", where, full_name)
     for axis, named in columns.items():
-        check_required(where, axis, named)
+        check_required(where, axis, named, info.schema_)
     return columns
 
 
 def _check_required_values(where: str, time: Samples, columns: dict[str, dict[str, Samples]]) -> None:
     for axis, named in columns.items():
-        for name in (*REQUIRED, *ONE_OF):
-            if name in named:
-                check_finite(where, f"{axis}.{name}", named[name], time)
+        for name in needed(named):
+            check_finite(where, f"{axis}.{name}", named[name], time)
 
 
 def _split(whole: Recording, starts: list[int]) -> list[Recording]:

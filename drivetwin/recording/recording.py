@@ -1,64 +1,161 @@
-"""A recording in memory: the samples of each axis and what is known of it (contract recording/1)."""
+"""A recording in memory: the samples of each axis and what is known of it (contract recording/2)."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field
+from datetime import datetime
+from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, PlainSerializer, PlainValidator, field_validator
 
-SCHEMA = "recording/1"
+SCHEMA = "recording/2"
+FIRST_SCHEMA = "recording/1"
+"""The same with `torque` required and fewer columns and keys; it is read, and no longer written."""
 
 Samples = NDArray[np.float64]
 
-REQUIRED = ("torque",)
+TORQUE = "torque"
 ONE_OF = ("position", "velocity")
-OPTIONAL = ("position_demand", "velocity_demand", "velocity_offset", "torque_offset", "temperature")
-COLUMNS = (*REQUIRED, *ONE_OF, *OPTIONAL)
+WITHOUT_TORQUE = ("position", "position_demand")
+"""What is required of an axis whose torque was not recorded."""
+OPTIONAL = (
+    "position_demand",
+    "velocity_demand",
+    "velocity_offset",
+    "torque_offset",
+    "joint_position",
+    "joint_velocity",
+    "joint_torque",
+    "temperature",
+)
+COLUMNS = (TORQUE, *ONE_OF, *OPTIONAL)
+
+NotNegative = Annotated[FiniteFloat, Field(ge=0)]
+Positive = Annotated[FiniteFloat, Field(gt=0)]
+
+
+def needed(names: Iterable[str]) -> list[str]:
+    """Those of an axis' columns that need a finite number in every row: what was measured, and the demand without torque."""
+    present = set(names)
+    return [name for name in (TORQUE, *ONE_OF) if name in present] + ["position_demand"] * (
+        TORQUE not in present and "position_demand" in present
+    )
+
+
+class DriveLaw(StrEnum):
+    """What closes the loop of an axis."""
+
+    CASCADE = "cascade"
+    """P position loop over a P or PI velocity loop, the gains as in `DriveLoops`."""
+    PID = "pid"
+    """One PID loop from position to torque."""
+    PD_POSITION_SERVO = "pd_position_servo"
+    """Torque in proportion to the position error, less damping: the position actuator of a simulation."""
+    TORQUE = "torque"
+    """None: the demand is a torque."""
+    UNKNOWN = "unknown"
+
+
+def _law_by_gains(told: dict[str, Any]) -> DriveLaw:
+    gains = (told.get("position_gain"), told.get("velocity_gain"))
+    return DriveLaw.CASCADE if any(gain is not None for gain in gains) else DriveLaw.UNKNOWN
 
 
 class DriveLoops(BaseModel):
-    """What a replay needs of the drive; units as in the contract, joint side."""
+    """What a replay needs of the drive, joint side; None where it is not known.
+
+    `position_gain` [1/s], `velocity_gain` [N·m·s/rad or N·s/m], `integral_time` [s] (None where it is told: a P velocity loop),
+    `velocity_feedforward` [1] of the demand's derivative, `torque_limit` [N·m or N], `servo_period` [s],
+    `velocity_filter_hz` [Hz], `current_loop_time_constant` [s]. `law`: what the gains belong to; a cascade where gains are
+    given and nothing else is said. Every number is finite and not negative.
+    """
 
     model_config = ConfigDict(extra="allow")
 
-    position_gain: float | None = None
-    velocity_gain: float | None = None
-    integral_time: float | None = None
-    velocity_feedforward: float = 1.0
-    torque_limit: float | None = None
-    servo_period: float | None = None
-    velocity_filter_hz: float | None = None
-    current_loop_time_constant: float | None = None
+    position_gain: NotNegative | None = None
+    velocity_gain: NotNegative | None = None
+    integral_time: NotNegative | None = None
+    velocity_feedforward: NotNegative = 1.0
+    torque_limit: NotNegative | None = None
+    servo_period: NotNegative | None = None
+    velocity_filter_hz: NotNegative | None = None
+    current_loop_time_constant: NotNegative | None = None
+    law: DriveLaw = Field(default_factory=_law_by_gains)
 
 
 class AxisInfo(BaseModel):
-    """One entry of `axes` in recording.json."""
+    """One entry of `axes` in recording.json, joint side; None where it is not known.
+
+    `joint` and `actuator` are names in the MuJoCo model. `rated_torque` and `torque_resolution` [N·m or N],
+    `position_resolution` [rad or m], `gear_ratio` [motor turns a joint turn, or rad/m]: finite, the resolutions may be 0.
+    `torque_bandwidth_hz` [Hz]: the torque column's -3 dB frequency. `torque_delay` [s]: how long ago was what the torque column
+    shows. `position_relative`: the zero of the position is the recording's own, not the model's.
+    """
 
     model_config = ConfigDict(extra="allow")
 
     joint: str
     actuator: str | None = None
-    rated_torque: PositiveFloat | None = None
-    torque_resolution: float | None = None
-    position_resolution: float | None = None
-    gear_ratio: float | None = None
+    rated_torque: Positive | None = None
+    torque_resolution: NotNegative | None = None
+    torque_bandwidth_hz: Positive | None = None
+    torque_delay: FiniteFloat | None = None
+    position_resolution: NotNegative | None = None
+    position_relative: bool = False
+    gear_ratio: Positive | None = None
     drive: DriveLoops | None = None
 
 
+def _start_time(value: object) -> float | datetime | None:
+    """Seconds, an ISO date with its time, or None; raises ValueError otherwise."""
+    if value is None or isinstance(value, datetime):
+        return value
+    with suppress(ValueError, OverflowError):
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and 0.0 <= float(value) < math.inf:
+            return float(value)
+        if isinstance(value, str) and ":" in value:  # a day without its time does not say when
+            return datetime.fromisoformat(value)
+    raise ValueError("expected seconds since the machine was switched on, an ISO date and time, or null")
+
+
+StartTime = Annotated[
+    float | datetime | None,
+    PlainValidator(_start_time),
+    PlainSerializer(lambda value: value.isoformat() if isinstance(value, datetime) else value),
+]
+
+
 class RecordingInfo(BaseModel):
-    """recording.json; keys that the contract does not name are kept."""
+    """recording.json; keys that the contract does not name are kept.
+
+    `sample_period` [s]. `start_time`: the instant at which the `time` column is 0, as seconds since the machine was switched on
+    or as date and time; None: not known, nothing follows from one recording's time to another's. No two axes are on one joint.
+    """
 
     model_config = ConfigDict(extra="allow", populate_by_name=True)
 
     schema_: str = Field(default=SCHEMA, alias="schema")
     machine: str
-    sample_period: PositiveFloat
+    sample_period: Positive
+    start_time: StartTime = None
     derived: list[str] = []
     axes: dict[str, AxisInfo] = Field(min_length=1)
+
+    @field_validator("axes")
+    @classmethod
+    def _a_joint_each(cls, axes: dict[str, AxisInfo]) -> dict[str, AxisInfo]:
+        first: dict[str, str] = {}
+        for axis, info in axes.items():
+            if first.setdefault(info.joint, axis) != axis:
+                raise ValueError(f"axes {first[info.joint]} and {axis} are both on joint {info.joint!r}; an axis has its own")
+        return axes
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
 from drivetwin.errors import UserError
@@ -13,11 +14,15 @@ from drivetwin.recording.recording import Samples
 
 @dataclass(frozen=True)
 class Column:
-    """One column: `unit` as the file names it, None where it does not; `read` gives (n,) or raises UserError."""
+    """One column: `unit` as the file names it, None where it does not; `read` gives (n,) or raises UserError.
+
+    `instants` gives its cells as dates and times, where the file is text.
+    """
 
     name: str
     unit: str | None
     read: Callable[[], Samples]
+    instants: Callable[[], list[datetime]] | None = None
 
 
 @dataclass(frozen=True)

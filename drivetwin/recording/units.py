@@ -125,6 +125,9 @@ ALLOWED: dict[str, tuple[Kind, ...]] = {
     "velocity": _VELOCITY,
     "velocity_demand": _VELOCITY,
     "velocity_offset": _VELOCITY,
+    "joint_position": _POSITION,
+    "joint_velocity": _VELOCITY,
+    "joint_torque": _TORQUE,
     "temperature": (Kind.TEMPERATURE,),
 }
 
@@ -152,7 +155,7 @@ def quantity(value: float | str, kinds: tuple[Kind, ...]) -> float:
     """A constant as a number in SI, or as `"9.84 mN·m"`; the value in SI. Raises ValueError naming what is possible."""
     if not isinstance(value, str):
         return float(value)
-    match = re.fullmatch(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*?)\s*", value)
+    match = re.fullmatch(r"([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*)", value.strip())
     if match is None:
         raise ValueError(f"{value!r} is neither a number in SI units nor a number with a unit")
     if not match[2]:

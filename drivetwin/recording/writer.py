@@ -49,5 +49,5 @@ def _flat(recording: Recording) -> dict[str, Samples]:
 
 def _payload(info: RecordingInfo, made_by: dict[str, Any]) -> dict[str, Any]:
     """recording.json: schema first, what is known (a null integral_time means a P loop and stays), then `made_by`."""
-    known = info.model_dump(by_alias=True, exclude_unset=True)
-    return {**{"schema": SCHEMA, "machine": info.machine, "derived": info.derived}, **known, **made_by}
+    known = info.model_dump(by_alias=True, exclude_unset=True, exclude={"schema_"})
+    return {"schema": SCHEMA, "machine": info.machine, "derived": info.derived, **known, **made_by}

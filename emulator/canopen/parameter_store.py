@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from drivetwin.errors import UserError
+from drivetwin.text_files import parse_json
 
 SCHEMA = "parameters/1"
 
@@ -82,7 +83,7 @@ class ParameterStore:
         except (OSError, UnicodeDecodeError) as error:
             raise UserError(f"{self._path}: not readable as stored parameters: {error}") from None
         try:
-            payload = json.loads(text)
+            payload = parse_json(text)
             if payload["schema"] != SCHEMA:
                 raise ValueError(f"schema {payload['schema']!r}, expected {SCHEMA!r}")
             self._groups = {group: _from_text(payload[group.value]) for group in Group}

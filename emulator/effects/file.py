@@ -10,6 +10,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from drivetwin.errors import UserError
+from drivetwin.text_files import parse_json
 from emulator.effects.base import Effect
 from emulator.effects.library import library
 
@@ -48,7 +49,7 @@ def read_effects(path: Path) -> tuple[PlacedEffect, ...]:
     unknown or out-of-range parameter. Whether the units are those of the joint is for the plant to judge.
     """
     try:
-        content = _File.model_validate(json.loads(path.read_text(encoding="utf-8")))
+        content = _File.model_validate(parse_json(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
         raise UserError(f"no effects file {path}; give an effects/1 JSON file") from None
     except OSError as error:

@@ -11,7 +11,6 @@ from emulator.dynamics import AxisDynamics, Motion
 from emulator.effects.base import LENGTH, MASS, ModelEffect, Need, Parameter
 from emulator.effects.model_tree import outermost
 
-
 _PLACE = 0.02
 """Of a place [m], the least that matters: it may well be at 0."""
 

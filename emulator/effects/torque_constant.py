@@ -15,7 +15,6 @@ from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import needed_torque
 from emulator.effects.base import NUMBER, AxisEffect, Need, Parameter, Start, StaticEffect
 
-
 _SCATTER = 0.15
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
 
+from drivetwin.text_files import parse_json
 from hil_tests.evidence import Evidence
 from hil_tests.expectations.base import MET, Expectation, Finding, limit
 
@@ -67,7 +67,7 @@ def _true_name(name: str) -> str:
 def read_json(path: Any) -> object:
     """The content of a JSON file, None where there is none."""
     try:
-        content: object = json.loads(path.read_text(encoding="utf-8"))
+        content: object = parse_json(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
     return content

@@ -385,3 +385,27 @@ def test_the_table_lowers_the_peak_following_error(circle: Circle, move: Move) -
     factor = circle.before[move] / circle.after[move]
     print(f"{move}: {circle.before[move]:.3g} rad without, {circle.after[move]:.3g} rad with the table: {factor:.2f}")
     assert factor > move.least_factor
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "complaint"),
+    [
+        ("stribeck_velocity", 0.0, "stribeck_velocity is 0, expected 1e-09 to 1e"),
+        ("stribeck_velocity", -0.05, "stribeck_velocity is -0.05"),
+        ("stribeck_exponent", 0.0, "stribeck_exponent is 0, expected 0.1 to 10"),
+        ("coulomb", 1e308, "axes.rotate.parameters.coulomb.value: Input should be less than or equal to 1000000000"),
+    ],
+)
+def test_values_that_no_machine_has(name: str, value: float, complaint: str, tmp_path: Path) -> None:
+    values = {"coulomb": 1.9, "viscous": 1.15, "static_torque": 2.4, "stribeck_velocity": 0.05} | {name: value}
+    axis = {"parameters": {key: {"value": each} for key, each in values.items()}}
+    payload = {"schema": "identified/1", "machine": "scara", "axes": {"rotate": axis}}
+    (tmp_path / "identified.json").write_text(json.dumps(payload))
+    with pytest.raises(UserError) as refused:
+        read_friction(tmp_path / "identified.json")
+    assert complaint in str(refused.value)
+
+
+def test_no_friction_at_all_is_no_table() -> None:
+    with pytest.raises(UserError, match="friction brakes at every speed"):
+        friction_table(FrictionLaw(), ROTATE)

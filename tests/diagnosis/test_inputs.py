@@ -196,9 +196,9 @@ def test_nan_is_named_by_row(bench: Bench) -> None:
 
 def test_a_schema_of_another_time(bench: Bench) -> None:
     run = bench.add("run", {"rotate": strokes(5.0)})
-    payload = json.loads((run / "recording.json").read_text()) | {"schema": "recording/2"}
+    payload = json.loads((run / "recording.json").read_text()) | {"schema": "recording/3"}
     (run / "recording.json").write_text(json.dumps(payload))
-    assert "schema is 'recording/2'" in bench.refusal([run])
+    assert "schema is 'recording/3'" in bench.refusal([run])
 
 
 def test_too_short_says_how_long(bench: Bench) -> None:

@@ -321,3 +321,14 @@ def test_text_beyond_latin_1(
     assert encode(kind, default) == on_the_bus
     assert ("the text of" in caplog.text) is complaint
     assert ("3000" in caplog.text) is complaint
+
+
+@pytest.mark.parametrize("number", ["9" * 5000, "0x" + "f" * 5000, "$NODEID+" + "1" * 5000])
+def test_a_number_that_no_device_has_is_none(number: str) -> None:
+    assert parse_number(number) is None
+
+
+def test_a_section_name_that_never_ends(tmp_path: Path) -> None:
+    file = tmp_path / "drive.eds"
+    file.write_text("[FileInfo]\n[" + " " * 100_000 + "x\n[ 1000 ]\nDataType=7\n")
+    assert [entry.index for entry in read_eds(file).objects] == [0x1000]

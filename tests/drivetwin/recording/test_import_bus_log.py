@@ -252,3 +252,70 @@ def test_missing_eds_and_node(tmp_path: Path) -> None:
 def test_decimal_index_is_refused() -> None:
     with pytest.raises(ValueError, match="6064 is read as decimal; write 0x6064"):
         ImportMap.model_validate({"machine": "m", "axes": axes(columns={"position": {"object": 6064}})})
+
+
+FACTORS = (
+    _record(0x608F, [(5, "2"), (7, "4096"), (7, "1")])
+    + _record(0x6091, [(5, "2"), (7, "1"), (7, "1")])
+    + _record(0x6092, [(5, "2"), (7, "36000"), (7, "1")])
+    + "[6076]\nParameterName=rated\nDataType=0x0007\nAccessType=rw\nDefaultValue=800\n"
+)
+UNKNOWN = {"gear_ratio": None, "encoder_increments": None, "motor_rated_torque": None}
+
+
+def columns_in(position: str, torque: str) -> dict[str, Any]:
+    return {"position": {"object": "6064h", "unit": position}, "torque": {"object": 0x6077, "unit": torque}}
+
+
+@pytest.mark.parametrize(
+    ("position", "known", "objects"),
+    [
+        ("user", {"motor_rated_torque": 2.0, "gear_ratio": 10.0}, "6091h, 6092h"),
+        ("user", {"motor_rated_torque": 2.0, "user_units_per_motor_turn": 36000}, "6091h"),
+        ("inc", {"motor_rated_torque": 2.0, "gear_ratio": 10.0}, "608Fh"),
+        ("rad", {"gear_ratio": 10.0}, "6076h"),
+    ],
+)
+def test_a_default_of_the_eds_is_no_scale(position: str, known: dict[str, Any], objects: str, tmp_path: Path) -> None:
+    """What a drive was shipped with is not what the commissioning engineer left in it."""
+    file = write(tmp_path / "bus.log", motion())
+    read = import_map(tmp_path, EDS.format(pdos=TPDO1 + FACTORS), columns=columns_in(position, "permille"), **UNKNOWN | known)
+    with pytest.raises(UserError, match=rf"map lacks.*default.* of .*{objects}.* the log does not confirm.*give"):
+        import_recording(file, read)
+
+
+def test_a_default_that_the_log_confirms_is_a_scale(tmp_path: Path) -> None:
+    reads = [(0x608F, 1, 4096), (0x608F, 2, 1), (0x6091, 1, 100), (0x6091, 2, 2), (0x6092, 1, 36000), (0x6092, 2, 1)]
+    reads.append((0x6076, 0, 500))
+    told = [message for n, read in enumerate(reads) for message in sdo_write(0.1 + 1e-3 * n, *read, 4)]
+    read = import_map(tmp_path, EDS.format(pdos=TPDO1 + FACTORS), columns=columns_in("user", "permille"), **UNKNOWN)
+    recording = import_recording(write(tmp_path / "bus.log", told + motion()), read)
+    k = np.arange(CYCLES)
+    np.testing.assert_allclose(recording.columns["elbow"]["position"], 100 * k * 2 * np.pi / 36000)
+    np.testing.assert_allclose(recording.columns["elbow"]["torque"], k * 1e-3 * 0.5 * 50.0)
+    assert recording.info.axes["elbow"].gear_ratio == 50.0
+
+
+def test_a_value_of_the_dcf_is_a_scale(tmp_path: Path) -> None:
+    """A ParameterValue is what was configured."""
+    eds = EDS.format(pdos=TPDO1 + FACTORS.replace("DefaultValue=800", "DefaultValue=800\nParameterValue=500"))
+    known = UNKNOWN | {"gear_ratio": 10.0}
+    read = import_map(tmp_path, eds, columns=columns_in("rad", "permille"), **known)
+    recording = import_recording(write(tmp_path / "bus.log", motion()), read)
+    assert recording.info.axes["elbow"].rated_torque == 5.0
+
+
+def test_half_a_factor_is_no_scale(tmp_path: Path) -> None:
+    """The numerator alone leaves the denominator to a default."""
+    told = sdo_write(0.1, 0x6091, 1, 100, 4)
+    known = UNKNOWN | {"motor_rated_torque": 2.0}
+    read = import_map(tmp_path, EDS.format(pdos=TPDO1 + FACTORS), columns=columns_in("rad", "permille"), **known)
+    recording = import_recording(write(tmp_path / "bus.log", told + motion()), read)
+    assert recording.info.axes["elbow"].gear_ratio is None
+
+
+def test_time_stamps_that_leap(tmp_path: Path) -> None:
+    """The rows between would be more than any memory holds."""
+    messages = [*motion(), *motion(start=1e9)]
+    with pytest.raises(UserError, match=r"time stamps of the SYNCs go from 1 to 1e\+09 s .*cut the log where they leap"):
+        import_recording(write(tmp_path / "bus.log", messages), import_map(tmp_path, EDS.format(pdos=TPDO1 + RPDO1)))

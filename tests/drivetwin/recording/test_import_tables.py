@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -288,3 +289,82 @@ def test_a_map_that_is_no_map(tmp_path: Path) -> None:
     file.write_text("hello\n")
     with pytest.raises(UserError, match="expected the keys machine, time and axes"):
         read_map(file)
+
+
+def test_a_table_without_torque_and_with_a_sensor_at_the_joint(tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    file.write_text("t,q,w,s\n0,1,2,90\n1,2,3,180\n2,3,4,270\n")
+    table = {"position": {"column": "q", "unit": "rad"}, "position_demand": {"column": "w", "unit": "rad"}}
+    table["joint_position"] = {"column": "s", "unit": "deg"}
+    axis = {"columns": table, "position_relative": True, "torque_delay": "0.5 ms"}
+    recording = import_recording(file, mapped(axes={"x": axis}, start_time="2026-11-23T08:15:00Z"))
+    assert list(recording.columns["x"]) == ["position", "position_demand", "joint_position"]
+    np.testing.assert_allclose(recording.columns["x"]["joint_position"], np.pi / 2 * np.array([1.0, 2.0, 3.0]))
+    assert recording.info.axes["x"].position_relative
+    assert recording.info.axes["x"].torque_delay == 0.0005
+    assert recording.info.start_time is not None
+    del table["position_demand"]
+    with pytest.raises(ValueError, match="without torque it needs position and position_demand"):
+        mapped(axes={"x": {"columns": table}})
+
+
+@pytest.mark.parametrize("delimiter", ["ab", "", "\n", '"', "1", ".", "\0"])
+def test_what_is_no_delimiter(delimiter: str) -> None:
+    with pytest.raises(ValueError, match="is no delimiter; give one character"):
+        CsvLayout(delimiter=delimiter)
+
+
+@pytest.mark.parametrize("name", ["[" * 100_000, "M [" + " " * 100_000 + "x", "(" * 50_000 + "rpm]"])
+def test_a_heading_of_brackets(name: str, tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    file.write_text(f"t;{name}\n0;1\n1;2\n")
+    assert [column.unit for column in read_csv_table(file, CsvLayout()).columns] in ([None, None], [None, "rpm"])
+
+
+def test_dates_and_times(tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    rows = [f"2026-11-23 08:14:59.{998 + k};{k};{k}" for k in range(2)]
+    rows += [f"2026-11-23T08:15:00,00{k};{k};{k}" for k in range(3)]
+    file.write_text("\n".join(["t;M;n", *rows]) + "\n")
+    recording = import_recording(file, mapped(time={"column": "t", "unit": "iso"}))
+    np.testing.assert_allclose(recording.time, 1e-3 * np.arange(5), atol=1e-9)
+    assert recording.info.sample_period == 0.001
+    assert recording.info.start_time == datetime(2026, 11, 23, 8, 14, 59, 998000)
+    told = import_recording(file, mapped(time={"column": "t", "unit": "iso"}, start_time=12.0))
+    assert told.info.start_time == 12.0
+
+
+@pytest.mark.parametrize(
+    ("second", "message"),
+    [("8 o'clock", r"'t' row 3: .* is no ISO date and time"), ("2026-11-23T08:15:01Z", "some rows name their time zone")],
+)
+def test_dates_that_are_none(second: str, message: str, tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    file.write_text(f"t;M;n\n2026-11-23T08:15:00;1;1\n{second};2;2\n2026-11-23T08:15:02;3;3\n")
+    with pytest.raises(UserError, match=message):
+        import_recording(file, mapped(time={"column": "t", "unit": "iso"}))
+
+
+@pytest.mark.parametrize(
+    ("thousands", "decimal", "cells"),
+    [
+        ("'", ".", ["1'234'567.5", "-12'000", "3.25"]),
+        (".", ",", ["1.234.567,5", "-12.000", "3,25"]),
+        (",", ".", ["1,234,567.5", "-12,000", "3.25"]),
+        (" ", ",", ["1 234 567,5", "-12 000", "3,25"]),
+    ],
+)
+def test_groups_of_thousands(thousands: str, decimal: Any, cells: list[str], tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    file.write_text("\n".join(["t;M", *(f"{k};{cell}" for k, cell in enumerate(cells))]) + "\n")
+    layout = CsvLayout(thousands=thousands, decimal=decimal, delimiter=";")
+    assert columns(file, layout)["M"] == [1234567.5, -12000.0, 3.25]
+
+
+def test_groups_that_are_none(tmp_path: Path) -> None:
+    file = tmp_path / "scope.csv"
+    file.write_text("t;M\n0;1'234\n1;12'34\n2;1'234\n")
+    with pytest.raises(UserError, match=r"\"12'34\" is not a number"):
+        columns(file, CsvLayout(thousands="'", delimiter=";", first_row=2))
+    with pytest.raises(UserError, match=r"csv\.decimal is csv\.delimiter or csv\.thousands"):
+        columns(file, CsvLayout(thousands=".", decimal="."))

@@ -19,7 +19,7 @@ from drivetwin.recording.recording import Recording, RecordingInfo
 from drivetwin.recording.writer import write_into, write_recording
 
 INFO = {
-    "schema": "recording/1",
+    "schema": "recording/2",
     "machine": "bench",
     "sample_period": 0.001,
     "derived": ["elbow.position"],
@@ -170,7 +170,7 @@ def test_gaps_split_where_allowed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"schema": "recording/2"}, r"schema is 'recording/2'.*'recording/1'"),
+        ({"schema": "recording/3"}, r"schema is 'recording/3'.*'recording/1' and 'recording/2'"),
         ({"schema": None}, r"schema is None"),
         ({"sample_period": 0}, r"sample_period: .*greater than 0"),
         ({"sample_period": 0.002}, r"time steps by 0\.001 s .*sample_period says 0\.002"),
