@@ -18,11 +18,11 @@ from blind.place import code_hash
 from drivetwin.errors import UserError
 from drivetwin.files import own_directory, write_json
 from measured.cases import Case, read_cases
-from measured.judge import judge, judge_case
+from measured.judge import judge_case
 from measured.page import write_score_page
 from measured.run import DRIVETWIN, Place, Status, import_inputs, run_case
-from measured.score import CaseScore
-from measured.table import fill_table, percent, print_score
+from measured.score import CaseScore, score
+from measured.table import around_markers, fill_table, percent, print_score
 
 
 def main(words: Sequence[str] | None = None, drivetwin: Sequence[str] = DRIVETWIN) -> int:
@@ -51,18 +51,22 @@ def _measured(console: Console, options: argparse.Namespace, drivetwin: Sequence
     place, code = Place(options.out), code_hash()
     cases = read_cases(options.data, place.inputs)
     pending = _pending(cases, options.only, place, code)
+    if options.table is not None:
+        around_markers(options.table)
     own_directory(options.out)
     with console.status("importing"):
         for case in cases:
-            import_inputs(case, place, options.limit, drivetwin)
+            import_inputs(case, place, code, options.limit, drivetwin)
+    scores = {}
     for number, case in enumerate(pending, start=1):
         with console.status(f"{number} of {len(pending)}: {case.name}"):
             outcome = run_case(case, place, code, options.limit, drivetwin)
-            said = _said(judge_case(case, place, code))
+            scores[case.name] = judge_case(case, place, code)
+        said = _said(scores[case.name])
         line = f"{number:2d} of {len(pending)}  {case.name:22s} {outcome.seconds:5.0f} s  {said}"
         console.print(line, highlight=False, markup=False, soft_wrap=True)
     with console.status("reference least squares"):
-        found = judge(cases, place, code)
+        found = score(code, [scores.get(case.name) or judge_case(case, place, code) for case in cases])
     write_json(options.out / "score.json", found.to_json())
     write_score_page(place, found)
     if options.table is not None:

@@ -75,13 +75,17 @@ class Place:
         return Outcome(Status(told["status"]), told["line"], told["seconds"], told["code"])
 
 
-def import_inputs(case: Case, place: Place, limit: float, drivetwin: Sequence[str] = DRIVETWIN) -> None:
-    """Import the recordings of a case that come as a drive's export. Raises UserError where that fails."""
+def import_inputs(case: Case, place: Place, code: str, limit: float, drivetwin: Sequence[str] = DRIVETWIN) -> None:
+    """Import the recordings of a case that come as a drive's export, once by each code. Raises UserError where that fails."""
+    kept = place.case(case.name) / "imported.txt"
+    if not case.imports or (kept.is_file() and kept.read_text(encoding="utf-8") == code):
+        return
     for each in case.imports:
         words = ["import", *_words(each.files), "--map", str(each.map), "--out", str(each.to)]
         status, line = _run([*drivetwin, *words], place.case(case.name), limit)
         if status is not Status.ANSWERED:
             raise UserError(f"{case.name}: {each.files[0]} cannot be imported by {each.map}: {line}")
+    kept.write_text(code, encoding="utf-8")
 
 
 def run_case(case: Case, place: Place, code: str, limit: float, drivetwin: Sequence[str] = DRIVETWIN) -> Outcome:

@@ -26,7 +26,7 @@ class CaseScore:
     """One case. `strict`: the first answer is what is lacking; `right`: it is no error. None where that was not asked.
 
     closed, ratio: share of the gap's energy on validation that is closed, and of the reference's; None without an answer, the
-    ratio also where nothing is lacking. faults: everything that must not happen, in words.
+    ratio also where nothing is lacking. faults: everything that must not happen, in words. settings: of the diagnosis.
     """
 
     name: str
@@ -47,6 +47,7 @@ class CaseScore:
     reference: Reference
     ratio: float | None
     faults: tuple[str, ...]
+    settings: Mapping[str, Any] | None
 
     @property
     def reached(self) -> bool | None:
@@ -151,13 +152,15 @@ def score_case(
         reference=held_against,
         ratio=share / held_against.closed if share is not None and label.effects and held_against.closed > 0.0 else None,
         faults=tuple(_faults(outcome, must_not, gap, held_against, broken)),
+        settings=None if gap is None else gap.settings,
     )
 
 
-def score(code: str, cases: Sequence[CaseScore], settings: Mapping[str, Mapping[str, Any]]) -> Score:
-    """All of them; `settings` of each report, by case."""
-    keys = dict.fromkeys(key for each in settings.values() for key in each)
-    alike = {key: [each.get(key) for each in settings.values()] for key in keys}
+def score(code: str, cases: Sequence[CaseScore]) -> Score:
+    """All of them, as this code answered them."""
+    settings = [case.settings for case in cases if case.settings is not None]
+    keys = dict.fromkeys(key for each in settings for key in each)
+    alike = {key: [each.get(key) for each in settings] for key in keys}
     differing = tuple(key for key, values in alike.items() if any(value != values[0] for value in values))
     same = {key: values[0] for key, values in alike.items() if key not in differing}
     return Score(code, tuple(cases), same, differing)
@@ -190,7 +193,8 @@ def _must_not(label: Label, gap: Gap) -> tuple[str, ...]:
 
 def _closed(gap: Gap) -> float:
     """Of all axes together."""
-    return closed(math.hypot(*(each.before for each in gap.axes.values())), math.hypot(*(each.after for each in gap.axes.values())))
+    before, after = zip(*((each.before, each.after) for each in gap.axes.values()), strict=True)
+    return closed(math.hypot(*before), math.hypot(*after))
 
 
 def _faults(outcome: Outcome, must_not: Sequence[str], gap: Gap | None, reference: Reference, broken: str) -> list[str]:

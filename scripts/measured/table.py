@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -17,6 +18,7 @@ HEAD = (
     *("case", "machine", "expected", "first answer", "p", "share", "right", "both"),
     *("closed", "reference", "ratio", "must not", "time [s]"),
 )
+MACHINE = HEAD.index("machine")
 NUMERIC = (4, 5, 8, 9, 10, 12)
 WITHIN = "\\*"
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
@@ -61,11 +63,13 @@ def notes(score: Score) -> list[str]:
 
 def print_score(console: Console, score: Score, out: Path) -> None:
     """The closing table, the faults, the counts."""
-    table = Table(title="Measured cases")
-    for at, name in enumerate(HEAD):
-        table.add_column(name, justify="right" if at in NUMERIC else "left", no_wrap=at == 0, overflow="fold")
+    shown = [at for at in range(len(HEAD)) if at != MACHINE]
+    table = Table(title="Measured cases", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for at in shown:
+        table.add_column(HEAD[at], justify="right" if at in NUMERIC else "left", no_wrap=at == 0, overflow="fold")
     for case in score.cases:
-        table.add_row(*row(case))
+        cells = row(case)
+        table.add_row(*(cells[at] for at in shown))
     console.print(table)
     for note in notes(score):
         console.print(note, highlight=False, markup=False)
@@ -80,6 +84,13 @@ def print_score(console: Console, score: Score, out: Path) -> None:
 
 def fill_table(file: Path, score: Score) -> None:
     """Put the table between the two markers of a Markdown file. Raises UserError where they are not there."""
+    before, after = around_markers(file)
+    with new_file(file) as part:
+        part.write_text(f"{before}{BEGIN}\n{markdown(score)}\n{END}{after}", encoding="utf-8")
+
+
+def around_markers(file: Path) -> tuple[str, str]:
+    """What stands before and after the two markers; ask before long work. Raises UserError as `fill_table`."""
     try:
         text = file.read_text(encoding="utf-8")
     except OSError as error:
@@ -88,8 +99,7 @@ def fill_table(file: Path, score: Score) -> None:
     _, end, after = rest.partition(END)
     if not begin or not end:
         raise UserError(f"{file} lacks {BEGIN} and, below it, {END}: the table goes between these two lines")
-    with new_file(file) as part:
-        part.write_text(f"{before}{BEGIN}\n{markdown(score)}\n{END}{after}", encoding="utf-8")
+    return before, after
 
 
 def markdown(score: Score) -> str:
