@@ -7,7 +7,7 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 .DEFAULT_GOAL := run
 
-.PHONY: run test test-vcan seeds bench paper fuzz fuzz-files blind accept accept-repeats mutants lock clean
+.PHONY: run test test-vcan seeds bench paper fuzz fuzz-files blind measured accept accept-repeats mutants lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -43,6 +43,10 @@ paper: .venv/.installed
 # 300 machines whose true effects are withheld, recorded over the bus and diagnosed: out/blind/score.html; resumes where it was.
 blind: .venv/.installed
 	$(BIN)/drivetwin blind --cases 300 --seed 2030 --nominal both --out out/blind
+
+# Machines whose gap to their simulation is known, diagnosed and held against least squares: out/measured/score.html; resumes.
+measured: .venv/.installed
+	PYTHONPATH=scripts $(BIN)/python -m measured --data ../shared/data --out out/measured
 
 # The reference controller through the acceptance suite: out/accept/report.html and junit.xml.
 accept: .venv/.installed

@@ -19,6 +19,8 @@ MEASURED, BEFORE, AFTER, NOISE = "#1b2630", "#d55e00", "#0072b2", "#8a97a3"
 """Before and after in colours that no common colour blindness confuses (Okabe and Ito 2008)."""
 _MOST_MARKERS = 2000
 _BINS = 60
+_BUTTONS_LEFT_OUT = ["sendChartToCloud", "select2d", "lasso2d", "zoomIn2d", "zoomOut2d", "autoScale2d"]
+"""Of plotly's: the first would open a web page, the others crowd a phone's screen."""
 
 
 def time_figure(trace: Trace, window: tuple[float, float], unit: str) -> go.Figure:
@@ -39,7 +41,7 @@ def time_figure(trace: Trace, window: tuple[float, float], unit: str) -> go.Figu
     figure.update_yaxes(title=_torque_title(unit), row=1, col=1)
     figure.update_yaxes(title=f"gap [{unit}]", row=2, col=1)
     figure.update_layout(updatemenus=[_range_buttons({"worst window": list(window), "all": whole})])
-    return _styled(figure, 540).update_layout(margin={"t": 45})
+    return _styled(figure, 560).update_layout(margin={"t": 72})
 
 
 def torque_figure(trace: Trace, unit: str, velocity_unit: str) -> go.Figure:
@@ -192,5 +194,6 @@ def _styled(figure: go.Figure, height: int) -> go.Figure:
         font={"family": "system-ui, sans-serif", "size": 12},
         legend={"orientation": "h", "y": -0.14 if height > 450 else -0.2, "yanchor": "top", "x": 0, "itemsizing": "constant"},
         hoverlabel={"namelength": -1},
+        modebar={"remove": _BUTTONS_LEFT_OUT},
     )
     return figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 
 from diagnosis.report.figures import gap_figure, left_figure, map_figures, spectrum_figure, time_figure, torque_figure
-from diagnosis.report.page_table import DASH, bar, pictured, stacking_table
+from diagnosis.report.page_table import DASH, bar, pictured, plain_table, stacking_table
 from diagnosis.report.remains import spells_after
 from diagnosis.report.result import AxisGap, Diagnosis, Regime
 from diagnosis.report.view import Trace, gap_map, spectra_of, trace_of, worst_window
@@ -76,8 +76,8 @@ def _where(gap: AxisGap, velocity_unit: str) -> str:
     patterns = [
         [escape(name_of(each.over)), f"{bar(each.share)}{percent(each.share)}", escape(each.detail)] for each in gap.patterns
     ]
-    head = ["Regime of the motion", "Bounds", "Share of the gap", "Share of what is left"]
-    varies = stacking_table(["The gap varies over", "Share of the gap", "How"], patterns) if patterns else ""
+    head = ["Regime", "Bounds", "Share of the gap", "Of what is left"]
+    varies = stacking_table(["Varies over", "Share of the gap", "How"], patterns) if patterns else ""
     return f"{stacking_table(head, regimes)}{varies}"
 
 
@@ -108,13 +108,13 @@ def _remains(axis: str, diagnosis: Diagnosis) -> str:
     most = max(gap.where_after, key=lambda regime: regime.share)
     place = f"{percent(most.share)} of what is left above noise is in the regime {name_of(most.regime)}."
     spells = spells_after(diagnosis, axis)
-    together = f"{percent(sum(spell.share for spell in spells))} of its energy is in {spells_words(len(spells))}." if spells else ""
+    together = f"{percent(sum(spell.share for spell in spells))} of its energy is in {spells_words(len(spells))}, the largest below." if spells else ""
     rows = [
         [escape(spell.recording), time_words(spell), escape(level(spell.rms, unit)), percent(spell.share)]
         for spell in spells[:_SPELLS_SHOWN]
     ]
-    head = ["Largest in recording", "Time", "Level, rms", "Share of what is left"]
-    return f"<p>{escape(' '.join([left, unknown, place, together]))}</p>{stacking_table(head, rows, (2, 3)) if rows else ''}"
+    head = ["Recording", "Time", "Level, rms", "Of what is left"]
+    return f"<p>{escape(' '.join([left, unknown, place, together]))}</p>{plain_table(head, rows, (2, 3)) if rows else ''}"
 
 
 def _not_testable(gap: AxisGap) -> str:

@@ -30,7 +30,7 @@ def causes_section(diagnosis: Diagnosis) -> str:
     added = added_words(diagnosis.selected)
     outcome = f"<b>patched.xml</b> with <b>effects.json</b> adds {escape(added)}." if added else "No effect is added."
     return (
-        f'<section><h2>Causes</h2>{rows}{less}<p>{outcome}</p>'
+        f"<section><h2>Causes</h2>{rows}{less}<p>{outcome}</p>"
         '<p class="note">In the order of probability times share. The probability is that the effect, or one from which it '
         "cannot be distinguished, is there. Gap closed is the part of the gap's energy on motion that was not fitted that goes "
         "when the effect is added to all others. Intervals in brackets are of 90 %.</p></section>"
@@ -56,7 +56,10 @@ def _figure(share: float) -> str:
 def _shrink(shrink: Shrink) -> str:
     of = shrink.of_explainable
     explainable = f"{percent(of)} of explainable" if of is not None else "no larger than the noise"
-    return f'{percent(shrink.validation)} <span class="note">({span_percent(*shrink.ci90)})<br>{explainable}</span>'
+    return (
+        f'{percent(shrink.validation)} <span class="note tight">({span_percent(*shrink.ci90)})</span>'
+        f'<span class="note"><br>{explainable}</span>'
+    )
 
 
 def _parameters(cause: Cause) -> str:

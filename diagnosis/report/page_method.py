@@ -8,7 +8,7 @@ from html import escape
 
 import numpy as np
 
-from diagnosis.report.page_table import stacking_table
+from diagnosis.report.page_table import plain_table, stacking_table
 from diagnosis.report.result import AxisGap, Diagnosis
 from diagnosis.report.wording import level, name_of, number, p_words
 from diagnosis.settings import Settings
@@ -74,7 +74,7 @@ def _axes_by(words: Mapping[str, str]) -> dict[str, list[str]]:
 def _settings(settings: Settings) -> str:
     rows = [[escape(name_of(name)), _value(name, value)] for name, value in asdict(settings).items()]
     note = '<p class="note">docs/diagnosis.md says what each does, and how much the answer depends on it.</p>'
-    return f'<div class="settings">{stacking_table(["Setting", "Value"], rows, numeric=(1,))}</div>{note}'
+    return f"{plain_table(['Setting', 'Value'], rows, numeric=(1,))}{note}"
 
 
 def _value(name: str, value: float | int | None) -> str:

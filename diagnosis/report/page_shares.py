@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from html import escape
 from itertools import cycle
 
-from diagnosis.report.page_table import stacking_table
+from diagnosis.report.page_table import plain_table
 from diagnosis.report.result import NOISE, UNKNOWN, AxisGap, Diagnosis, Share
 from diagnosis.report.wording import level, name_of, percent, span_percent
 
@@ -15,12 +15,12 @@ STYLE = """<style>
 .stack { display: grid; grid-template-columns: 110px minmax(0, 1fr); gap: 4px 12px; align-items: center; margin: 6px 0; }
 .stack > b { overflow-wrap: anywhere; }
 .stack .parts { display: flex; height: 34px; border-radius: 5px; overflow: hidden; }
-.parts > span { flex-basis: 0; min-width: 0; overflow: hidden; container-type: inline-size; border-right: 1px solid #fff; }
-.parts > span > i { display: block; font: 13px/34px system-ui, sans-serif; padding-left: 7px; white-space: nowrap; }
-@container (max-width: 44px) { .parts > span > i { visibility: hidden; } }
+.stack .note { display: block; font-weight: 400; }
+.parts > span { flex-basis: 0; min-width: 0; overflow: hidden; display: flex; flex-wrap: wrap; border-right: 1px solid #fff; }
+.parts i { flex: none; font: 13px/34px system-ui, sans-serif; height: 34px; padding-left: 5px; white-space: nowrap; }
+.parts i:first-child { width: 1px; padding: 0; }
 .key { display: inline-block; width: 12px; height: 12px; border-radius: 3px; margin-right: 7px; vertical-align: -1px; }
-.shares { max-width: 640px; }
-@media (max-width: 700px) { .stack { grid-template-columns: minmax(0, 1fr); } }
+@media (max-width: 700px) { .stack { grid-template-columns: minmax(0, 1fr); } .stack .note { display: inline; } }
 </style>"""
 
 
@@ -55,10 +55,10 @@ def shares_section(diagnosis: Diagnosis) -> str:
     paints = _paints(share.of for gap in gaps.values() for share in gap.shares)
     bars = "".join(_stack(name, gap, diagnosis.units[name], paints) for name, gap in gaps.items())
     rows = [row for name, gap in gaps.items() for row in _rows(name, gap, diagnosis.units[name], paints)]
-    head = ["Axis", "Part", "Share", "90 % interval", "Level, rms"]
+    head = ["Part", "Share", "90 % interval", "Level, rms"]
     return (
         f"<section><h2>What the gap is made of</h2>{bars}"
-        f'<div class="shares">{stacking_table(head, rows, numeric=(2, 3, 4))}</div>'
+        f"{plain_table(head, rows, numeric=(1, 2, 3))}"
         '<p class="note">Shares are of the energy of the gap (its mean square) on motion that was not fitted; with unknown and '
         "noise they add up to 100 %. Unknown is what no effect of the library explains. A level is the root of the share times "
         "the gap.</p></section>"
@@ -81,18 +81,18 @@ def _stack(axis: str, gap: AxisGap, unit: str, paints: Mapping[str, _Paint]) -> 
 
 
 def _part(share: Share, paint: _Paint) -> str:
-    label = f"{percent(share.share)} {name_of(share.of)}"
-    told = f"{label}, 90 % interval {span_percent(*share.ci90)}"
+    """Of its words those are seen that fit: what does not goes to a next line, which is hidden."""
+    size, name = percent(share.share), name_of(share.of)
+    told = f"{size} {name}, 90 % interval {span_percent(*share.ci90)}"
     return (
         f'<span style="flex-grow:{1000.0 * share.share:.2f};background:{paint.background};color:{paint.ink}" '
-        f'title="{escape(told)}"><i>{escape(label)}</i></span>'
+        f'title="{escape(told)}"><i></i><i>{escape(size)}</i><i>{escape(name)}</i></span>'
     )
 
 
 def _rows(axis: str, gap: AxisGap, unit: str, paints: Mapping[str, _Paint]) -> list[list[str]]:
-    return [
+    return [[escape(axis)]] + [
         [
-            escape(axis),
             f'<span class="key" style="background:{paints[share.of].background}"></span>{escape(name_of(share.of))}',
             percent(share.share),
             span_percent(*share.ci90),

@@ -1,4 +1,4 @@
-"""Tables of the report: wide on a screen, and on a phone one block a row, so that nobody scrolls sideways."""
+"""Tables and figures of the report, so set that nobody scrolls sideways on a phone."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from drivetwin.html_page import figure_div
 DASH = "&ndash;"
 
 STYLE = """<style>
-.stacks { table-layout: auto; } .stacks th, .stacks td { white-space: normal; vertical-align: top; padding-right: 14px; }
-.stacks td.n, .stacks .tight { white-space: nowrap; }
+.stacks th, .stacks td { white-space: normal; vertical-align: top; padding-right: 14px; }
+.stacks td.n, .tight { white-space: nowrap; } .plain { width: auto; max-width: 100%; } .plain td { white-space: normal; }
+.plain td.n { white-space: nowrap; } .plain th, .plain td { padding-right: 28px; }
 .bar { display: inline-block; width: 64px; height: 9px; background: #e8edf1; border-radius: 5px; margin-right: 8px; }
 .bar i { display: block; height: 100%; background: var(--accent); border-radius: 5px; min-width: 2px; }
-.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 420px), 1fr)); gap: 4px 20px; }
+.pair { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 4px 20px; }
 .pair > div, .figure { min-width: 0; }
 code { font-size: 12px; color: var(--soft); overflow-wrap: anywhere; } h4 { margin: 12px 0 0; font-size: 14px; }
 .note { font-size: 13px; } .verdict { font-size: 18px; margin: 4px 0 12px; }
@@ -26,7 +27,8 @@ code { font-size: 12px; color: var(--soft); overflow-wrap: anywhere; } h4 { marg
   .stacks, .stacks tbody, .stacks tr, .stacks td { display: block; width: auto; } .stacks thead { display: none; }
   .stacks tr { padding: 8px 0; border-bottom: 1px solid var(--line); }
   .stacks td { border: 0; padding: 1px 0; display: grid; grid-template-columns: 118px minmax(0, 1fr); gap: 8px; }
-  .stacks td:empty { display: none; } .stacks td.n { text-align: left; white-space: normal; }
+  .pair { grid-template-columns: minmax(0, 1fr); } .plain { font-size: 14px; } .plain th, .plain td { padding-right: 10px; }
+  .stacks td.none { display: none; } .stacks td.n { text-align: left; white-space: normal; }
   .stacks td::before { content: attr(data-label); color: var(--soft); font-size: 13px; }
   .stacks td:first-child { font-weight: 600; }
 }
@@ -42,15 +44,32 @@ def stacking_table(head: Sequence[str], rows: Iterable[Sequence[str]], numeric: 
 
 
 def _cells(head: Sequence[str], row: Sequence[str], right: set[int]) -> str:
-    """A cell has one child, for on a phone it stands beside its label."""
+    """A cell has one child, for on a phone it stands beside its label; there one with a dash is left out."""
     return "".join(
-        f'<td{_set_right(at in right)} data-label="{escape(title)}">{f"<span>{cell}</span>" if cell else ""}</td>'
+        f'<td{_set_right(at in right, cell == DASH)} data-label="{escape(title)}"><span>{cell}</span></td>'
         for at, (title, cell) in enumerate(zip(head, row, strict=True))
     )
 
 
-def _set_right(is_number: bool) -> str:
-    return ' class="n"' if is_number else ""
+def _set_right(is_number: bool, is_nothing: bool = False) -> str:
+    names = " ".join(name for name, holds in (("n", is_number), ("none", is_nothing)) if holds)
+    return f' class="{names}"' if names else ""
+
+
+def plain_table(head: Sequence[str], rows: Iterable[Sequence[str]], numeric: Iterable[int] = ()) -> str:
+    """A table of few narrow columns, no wider than it has to be, that is a table on a phone as well; cells are HTML.
+
+    A row of one cell is a heading within the table.
+    """
+    right = set(numeric)
+    titles = "".join(f"<th{_set_right(at in right)}>{escape(title)}</th>" for at, title in enumerate(head))
+    lines = "".join(
+        f'<tr><th colspan="{len(head)}">{row[0]}</th></tr>'
+        if len(row) == 1 < len(head)
+        else f"<tr>{''.join(f'<td{_set_right(at in right)}>{cell}</td>' for at, cell in enumerate(row))}</tr>"
+        for row in rows
+    )
+    return f'<table class="plain"><thead><tr>{titles}</tr></thead><tbody>{lines}</tbody></table>'
 
 
 def bar(share: float) -> str:

@@ -31,7 +31,7 @@ def percent(share: float) -> str:
 
 def span_percent(low: float, high: float) -> str:
     """An interval of shares."""
-    return f"{percent(low)} to {percent(high)}"
+    return f"{percent(low).removesuffix(' %')} to {percent(high)}"
 
 
 def level(value: float, unit: str) -> str:

@@ -1,0 +1,1 @@
+"""What `make measured` is made of, a file a question."""
