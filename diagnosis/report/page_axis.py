@@ -110,7 +110,7 @@ def _remains(axis: str, diagnosis: Diagnosis) -> str:
     spells = spells_after(diagnosis, axis)
     together = f"{percent(sum(spell.share for spell in spells))} of its energy is in {spells_words(len(spells))}, the largest below." if spells else ""
     rows = [
-        [escape(spell.recording), time_words(spell), escape(level(spell.rms, unit)), percent(spell.share)]
+        [escape(spell.recording), f'<span class="tight">{time_words(spell)}</span>', escape(level(spell.rms, unit)), percent(spell.share)]
         for spell in spells[:_SPELLS_SHOWN]
     ]
     head = ["Recording", "Time", "Level, rms", "Of what is left"]

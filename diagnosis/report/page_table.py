@@ -13,7 +13,7 @@ DASH = "&ndash;"
 
 STYLE = """<style>
 .stacks th, .stacks td { white-space: normal; vertical-align: top; padding-right: 14px; }
-.stacks td.n, .tight { white-space: nowrap; } .plain { width: auto; max-width: 100%; } .plain td { white-space: normal; }
+.stacks td.n, .tight { white-space: nowrap; } .plain { width: auto; max-width: 100%; } .plain th, .plain td { white-space: normal; }
 .plain td.n { white-space: nowrap; } .plain th, .plain td { padding-right: 28px; }
 .bar { display: inline-block; width: 64px; height: 9px; background: #e8edf1; border-radius: 5px; margin-right: 8px; }
 .bar i { display: block; height: 100%; background: var(--accent); border-radius: 5px; min-width: 2px; }

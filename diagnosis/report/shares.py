@@ -19,13 +19,14 @@ DRAWS = 400
 def shares(
     gaps: Sequence[Array], parts: Sequence[Sequence[Array]], names: Sequence[str], periods: Sequence[float], noise_rms: float, seed: int
 ) -> tuple[Share, ...]:
-    """Of each effect the covariance of its torque with the gap over the gap's energy, at least 0; noise's square; the rest.
+    """What is left with all effects is noise, up to the noise's square, and the unknown; what is gone the effects share.
 
-    `gaps` (n,) of each recording over samples that count, `parts` of each effect the same, `periods` [s]. What effects and noise
-    make up together is at most 1. Intervals from blocks of a second drawn anew (Carlstein 1986).
+    They share it as the covariances of their torque with the gap, where these are above 0. `gaps` (n,) of each recording over
+    samples that count, `parts` of each effect the same, `periods` [s]. Intervals from blocks of a second drawn anew (Carlstein
+    1986).
     """
     sums = [_block_sums(gap, [part[k] for part in parts], period) for k, (gap, period) in enumerate(zip(gaps, periods, strict=True))]
-    table = np.vstack(sums) if sums else np.zeros((0, len(names) + 2))
+    table = np.vstack(sums) if sums else np.zeros((0, len(names) + 3))
     if not len(table) or table[:, 0].sum() <= 0.0:
         return ()
     drawn = np.random.default_rng(seed).integers(len(table), size=(DRAWS, len(table)))
@@ -39,21 +40,22 @@ def shares(
 
 
 def _divided(sums: Array, noise_rms: float) -> Array:
-    """Shares (draws, effects + 2) of sums (draws, 2 + effects): energy, time, and each effect's product with the gap."""
+    """Shares (draws, effects + 2) of sums (draws, 3 + effects): energy before and after, time, products of effects and gap."""
     energy = np.maximum(sums[:, 0], 1e-300)
-    noise = np.minimum(noise_rms**2 * sums[:, 1] / energy, 1.0)
-    named = np.maximum(sums[:, 2:] / energy[:, None], 0.0)
-    most = np.maximum(1.0 - noise, 0.0)
-    total = named.sum(axis=1)
-    named *= np.minimum(1.0, most / np.maximum(total, 1e-300))[:, None]
-    unknown = np.maximum(1.0 - noise - named.sum(axis=1), 0.0)
+    left = np.minimum(sums[:, 1] / energy, 1.0)
+    noise = np.minimum(noise_rms**2 * sums[:, 2] / energy, left)
+    named = np.maximum(sums[:, 3:], 0.0)
+    total = named.sum(axis=1, keepdims=True)
+    named *= (1.0 - left)[:, None] / np.maximum(total, 1e-300)
+    unknown = left - noise + np.where(total[:, 0] > 0.0, 0.0, 1.0 - left)
     whole = np.column_stack([named, unknown, noise])
     return np.asarray(whole / whole.sum(axis=1, keepdims=True))
 
 
 def _block_sums(gap: Array, parts: Sequence[Array], period: float) -> Array:
     if not len(gap):
-        return np.zeros((0, 2 + len(parts)))
-    columns = np.column_stack([gap**2, np.ones(len(gap)), *(part * gap for part in parts)])
+        return np.zeros((0, 3 + len(parts)))
+    left = gap - sum(parts, np.zeros(len(gap)))
+    columns = np.column_stack([gap**2, left**2, np.ones(len(gap)), *(part * gap for part in parts)])
     starts = np.arange(0, len(gap), max(1, round(BLOCK / period)))
     return np.asarray(np.add.reduceat(columns * period, starts, axis=0))

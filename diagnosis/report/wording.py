@@ -54,12 +54,6 @@ def closed(gap: AxisGap, after_rms: float) -> float:
     return 1.0 - (after_rms / gap.gap_rms) ** 2 if gap.gap_rms > 0.0 else 0.0
 
 
-def closed_of_explainable(gap: AxisGap, after_rms: float) -> float | None:
-    """The same with the noise taken off both; None where the gap is no larger than the noise."""
-    explainable = gap.gap_rms**2 - gap.noise_rms**2
-    return (gap.gap_rms**2 - max(after_rms, gap.noise_rms) ** 2) / explainable if explainable > 0.0 else None
-
-
 def name_of(effect: str) -> str:
     """An effect, or another part of a gap, in a sentence."""
     return effect.replace("_", " ")

@@ -75,7 +75,7 @@ def colour_of(rows: AxisRows, intervals: Array, residual: Array, order: int, flo
         for lag in range(1, order + 1):
             pairs = np.flatnonzero(known >= lag)
             if len(pairs) > 4 * order:
-                correlation[lag] = float(np.mean(own[pairs] * own[pairs - lag]))
+                correlation[lag] = float(own[pairs] @ own[pairs - lag]) / len(own)  # over all rows: never indefinite
         table, variance = _levinson(correlation)
         predictors.append(table)
         deviations.append(np.sqrt(variance / variance[-1]))

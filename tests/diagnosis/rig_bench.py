@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from diagnosis.prepare.rows import Comparison
-from diagnosis.prepare.motion import prepare, thresholds
-from diagnosis.report.result import Array
-from diagnosis.prepare.simulation import simulation
+from diagnosis.diagnose import diagnose
+from diagnosis.prepare.prepared import Prepared, prepared
+from diagnosis.prepare.rows import Rows
+from diagnosis.report.result import Array, Diagnosis
+from diagnosis.settings import Settings
 from drivetwin.recording.recording import Recording, RecordingInfo
 
 PERIOD, CUTOFF, GEAR = 2e-3, 48.0, 20.0
@@ -126,8 +127,17 @@ def written_model(folder: Path) -> Path:
     return path
 
 
-def compared(folder: Path, *recordings: Recording) -> Comparison:
+def compared(folder: Path, *recordings: Recording) -> Rows:
     """Recordings prepared for a comparison with the model."""
-    twin = simulation(written_model(folder), recordings[0].info.axes)
-    standstill = thresholds(twin, recordings, CUTOFF)
-    return Comparison(twin, [prepare(twin, one, CUTOFF, standstill) for one in recordings])
+    return ready(folder, *recordings).rows
+
+
+def ready(folder: Path, *recordings: Recording) -> Prepared:
+    """The same with all that is known of them; nothing is held back."""
+    return prepared(written_model(folder), recordings, recordings, Settings(cutoff_hz=CUTOFF))
+
+
+def diagnosed(folder: Path, record: Callable[[int, str], Recording]) -> Diagnosis:
+    """What is said of one recording, judged on another."""
+    fitted, held = record(1, "fitted"), record(2, "held")
+    return diagnose(written_model(folder), [fitted], [held], Settings(), lambda _stage, _share: None)

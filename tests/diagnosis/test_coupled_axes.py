@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.prepare.rows import Comparison
-from diagnosis.prepare.motion import prepare, thresholds
+from diagnosis.prepare.prepared import prepared
+from diagnosis.prepare.rows import Rows
 from diagnosis.report.result import Array
-from diagnosis.prepare.simulation import simulation
+from diagnosis.settings import Settings
 from drivetwin.recording.recording import Recording, RecordingInfo
 from emulator.effects import AxisEffect
 from emulator.effects.backlash import Backlash
@@ -70,7 +70,7 @@ CASES = (
 )
 
 
-def compared(folder: Path, case: Case) -> Comparison:
+def compared(folder: Path, case: Case) -> Rows:
     """The carts moved: Newton's second law for both, the lower one's with the true motion of the upper one."""
     lower = waves((0.15, 0.4, 0.0), (0.01, 2.1, 1.0))
     upper = waves((0.2, 0.6, 0.5), (0.02, 2.7, 0.0), (0.001, 7.0, 2.0))
@@ -92,31 +92,30 @@ def compared(folder: Path, case: Case) -> Comparison:
     recording = Recording("waves", info, TIME, columns)
     path = folder / "carts.xml"
     path.write_text(MODEL, encoding="utf-8")
-    twin = simulation(path, info.axes)
-    return Comparison(twin, [prepare(twin, recording, CUTOFF, thresholds(twin, [recording], CUTOFF))])
+    return prepared(path, [recording], [recording], Settings(cutoff_hz=CUTOFF)).rows
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.effect.name)
 def test_the_other_axis_feels_how_the_joint_truly_moves(case: Case, tmp_path: Path) -> None:
-    comparison = compared(tmp_path, case)
-    cost = comparison.cost("upper", case.effect, comparison.simulation.dynamics()["upper"])
-    for axis, gap in comparison.target.items():
+    rows = compared(tmp_path, case)
+    cost = rows.cost("upper", case.effect, rows.simulation.dynamics()["upper"])
+    for axis, gap in rows.target.items():
         assert np.sum((gap - cost[axis]) ** 2) < 1e-3 * np.sum(gap**2)
 
 
 def test_nobody_feels_a_joint_that_moves_as_measured(tmp_path: Path) -> None:
-    comparison = compared(tmp_path, CASES[0])
-    dynamics = comparison.simulation.dynamics()
-    assert set(comparison.cost("upper", Stribeck(1.0, 0.1), dynamics["upper"])) == {"upper"}
+    rows = compared(tmp_path, CASES[0])
+    dynamics = rows.simulation.dynamics()
+    assert set(rows.cost("upper", Stribeck(1.0, 0.1), dynamics["upper"])) == {"upper"}
 
 
 def test_play_lets_the_upper_cart_coast_which_the_lower_one_feels(tmp_path: Path) -> None:
     """While the flanks part the cart slows by its damping alone: the force on the lower one is -damping times its speed."""
-    comparison = compared(tmp_path, CASES[0])
-    run = comparison.runs[0]
+    rows = compared(tmp_path, CASES[0])
+    run = rows.runs[0]
     motion = run.axes["upper"].motion
     play = Backlash(0.02, 1e5, 50.0)
-    dynamics = comparison.simulation.dynamics()["upper"]
+    dynamics = rows.simulation.dynamics()["upper"]
     torque, strays = play.predict_with_joint(motion, dynamics)
     assert strays is not None
     through = torque + motion.rigid_torque + VISCOUS * motion.velocity - MOTOR * motion.acceleration

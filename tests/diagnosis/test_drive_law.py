@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig_bench import COULOMB, PERIOD, TURNING, VISCOUS, compared, recording, swing, written_model
+from rig_bench import COULOMB, PERIOD, TURNING, VISCOUS, compared, ready, recording, swing, written_model
 
-from diagnosis.prepare.rows import Comparison
 from diagnosis.diagnose import diagnose
+from diagnosis.prepare.rows import Rows
 from diagnosis.propose.drive_law import asked_of
 from diagnosis.propose.drives import DriveFound, drive_effects
 from diagnosis.report.result import UNKNOWN, Array, Verdict
-from diagnosis.settings import DiagnosisSettings
+from diagnosis.settings import Settings
 from drivetwin.recording.recording import DriveLoops, Recording
 from emulator.effects.current_bandwidth import CurrentBandwidth
 from emulator.effects.torque_saturation import TorqueSaturation
@@ -85,7 +85,7 @@ def recorded(moved: Moved, drive: DriveLoops = DRIVE) -> Recording:
     return replace(plain, info=plain.info.model_copy(update={"axes": axes}))
 
 
-def comparison_of(folder: Path, moved: Moved, drive: DriveLoops = DRIVE) -> Comparison:
+def rows_of(folder: Path, moved: Moved, drive: DriveLoops = DRIVE) -> Rows:
     return compared(folder, recorded(moved, drive))
 
 
@@ -95,7 +95,7 @@ def by_kind(found: list[DriveFound]) -> dict[str, DriveFound]:
 
 def test_what_is_asked_is_what_the_loop_asked(tmp_path: Path) -> None:
     moved = closed_loop(servo=STEPS)
-    run = comparison_of(tmp_path, moved, SLOW).runs[0]
+    run = rows_of(tmp_path, moved, SLOW).runs[0]
     told = asked_of(run, "turn")
     assert told is not None
     used = run.axes["turn"].used
@@ -103,7 +103,7 @@ def test_what_is_asked_is_what_the_loop_asked(tmp_path: Path) -> None:
 
 
 def test_a_torque_limit_of_the_drive_is_part_of_what_it_asks(tmp_path: Path) -> None:
-    run = comparison_of(tmp_path, closed_loop(), DRIVE.model_copy(update={"torque_limit": 6.0})).runs[0]
+    run = rows_of(tmp_path, closed_loop(), DRIVE.model_copy(update={"torque_limit": 6.0})).runs[0]
     told = asked_of(run, "turn")
     assert told is not None
     assert np.abs(told.fast).max() == 6.0
@@ -122,7 +122,7 @@ def test_offsets_sent_are_part_of_what_is_asked(tmp_path: Path) -> None:
 
 
 def test_a_recording_that_tells_no_loops_is_not_asked(tmp_path: Path) -> None:
-    comparison = comparison_of(tmp_path, closed_loop(), DriveLoops(position_gain=15.0))
+    comparison = rows_of(tmp_path, closed_loop(), DriveLoops(position_gain=15.0))
     assert asked_of(comparison.runs[0], "turn") is None
     assert drive_effects(comparison, "turn") == []
 
@@ -131,13 +131,13 @@ def test_a_recording_that_tells_no_loops_is_not_asked(tmp_path: Path) -> None:
 def test_a_sound_drive_has_no_effect(lag: float, tmp_path: Path) -> None:
     """What any effect takes away is below 0.5 % of the torque."""
     moved = closed_loop(lag)
-    for one in drive_effects(comparison_of(tmp_path, moved), "turn"):
+    for one in drive_effects(rows_of(tmp_path, moved), "turn"):
         assert one.without - one.left < (0.005 * np.std(moved.given)) ** 2
 
 
 @pytest.mark.parametrize(("servo", "drive"), [(STEPS, SLOW), (1, DRIVE)], ids=["at each sample", "faster"])
 def test_a_saturated_motor_is_found_with_its_limit(servo: int, drive: DriveLoops, tmp_path: Path) -> None:
-    found = by_kind(drive_effects(comparison_of(tmp_path, closed_loop(motor=limited(15.0), servo=servo), drive), "turn"))
+    found = by_kind(drive_effects(rows_of(tmp_path, closed_loop(motor=limited(15.0), servo=servo), drive), "turn"))
     saturation = found["torque_saturation"]
     assert isinstance(saturation.effect, TorqueSaturation)
     assert saturation.effect.limit == pytest.approx(15.0, rel=0.02)
@@ -148,7 +148,7 @@ def test_a_saturated_motor_is_found_with_its_limit(servo: int, drive: DriveLoops
 def test_a_slow_current_loop_is_found_with_its_bandwidth(tmp_path: Path) -> None:
     """Its time constant to half a sample, within which the recording does not tell when the servo ran."""
     lag = 1.0 / (2.0 * pi * 25.0)
-    found = by_kind(drive_effects(comparison_of(tmp_path, closed_loop(lag)), "turn"))
+    found = by_kind(drive_effects(rows_of(tmp_path, closed_loop(lag)), "turn"))
     slow = found["current_bandwidth"]
     assert isinstance(slow.effect, CurrentBandwidth)
     assert 1.0 / (2.0 * pi * slow.effect.bandwidth) == pytest.approx(lag, abs=0.5 * PERIOD)
@@ -159,7 +159,7 @@ def test_a_slow_current_loop_is_found_with_its_bandwidth(tmp_path: Path) -> None
 def test_a_motor_that_gives_less_by_a_law_of_no_effect_is_a_gap_that_nothing_explains(tmp_path: Path) -> None:
     """It saturates gently, as iron does. The motion is that of the model under the torque that was given."""
     fitted, held = (recorded(closed_loop(motor=lambda torque: 25.0 * tanh(torque / 25.0), seed=seed)) for seed in (2, 5))
-    found = diagnose(written_model(tmp_path), [fitted], [held], DiagnosisSettings(), lambda _stage, _share: None)
+    found = diagnose(written_model(tmp_path), [fitted], [held], Settings(), lambda _stage, _share: None)
     assert found.causes[0].effect == UNKNOWN
     assert found.verdict == Verdict.UNEXPLAINED
     assert found.axes["turn"].significant

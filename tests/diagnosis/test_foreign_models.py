@@ -11,7 +11,7 @@ from rig_bench import CARRIAGE, GRAVITY, MODEL, as_modelled, moved, recording, s
 from diagnosis.diagnose import diagnose
 from diagnosis.prepare.inputs import read_inputs
 from diagnosis.report.result import Diagnosis
-from diagnosis.settings import DiagnosisSettings
+from diagnosis.settings import Settings
 from drivetwin.recording.recording import Recording
 from drivetwin.recording.writer import write_recording
 
@@ -30,7 +30,7 @@ def heavier(seed: int, name: str) -> Recording:
 
 
 def diagnosed(model: Path, fitted: Recording, held: Recording) -> Diagnosis:
-    return diagnose(model, [fitted], [held], DiagnosisSettings(), lambda _stage, _share: None)
+    return diagnose(model, [fitted], [held], Settings(), lambda _stage, _share: None)
 
 
 def written(folder: Path, xml: str) -> Path:

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from gap_bench import CAUSES, axis_of, coloured_noise, diagnosis_of, recording_of, time_of
 
-from diagnosis.report.remains import regimes_after, spells_after
+from diagnosis.report.remains import spells_after
 from diagnosis.report.result import Array, Diagnosis
 
 TIME = time_of(30.0)
 NOISE = coloured_noise(np.random.default_rng(0), len(TIME), 0.02)
-NONE = (replace(CAUSES[4], step=1, probability=1.0),)
+UNKNOWN = (replace(CAUSES[2], probability=1.0),)
 
 
 def left(*after: Array) -> Diagnosis:
@@ -22,7 +22,7 @@ def left(*after: Array) -> Diagnosis:
         recording_of(TIME + 100.0, {"rotate": axis_of(TIME, gap + 1.0, after=gap)}, name)
         for name, gap in zip("ab", after, strict=False)
     )
-    return diagnosis_of(runs, (), NONE)
+    return diagnosis_of(runs, (), UNKNOWN)
 
 
 def test_pulses_are_named_by_recording_and_time() -> None:
@@ -43,15 +43,3 @@ def test_pulses_are_named_by_recording_and_time() -> None:
 
 def test_what_is_spread_evenly_has_no_spell() -> None:
     assert spells_after(left(0.3 * np.sin(200.0 * TIME)), "rotate") == ()
-
-
-def test_regimes_are_those_of_the_gap_after() -> None:
-    found = left(np.where(axis_of(TIME, NOISE).velocity > 0.5, 0.3, 0.0))
-    shares = {each.regime: each.share for each in regimes_after(found, "rotate")}
-    assert shares["high_speed"] + shares["acceleration"] == pytest.approx(1.0, abs=1e-9)
-    before = {each.regime: each.share for each in found.axes["rotate"].where}
-    assert before["high_speed"] + before["acceleration"] < 0.95
-
-
-def test_what_is_no_more_than_noise_has_no_regime() -> None:
-    assert regimes_after(left(0.1 * NOISE), "rotate") == ()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rig_bench import compared, strokes
 
-from diagnosis.prepare.rows import Comparison
+from diagnosis.prepare.rows import Rows
 from diagnosis.report.result import Array
 from diagnosis.propose.side_by_side import side_by_side
 from drivetwin.errors import UserError
@@ -78,13 +78,13 @@ def test_predictions_are_the_same_to_the_last_bit(
     found = []
     for count in THREADS:
         with_threads(monkeypatch, count)
-        comparison = compared(tmp_path_factory.mktemp("rig"), strokes(1, 20.0))
-        found.append(predicted(comparison))
+        found.append(predicted(compared(tmp_path_factory.mktemp("rig"), strokes(1, 20.0))))
     assert len(found[0]) > 10
     np.testing.assert_array_equal(found[0], found[1])
 
 
-def predicted(comparison: Comparison) -> list[Array]:
+def predicted(rows: Rows) -> list[Array]:
     """What every start of a search for backlash costs."""
-    dynamics = comparison.simulation.dynamics()["turn"]
-    return [column for tried in comparison.starts("turn", Backlash, dynamics) for column in tried.columns]
+    dynamics = rows.simulation.dynamics()["turn"]
+    members = [member for start in Backlash.starts(rows.motion["turn"], dynamics) for member in start.members]
+    return [column["turn"] for column in side_by_side(lambda member: rows.cost("turn", member, dynamics), members)]

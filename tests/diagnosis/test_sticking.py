@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rig_bench import COULOMB, PERIOD, TURNING, VISCOUS, compared, lift_torque, moved, recording
 
-from diagnosis.prepare.rows import Comparison
+from diagnosis.prepare.rows import Rows
 from diagnosis.report.result import Array
 from emulator.effects.torque_offset import TorqueOffset
 
@@ -44,7 +44,7 @@ def sticking(pull: float) -> tuple[Array, Array]:
     return position, torque
 
 
-def recorded(folder: Path, pull: float) -> Comparison:
+def recorded(folder: Path, pull: float) -> Rows:
     """The other axis moves as it is modelled."""
     position, torque = sticking(pull)
     lift = moved(3, SECONDS)["lift"]
@@ -64,13 +64,13 @@ def test_the_column_sticks_as_it_turns_round() -> None:
 
 
 def test_what_stiction_holds_as_an_axis_turns_round_is_no_gap(tmp_path: Path) -> None:
-    comparison = recorded(tmp_path, pull=0.0)
-    assert np.abs(comparison.target["turn"]).max() < 0.05 * COULOMB["turn"]
+    rows = recorded(tmp_path, pull=0.0)
+    assert np.abs(rows.target["turn"]).max() < 0.05 * COULOMB["turn"]
 
 
 def test_nor_is_it_one_beside_an_effect(tmp_path: Path) -> None:
     """While it sticks, nothing that pulls at it is felt: neither in the gap nor in what the effect is said to cost."""
-    comparison = recorded(tmp_path, pull=0.6)
-    cost = comparison.predicted("turn", TorqueOffset(-0.6), comparison.simulation.dynamics()["turn"])
-    assert np.sqrt(np.mean(comparison.target["turn"] ** 2)) == pytest.approx(0.6, rel=0.05)
-    assert np.abs(comparison.target["turn"] - cost).max() < 0.05 * COULOMB["turn"]
+    rows = recorded(tmp_path, pull=0.6)
+    cost = rows.cost("turn", TorqueOffset(-0.6), rows.simulation.dynamics()["turn"])["turn"]
+    assert np.sqrt(np.mean(rows.target["turn"] ** 2)) == pytest.approx(0.6, rel=0.05)
+    assert np.abs(rows.target["turn"] - cost).max() < 0.05 * COULOMB["turn"]

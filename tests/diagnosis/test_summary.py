@@ -6,14 +6,24 @@ import io
 from dataclasses import replace
 
 import pytest
-from gap_bench import CAUSES, STRIBECK, died_out_case, stribeck_case
 from rich.console import Console
+from test_report_page import NOT_TESTABLE, ONE_WAY, RIPPLE, SLOW, STRIBECK, placed, two_axes
 
-from diagnosis.report.result import Diagnosis, Verdict
-from diagnosis.report.wording import closed_of_explainable, fitted_note, percent, verdict_sentence
+from diagnosis.prepare.testable import NotTestable
+from diagnosis.report.result import Diagnosis, Estimate, Unknown, Verdict
+from diagnosis.report.wording import (
+    added_words,
+    estimate_words,
+    goes_with_words,
+    number,
+    percent,
+    span_percent,
+    untested,
+    verdict_sentence,
+)
 from drivetwin.cli.diagnose_summary import print_summary
 
-CASE = stribeck_case(20.0)
+CASE = two_axes()
 
 
 def said(found: Diagnosis) -> str:
@@ -23,55 +33,91 @@ def said(found: Diagnosis) -> str:
     return " ".join(out.getvalue().split())
 
 
-def test_the_terminal_tells_the_verdict_the_causes_and_what_cannot_be_told_apart() -> None:
+def test_the_terminal_says_the_verdict_the_causes_and_what_cannot_be_distinguished() -> None:
     words = said(CASE)
-    assert words.startswith("The gap is explained by stribeck on rotate: rotate from ")
     gap, after = CASE.axes["rotate"], CASE.after_rms["rotate"]
+    assert words.startswith(
+        f"The gap is partly explained by stribeck, torque ripple and spring on rotate: rotate {gap.gap_rms:.3g} to {after:.3g} "
+        "N·m rms, 9 % unknown."
+    )
     assert f"rotate {gap.gap_rms:.3g} ({100 * gap.gap_rms / gap.torque_rms:.1f} %) 0.02 {after:.3g}" in words
-    assert "stretch 0.0" in words
     assert "no gap beyond noise" in words
-    assert "1 stribeck on rotate 0.91 static torque 1.3 (1.2 to 1.4) N·m" in words
-    assert "presliding on rotate 0.06" in words
-    assert "a cause outside the library on rotate" not in words, "2 % is not worth a line"
+    assert "stribeck rotate 97 % 62 % static torque 1.3 (1.17 to 1.43) N·m" in words
+    assert "unknown rotate 93 % 9 % goes with position and the motion of another axis" in words
+    assert "presliding rotate 6 % 5 %" in words
+    assert "delay" not in words, "3 % is not worth a line"
     assert (
-        "stribeck on rotate or presliding: these data cannot tell; told apart by slow constant-velocity sweeps below "
-        "0.05 rad/s" in words
+        f"stribeck on rotate cannot be distinguished from presliding by these data; by motion: {SLOW}; by sensor: an encoder on "
+        "the joint" in words
     )
     assert words.endswith("the friction of the model was 3 % low")
 
 
-def test_a_gap_that_only_the_fitted_motion_shows_is_told_of_it() -> None:
-    found = died_out_case()
-    gap, after = found.fitted["rotate"].gap_rms, found.fitted["rotate"].after_rms
-    sentence = verdict_sentence(found)
-    assert sentence.startswith(f"The gap is explained by stribeck on rotate: rotate from {gap:.3g} to {after:.3g} N·m rms, ")
-    assert sentence.endswith("of what can be explained, on the fitted motion.")
-    assert found.axes["rotate"].gap_rms < 0.1 * gap
-    level = f"{found.axes['rotate'].gap_rms:.3g} N·m rms there"
-    assert f"the validation data do not show it, {level}" in fitted_note(found, "rotate")
-    words = said(found)
-    assert f"rotate {gap:.3g} (" in words
-    assert "Gap on the validation recordings, of rotate on the fitted ones, rms in motion" in words
+def test_what_could_not_be_tested_is_said_once_a_reason_for_all_its_axes() -> None:
+    both = {name: replace(gap, not_testable=NOT_TESTABLE) for name, gap in CASE.axes.items()}
+    words = said(replace(CASE, axes=both))
+    line = f"not testable on rotate and stretch: coulomb asymmetry and viscous asymmetry ({ONE_WAY[0]}; needed: {ONE_WAY[1]})"
+    assert words.count(line) == 1
+    assert words.count("coulomb asymmetry") == 1
+
+
+def test_without_causes_there_is_no_table_of_them() -> None:
+    axes = {"rotate": CASE.axes["stretch"]}
+    calm = replace(CASE, verdict=Verdict.NO_GAP, axes=axes, causes=(), selected=(), held_back=True)
+    words = said(calm)
+    assert words.startswith("No gap beyond noise on any axis (rotate 0.0")
+    assert "Gap on blocks held back from the recordings" in words
+    assert "Causes" not in words
 
 
 def test_every_verdict_has_its_sentence() -> None:
-    partly = replace(CASE, verdict=Verdict.PARTLY_EXPLAINED, selected=(STRIBECK, STRIBECK, STRIBECK))
-    assert "is partly explained by stribeck on rotate, stribeck on rotate and stribeck on rotate: " in verdict_sentence(partly)
-    nothing = replace(CASE, verdict=Verdict.UNEXPLAINED, selected=(), causes=CAUSES[4:])
-    assert verdict_sentence(nothing).startswith("The gap is not explained: no effect of the library explains it; rotate from ")
+    gap = f"{CASE.axes['rotate'].gap_rms:.3g}"
+    good = replace(CASE, verdict=Verdict.EXPLAINED, selected=(STRIBECK,))
+    assert verdict_sentence(good).startswith(f"The gap is explained by stribeck on rotate: rotate {gap} to ")
+    nothing = replace(CASE, verdict=Verdict.UNEXPLAINED, selected=())
+    assert verdict_sentence(nothing) == (
+        f"The gap is largely unexplained: no effect of the library explains it; rotate {gap} N·m rms, 9 % unknown."
+    )
     assert verdict_sentence(replace(CASE, verdict=Verdict.NO_GAP)).startswith("No gap beyond noise on any axis (rotate ")
+
+
+def test_what_is_added_is_named_axis_by_axis() -> None:
+    offset = placed("torque_offset", "lift", offset=0.3)
+    assert added_words((STRIBECK, offset)) == "stribeck on rotate and torque offset on lift"
+    assert added_words((RIPPLE, STRIBECK, RIPPLE, offset)) == "2 × torque ripple and stribeck on rotate; torque offset on lift"
+    assert added_words(()) == ""
 
 
 @pytest.mark.parametrize(
     ("share", "words"),
-    [(0.5, "50 %"), (0.9849, "98 %"), (0.987, "98.7 %"), (0.9996, "> 99.9 %"), (1.0, "100 %"), (0.0, "0 %"), (-0.2, "-20 %")],
-)
-def test_what_is_nearly_all_is_not_called_all(share: float, words: str) -> None:
+    [
+        (0.5, "50 %"), (0.9849, "98 %"), (0.987, "98.7 %"), (0.9996, "> 99.9 %"), (1.0, "100 %"),
+        (0.0, "0 %"), (0.003, "< 1 %"), (-0.003, "0 %"), (-0.2, "-20 %"),
+    ],
+)  # fmt: skip
+def test_what_is_nearly_all_is_not_called_all_nor_little_nothing(share: float, words: str) -> None:
     assert percent(share) == words
 
 
-def test_the_share_of_what_can_be_explained() -> None:
-    gap = replace(CASE.axes["rotate"], gap_rms=0.5, noise_rms=0.3)
-    assert closed_of_explainable(gap, 0.4) == pytest.approx((0.25 - 0.16) / (0.25 - 0.09))
-    assert closed_of_explainable(gap, 0.2) == 1.0
-    assert closed_of_explainable(replace(gap, noise_rms=0.5), 0.2) is None
+def test_an_interval_has_its_unit_once() -> None:
+    assert span_percent(0.58, 0.66) == "58 to 66 %"
+    assert span_percent(0.0, 0.003) == "0 to < 1 %"
+
+
+@pytest.mark.parametrize(("value", "words"), [(1234.5, "1230"), (0.001234, "0.00123"), (2.5e7, "2.5e+07"), (48.0, "48")])
+def test_figures_are_rounded_to_what_can_be_read(value: float, words: str) -> None:
+    assert number(value) == words
+
+
+def test_a_pure_number_has_no_unit() -> None:
+    assert estimate_words("order", Estimate(24.0, "1", (23.9, 24.1))) == "order 24 (23.9 to 24.1)"
+
+
+def test_what_goes_with_nothing_says_so() -> None:
+    assert goes_with_words(Unknown(0.3, (), 0.0)) == "goes with no quantity that was looked at"
+    assert goes_with_words(Unknown(0.3, ("time",), 12.0)) == "goes with time and has a correlation time of 12 s"
+
+
+def test_reasons_stand_in_the_order_in_which_they_come() -> None:
+    found = untested([NotTestable("b", "x", "y"), NotTestable("a", "u", "v"), NotTestable("c", "x", "y")])
+    assert [(each.effects, each.reason, each.needed) for each in found] == [(("b", "c"), "x", "y"), (("a",), "u", "v")]

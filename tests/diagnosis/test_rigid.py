@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rig_bench import ARM, GRAVITY, compared, strokes
 
-from diagnosis.prepare.rows import Comparison
+from diagnosis.prepare.rows import Rows
 from diagnosis.propose.rigid import Polynomial, polynomial
 from diagnosis.report.result import Array
 from emulator.effects.coupling import Coupling
@@ -18,63 +18,63 @@ COUPLINGS = [Coupling(RNG.uniform(0.01, 2.0), RNG.uniform(-4.0, 4.0)) for _ in r
 
 
 @pytest.fixture(scope="module")
-def comparison(tmp_path_factory: pytest.TempPathFactory) -> Comparison:
+def rows(tmp_path_factory: pytest.TempPathFactory) -> Rows:
     return compared(tmp_path_factory.mktemp("rig"), strokes(1, 10.0))
 
 
 @pytest.fixture(scope="module")
-def acceleration(comparison: Comparison) -> dict[str, dict[str, Array]]:
+def acceleration(rows: Rows) -> dict[str, dict[str, Array]]:
     """By axis on whose rows, then by axis that accelerates."""
-    turn = comparison.rigid_rows(lambda motion: np.repeat(motion.acceleration[:, :1], 2, axis=1))
-    lift = comparison.rigid_rows(lambda motion: np.repeat(motion.acceleration[:, 1:], 2, axis=1))
+    turn = rows.rigid_rows(lambda motion: np.repeat(motion.acceleration[:, :1], 2, axis=1))
+    lift = rows.rigid_rows(lambda motion: np.repeat(motion.acceleration[:, 1:], 2, axis=1))
     return {axis: {"turn": turn[axis], "lift": lift[axis]} for axis in ("turn", "lift")}
 
 
 @pytest.fixture(scope="module")
-def moves(comparison: Comparison) -> dict[str, Array]:
+def moves(rows: Rows) -> dict[str, Array]:
     """Share of each row in which its axis does not stick: then nothing is felt."""
-    return {axis: comparison.rows(axis, lambda run, own: run.moves(own)) for axis in ("turn", "lift")}
+    return {axis: rows.rows(axis, lambda run, own: run.moves(own)) for axis in ("turn", "lift")}
 
 
-def known(comparison: Comparison, axis: str, kind: type[Payload] | type[Coupling]) -> Polynomial:
-    found = polynomial(comparison, axis, kind)
+def known(rows: Rows, axis: str, kind: type[Payload] | type[Coupling]) -> Polynomial:
+    found = polynomial(rows, axis, kind)
     assert found is not None
     return found
 
 
 @pytest.mark.parametrize("payload", PAYLOADS)
 @pytest.mark.parametrize("axis", ["turn", "lift"])
-def test_the_polynomial_of_a_payload_is_what_the_loaded_model_says(comparison: Comparison, axis: str, payload: Payload) -> None:
-    told, expected = known(comparison, axis, Payload).column(payload), comparison.predicted_by_model(axis, payload)
+def test_the_polynomial_of_a_payload_is_what_the_loaded_model_says(rows: Rows, axis: str, payload: Payload) -> None:
+    told, expected = known(rows, axis, Payload).column(payload), rows.predicted_by_model(axis, payload)
     assert set(told) == set(expected) == {"turn", "lift"}
-    for name, rows in expected.items():
-        np.testing.assert_allclose(told[name], rows, atol=1e-9 * (1.0 + np.abs(rows).max()))
+    for name, torque in expected.items():
+        np.testing.assert_allclose(told[name], torque, atol=1e-9 * (1.0 + np.abs(torque).max()))
 
 
 @pytest.mark.parametrize("coupling", COUPLINGS)
-def test_the_polynomial_of_a_coupling_is_what_the_coupled_model_says(comparison: Comparison, coupling: Coupling) -> None:
-    told, expected = known(comparison, "lift", Coupling).column(coupling), comparison.predicted_by_model("lift", coupling)
-    for name, rows in expected.items():
-        np.testing.assert_allclose(told[name], rows, atol=1e-9 * (1.0 + np.abs(rows).max()))
+def test_the_polynomial_of_a_coupling_is_what_the_coupled_model_says(rows: Rows, coupling: Coupling) -> None:
+    told, expected = known(rows, "lift", Coupling).column(coupling), rows.predicted_by_model("lift", coupling)
+    for name, torque in expected.items():
+        np.testing.assert_allclose(told[name], torque, atol=1e-9 * (1.0 + np.abs(torque).max()))
 
 
 def test_a_payload_on_the_carriage_costs_weight_and_inertia(
-    comparison: Comparison, acceleration: dict[str, dict[str, Array]], moves: dict[str, Array]
+    rows: Rows, acceleration: dict[str, dict[str, Array]], moves: dict[str, Array]
 ) -> None:
-    told = known(comparison, "lift", Payload).column(Payload(0.8, ARM, -0.4, 2.0))
+    told = known(rows, "lift", Payload).column(Payload(0.8, ARM, -0.4, 2.0))
     lifts, turns = 0.8 * (GRAVITY + acceleration["lift"]["lift"]), 0.8 * (ARM**2 + 0.16) * acceleration["turn"]["turn"]
     np.testing.assert_allclose(told["lift"], moves["lift"] * lifts, atol=1e-9)
     np.testing.assert_allclose(told["turn"], moves["turn"] * turns, atol=1e-9)
 
 
 def test_a_coupling_costs_both_axes(
-    comparison: Comparison, acceleration: dict[str, dict[str, Array]], moves: dict[str, Array]
+    rows: Rows, acceleration: dict[str, dict[str, Array]], moves: dict[str, Array]
 ) -> None:
-    told = known(comparison, "lift", Coupling).column(Coupling(0.5, -2.0))
+    told = known(rows, "lift", Coupling).column(Coupling(0.5, -2.0))
     shared = {axis: 0.5 * (both["lift"] - 2.0 * both["turn"]) for axis, both in acceleration.items()}
     np.testing.assert_allclose(told["lift"], moves["lift"] * shared["lift"], atol=1e-9)
     np.testing.assert_allclose(told["turn"], -2.0 * moves["turn"] * shared["turn"], atol=1e-9)
 
 
-def test_the_first_axis_of_a_chain_has_nothing_to_be_coupled_with(comparison: Comparison) -> None:
-    assert polynomial(comparison, "turn", Coupling) is None
+def test_the_first_axis_of_a_chain_has_nothing_to_be_coupled_with(rows: Rows) -> None:
+    assert polynomial(rows, "turn", Coupling) is None
