@@ -124,7 +124,9 @@ class Mechanism:
         self._motor_angle = np.zeros(len(axes))
         self.motor_position = self._motor_angle
         self._reading: list[UnevenTransmissions | Encoders] = []
-        self._acting: list[Friction | VaryingFriction | Loads | Motors | Ripples | ElasticTransmissions | UnevenTransmissions] = []
+        self._acting: list[
+            Friction | VaryingFriction | Loads | Motors | Ripples | ElasticTransmissions | UnevenTransmissions
+        ] = []
         if motors := acting([axis.motor for axis in axes], places):
             self._acting.append(Motors(motors, data))
         ripples = [(ripple, place) for axis, place in zip(axes, places, strict=True) for ripple in axis.ripples]

@@ -35,7 +35,7 @@ EXCITATIONS: tuple[Excitation, ...] = (
 OTHER_POSES = frozenset({"payload", "coupling", "gravity"})
 """Effects that show by how they change with the places of the other axes."""
 LIKELY = 0.05
-"""Probability from which an answer beside the first is worth a motion."""
+"""Probability from which a cause is worth a motion; as surely as this one is not there, a cause is settled."""
 
 
 MOTION_HELPS = frozenset({Need.BOTH_DIRECTIONS, Need.TWO_SPEEDS, Need.REVERSALS, Need.ACCELERATION, Need.TIME})
@@ -52,24 +52,23 @@ class Question:
 
 
 def open_question(report: GapReport, axis: str) -> Question:
-    """What is open on an axis: causes that are not settled, or where no effect is a cause, what could not be tested.
+    """What is open on an axis: its likely causes, or where no effect of the library is one, what could not be tested.
 
     A cause is settled that is distinguished from all others and has a probability of 95 % or more.
     Raises UserError where the report has no such axis, or nothing is open about it that a motion settles.
     """
     if axis not in report.axes:
         raise UserError(f"the report has no axis {axis!r}; it has {', '.join(report.axes)}")
-    causes = [one for one in report.causes if one.axis == axis and one.effect != UNKNOWN]
+    causes = [one for one in report.causes if one.axis == axis and one.effect != UNKNOWN and one.probability >= LIKELY]
     return _among(causes, axis) if causes else _untested(report.axes[axis].not_testable, axis)
 
 
 def _among(causes: Sequence[CausePart], axis: str) -> Question:
-    """The first cause, those that it is not distinguished from, and whatever else is likely."""
-    likely = [one for one in causes if one is causes[0] or one.probability >= LIKELY]
-    if all(one.probability >= 1.0 - LIKELY and not one.indistinguishable_from for one in likely):
+    """These causes, each with those that it is not distinguished from."""
+    if all(one.probability >= 1.0 - LIKELY and not one.indistinguishable_from for one in causes):
         raise UserError(f"the report leaves nothing open on axis {axis!r}: each of its causes stands alone")
-    effects = [effect for one in likely for effect in (one.effect, *one.indistinguishable_from)]
-    words = dict.fromkeys(one.tell_apart_by for one in likely if one.tell_apart_by)
+    effects = [effect for one in causes for effect in (one.effect, *one.indistinguishable_from)]
+    words = dict.fromkeys(one.tell_apart_by for one in causes if one.tell_apart_by)
     return Question(axis, tuple(dict.fromkeys(effects)), "; ".join(words))
 
 

@@ -16,11 +16,11 @@ Array = NDArray[np.float64]
 USUAL = 48.0
 """Below it [Hz] no cut-off is chosen where the sample rate bears it: on EMPS it reproduces the published figures."""
 HIGHEST_SHARE_OF_RATE = 0.4
-TELLS = 0.02
+TELLS = 0.05
 """Share of the varying torque's power, that torque above a cut-off must hold beyond noise."""
 STEP = 2.0**0.25
 NOISE_SHARE = 0.02
-ABOVE_NOISE = 10.0
+ABOVE_NOISE = 100.0
 LOWEST = 2.0
 _SEGMENT = 2048
 
@@ -40,7 +40,7 @@ def motion_cutoff(recordings: Sequence[Recording], inertia: Mapping[str, float])
     """Up to where accelerations are more than noise of the position [Hz]: the motion is filtered there, if that is lower.
 
     `inertia` of each axis [kg·m² or kg]: noise of the inertial torque is to be at most 2 % of the torque; but as high as the
-    position itself stands ten times above its noise.
+    position itself stands 20 dB above its noise.
     """
     each = [(recording, axis) for recording in recordings for axis in recording.info.axes]
     highest = [max(_bearable(recording, axis, inertia[axis]), _told(recording, axis)) for recording, axis in each]
@@ -59,7 +59,7 @@ def _bearable(recording: Recording, axis: str, inertia: float) -> float:
 
 
 def _told(recording: Recording, axis: str) -> float:
-    """The highest frequency [Hz] at which the position's density is ten times its noise's."""
+    """The highest frequency [Hz] at which the position's density is 20 dB above its noise's."""
     frequency, density = _density(recording, axis)
     noise = 2.0 * position_noise(recording, axis) ** 2 * recording.info.sample_period
     above = frequency[density > ABOVE_NOISE * noise]
@@ -93,7 +93,7 @@ def _needed(recording: Recording, axis: str) -> float:
     moving = _in_motion(recording, axis)
     if moving.sum() < 64:
         return 0.0
-    frequency, power = signal.welch(torque, fs=rate, nperseg=min(_SEGMENT, len(torque)), detrend="linear")
+    frequency, power = signal.welch(signal.detrend(torque), fs=rate, nperseg=min(_SEGMENT, len(torque)))
     noise = float(np.median(power[(frequency >= 0.4 * rate) & (frequency <= 0.48 * rate)]))
     beyond = np.maximum(power - 2.0 * noise, 0.0) * (frequency >= 1.0)
     above = np.cumsum(beyond[::-1])[::-1]

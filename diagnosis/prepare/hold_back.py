@@ -63,9 +63,7 @@ def _ends(recordings: Sequence[Recording], cutoff_hz: float) -> Split:
 def _speed(one: Recording) -> float:
     """Mean speed of its fastest axis, in the axis's own unit."""
     period = one.info.sample_period
-    return max(
-        float(np.mean(np.abs(np.diff(measured_position(columns, period))))) / period for columns in one.columns.values()
-    )
+    return max(float(np.mean(np.abs(np.diff(measured_position(columns, period))))) / period for columns in one.columns.values())
 
 
 def _piece(one: Recording, span: slice) -> Recording:

@@ -119,9 +119,9 @@ class Run:
 
 
 def standstill_of(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz: float) -> list[dict[str, float]]:
-    """Speed [rad/s or m/s] above which each axis counts as moving, recording by recording; infinite for an axis that never moves.
+    """Speed [rad/s or m/s] above which each axis counts as moving, recording by recording; infinite where it never moves.
 
-    0.2 % of its highest speed in all recordings, and five times what noise of this recording leaves of a velocity at the cut-off.
+    0.2 % of its highest speed in all recordings, and five times the noise of this recording's velocity at the cut-off.
     """
     pieces = [_narrow(simulation, recording, cutoff_hz) for recording in recordings]
     found: list[dict[str, float]] = [{} for _ in pieces]

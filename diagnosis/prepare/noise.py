@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
+from scipy import signal, stats
 
 from diagnosis.prepare.motion import Run
 from drivetwin.motion.filtering import derivative
@@ -77,11 +77,14 @@ def _floor(left: Array, run: Run) -> float:
     length = min(256, min(len(part) for part in stretches) if len(stretches) < 4 else 128)
     densities = []
     for part in stretches:
-        frequency, power = signal.welch(part, fs=1.0 / run.period, nperseg=min(length, len(part)), detrend="linear", average="median")
+        level = signal.detrend(part)
+        frequency, power = signal.welch(level, fs=1.0 / run.period, nperseg=min(length, len(part)), average="median")
         inside = (frequency >= 0.05 * run.cutoff_hz) & (frequency <= 0.9 * run.cutoff_hz)
         gain = 1.0 / (1.0 + (frequency[inside] / run.cutoff_hz) ** 8) ** 2
         if inside.any():
-            densities.append(np.quantile(power[inside] / gain, LOWER_QUARTILE))
+            averaged = max(2.0, 0.6 * 2.0 * (2.0 * len(part) / min(length, len(part)) - 1.0))
+            expected = stats.chi2.ppf(LOWER_QUARTILE, averaged) / averaged  # of white noise, a share of its density
+            densities.append(np.quantile(power[inside] / gain, LOWER_QUARTILE) / expected)
     return float(np.median(densities)) * _bandwidth(run) if densities else 0.0
 
 

@@ -36,9 +36,7 @@ class Prepared:
     held_back: bool
 
 
-def prepared(
-    model: Path, training: Sequence[Recording], validation: Sequence[Recording], settings: Settings
-) -> Prepared:
+def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Recording], settings: Settings) -> Prepared:
     """Raises UserError where a recording's axes do not fit the model, or no axis moves in what is fitted."""
     held_back = not validation
     twin = simulation(model, training[0].info.axes)

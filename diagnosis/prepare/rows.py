@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -182,7 +183,7 @@ def _joined(runs: Sequence[AxisRun]) -> Motion:
     first = runs[0].motion
     if len(runs) == 1:
         return first
-    samples = {name: np.concatenate([getattr(run.motion, name) for run in runs]) for name in SAMPLED}
+    samples: dict[str, Any] = {name: np.concatenate([getattr(run.motion, name) for run in runs]) for name in SAMPLED}
     return replace(first, band=max(run.motion.band for run in runs), **samples)
 
 

@@ -119,11 +119,7 @@ class Simulation:
     def moving_bodies(self) -> list[int]:
         """Bodies with mass that a joint moves."""
         model = self.model
-        return [
-            body
-            for body in range(1, model.nbody)
-            if model.body_mass[body] > 0.0 and model.body_weldid[body] != 0
-        ]
+        return [body for body in range(1, model.nbody) if model.body_mass[body] > 0.0 and model.body_weldid[body] != 0]
 
 
 def simulation(path: Path, axes: Mapping[str, AxisInfo]) -> Simulation:

@@ -1,4 +1,4 @@
-"""What the recordings can be asked: each effect says what it needs of a motion; what is missing is told, and what would help."""
+"""What the recordings can be asked: each effect says what it needs of a motion; what is missing is told."""
 
 from __future__ import annotations
 
@@ -32,10 +32,19 @@ WHY: Mapping[Need, tuple[str, str]] = {
     Need.TWO_SPEEDS: ("all motion at one speed", "strokes at several speeds, from a tenth of the highest on"),
     Need.REVERSALS: ("no reversal of the motion", "strokes forth and back"),
     Need.ACCELERATION: ("hardly any accelerations", "short moves of several accelerations"),
-    Need.ABSOLUTE_POSITION: ("the position is relative to where each recording began", "an absolute position, or one recording"),
+    Need.ABSOLUTE_POSITION: (
+        "the position is relative to where each recording began",
+        "an absolute position, or one recording",
+    ),
     Need.WEIGHT: ("gravity does not act along this axis in the model", "the machine's gravity in the model, if it does act"),
-    Need.TIME: ("too short, or the time since the machine was switched on is not told", "`start_time` in recording.json, or longer"),
-    Need.DEMAND: ("the drive's demand and loops are not recorded, or do not give the recorded torque", "`position_demand` and `drive`"),
+    Need.TIME: (
+        "too short, or the time since the machine was switched on is not told",
+        "`start_time` in recording.json, or longer",
+    ),
+    Need.DEMAND: (
+        "the drive's demand and loops are not recorded, or do not give the recorded torque",
+        "`position_demand` and `drive`",
+    ),
 }
 
 
@@ -77,7 +86,9 @@ def _met(rows: Rows, axis: str, absolute: bool, drive_told: bool) -> frozenset[N
         return frozenset()
     speed = np.abs(velocity)
     forwards = float(np.mean(velocity > 0.0))
-    inertial = rows.rows(axis, lambda run, own: run.felt(own, own.motion.inertia * own.motion.acceleration + own.motion.from_others))
+    inertial = rows.rows(
+        axis, lambda run, own: run.felt(own, own.motion.inertia * own.motion.acceleration + own.motion.from_others)
+    )
     met = {
         Need.BOTH_DIRECTIONS: min(forwards, 1.0 - forwards) >= LEAST_EACH_WAY,
         Need.TWO_SPEEDS: float(np.quantile(speed, 0.95)) >= SPEED_RANGE * float(np.quantile(speed, 0.05)),

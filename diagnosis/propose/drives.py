@@ -28,7 +28,7 @@ LAW_HOLDS = 0.05
 
 @dataclass(frozen=True)
 class DriveFound:
-    """An effect of one axis's drive: mean square of what the law does not tell [(N·m)²] without it and with it, over `rows`."""
+    """An effect of one axis's drive: mean square [(N·m)²] that the law does not tell without it and with it, over `rows`."""
 
     axis: str
     effect: DriveEffect
@@ -68,9 +68,7 @@ def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]])
     for kind in kinds:
         if issubclass(kind, DriveEffect):
             tried = [
-                effect
-                for run, asked in known
-                for effect in kind.candidates(asked.lagged, run.smooth(asked.given), run.period)
+                effect for run, asked in known for effect in kind.candidates(asked.lagged, run.smooth(asked.given), run.period)
             ]
             if kind is CurrentBandwidth:
                 tried = [effect for effect in tried if _value(effect) < SLOW * USUAL_BANDWIDTHS[0]]

@@ -118,7 +118,9 @@ def moved(
 
     start = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))
     try:
-        found = least_squares(left, start, jac=slopes, bounds=(low, high), x_scale=1.0, max_nfev=evaluations, xtol=1e-4, ftol=1e-5)
+        found = least_squares(
+            left, start, jac=slopes, bounds=(low, high), x_scale=1.0, max_nfev=evaluations, xtol=1e-4, ftol=1e-5
+        )
     except UserError:
         return effect
     return at(effect, movable, found.x)
@@ -127,8 +129,11 @@ def moved(
 def movable_fields(effect: Effect, motion: Motion, axis: AxisDynamics) -> list[Field]:
     """The effect's parameters, each with the step that matters to it; angles turn freely."""
     sizes = effect.sizes(motion, axis)
+    fixed = effect.fixed()
     return [
-        Field(one.name, sizes[one.name], -np.inf if one.name in ANGLES else one.low, one.high) for one in type(effect).parameters
+        Field(one.name, sizes[one.name], -np.inf if one.name in ANGLES else one.low, one.high)
+        for one in type(effect).parameters
+        if one.name not in fixed
     ]
 
 

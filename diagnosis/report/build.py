@@ -14,7 +14,7 @@ from diagnosis.prepare.rows import Rows
 from diagnosis.propose.drives import DriveFound
 from diagnosis.propose.placing import in_order, placed
 from diagnosis.report.distinguish import sensor_that_tells, tell_apart
-from diagnosis.report.gap_test import NAME, gap_of, significance
+from diagnosis.report.gap_test import NAME, GapFound, gap_of, significance
 from diagnosis.report.patched_model import patched_xml
 from diagnosis.report.patterns import patterns
 from diagnosis.report.prediction import Patch, contributions, gap_rms, predict
@@ -152,7 +152,9 @@ def _shares(ready: Prepared, gaps: _Gaps, axis: str, settings: Settings) -> tupl
         [part[k].get(axis, np.zeros(len(each.used)))[each.used] for part, each in zip(parts, own, strict=True)] for k in named
     ]
     others = [
-        sum((p.get(axis, np.zeros(len(each.used))) for j, p in enumerate(part) if j not in named), np.zeros(len(each.used)))[each.used]
+        sum((p.get(axis, np.zeros(len(each.used))) for j, p in enumerate(part) if j not in named), np.zeros(len(each.used)))[
+            each.used
+        ]
         for part, each in zip(parts, own, strict=True)
     ]
     names = [gaps.patch.effects[k].effect.name for k in named]
@@ -163,13 +165,15 @@ def _shares(ready: Prepared, gaps: _Gaps, axis: str, settings: Settings) -> tupl
     return tuple(gaps.patch.effects[k] for k in named), found
 
 
-def _axis(ready: Prepared, gaps: _Gaps, axis: str, test: object, divided: tuple[Sequence[PlacedEffect], Sequence[Share]]) -> AxisGap:
+def _axis(
+    ready: Prepared, gaps: _Gaps, axis: str, test: GapFound, divided: tuple[Sequence[PlacedEffect], Sequence[Share]]
+) -> AxisGap:
     noise, speed = gaps.noise[axis], ready.standstill[axis]
     parts = [each.axes[axis] for each in gaps.unseen]
     still = np.concatenate([(part.measured - part.before)[~part.used] for part in parts])
     used = np.concatenate([part.measured[part.used] for part in parts])
     moves = bool(np.isfinite(speed)) and any(part.used.any() for part in parts)
-    significant = bool(test.significant)  # type: ignore[attr-defined]
+    significant = test.significant
     after = [_as_it_stands(each, axis) for each in gaps.unseen]
     unit = "N" if ready.simulation.slides(axis) else "N·m"
     return AxisGap(
@@ -183,7 +187,7 @@ def _axis(ready: Prepared, gaps: _Gaps, axis: str, test: object, divided: tuple[
         standstill_rms=float(np.sqrt(np.mean(still**2))) if still.size else 0.0,
         significant=significant,
         test=NAME,
-        p_value=float(test.p_value),  # type: ignore[attr-defined]
+        p_value=test.p_value,
         shares=tuple(divided[1]),
         where=regimes(gaps.unseen, axis, noise.floor, speed) if moves else (),
         where_after=regimes(after, axis, noise.floor, speed) if moves and above_noise(after, axis, noise.floor, speed) else (),
@@ -243,10 +247,10 @@ def _causes(
     for number, one in enumerate(gaps.patch.effects):
         if isinstance(one.effect, DriveEffect):
             drive = next(each for each in drives if each.axis == one.axis and type(each.effect) is type(one.effect))
-            causes.append(_drive_cause(one, drive, gaps))
+            causes.append(_drive_cause(one, drive))
         elif one.axis in open_axes:
             causes.append(_selected(ready, values, answers, gaps, number, divided[one.axis], settings))
-    causes.extend(_alternatives(answers, gaps, open_axes, settings))
+    causes.extend(_alternatives(answers, gaps.patch, open_axes, settings))
     causes.extend(_unknown_cause(gaps, axis, divided[axis][1], ready.cutoff_hz) for axis in open_axes)
     return sorted(causes, key=lambda cause: -cause.probability * cause.share)
 
@@ -283,15 +287,16 @@ def _alike(one: PlacedEffect, other: PlacedEffect) -> bool:
     if (one.effect.name, one.axis) != (other.effect.name, other.axis):
         return False
     order = getattr(one.effect, "order", None)
-    return order is None or abs(order - other.effect.order) < 0.05 * order  # type: ignore[attr-defined]
+    return order is None or abs(order - getattr(other.effect, "order", 0.0)) < 0.05 * order
 
 
 def _estimates(values: Refitted, one: PlacedEffect) -> dict[str, Estimate]:
     """Parameters with 90 % intervals."""
     number = next(k for k, each in enumerate(values.effects) if each is one)
     told = {}
-    for parameter, deviation in zip(one.effect.parameters, values.deviations[number], strict=True):
-        value, half = float(getattr(one.effect, parameter.name)), TWO_SIDED_90 * float(deviation)
+    for parameter in one.effect.parameters:
+        half = TWO_SIDED_90 * values.deviations[number].get(parameter.name, 0.0)
+        value = float(getattr(one.effect, parameter.name))
         told[parameter.name] = Estimate(value, one.units[parameter.name], (value - half, value + half))
     return told
 
@@ -305,7 +310,7 @@ def _closed(ready: Prepared, gaps: _Gaps, rest: Patch, axis: str, settings: Sett
     return shrink(before, gaps.unseen, axis, gaps.noise[axis].floor, settings.seed)
 
 
-def _drive_cause(one: PlacedEffect, drive: DriveFound, gaps: _Gaps) -> Cause:
+def _drive_cause(one: PlacedEffect, drive: DriveFound) -> Cause:
     """A drive's effect shrinks no gap of the measured motion: its share is of what the law does not tell."""
     value = float(getattr(one.effect, one.effect.parameters[0].name))
     name = one.effect.parameters[0].name
@@ -315,9 +320,9 @@ def _drive_cause(one: PlacedEffect, drive: DriveFound, gaps: _Gaps) -> Cause:
     return Cause(one.effect.name, one.axis, probability, float(1.0 - drive.left / drive.without), {name: estimate}, None)
 
 
-def _alternatives(answers: Sequence[Answer], gaps: _Gaps, open_axes: Sequence[str], settings: Settings) -> list[Cause]:
+def _alternatives(answers: Sequence[Answer], patch: Patch, open_axes: Sequence[str], settings: Settings) -> list[Cause]:
     """Effects that were not selected and may be there all the same, once each."""
-    taken = {(one.effect.name, one.axis) for one in gaps.patch.effects}
+    taken = {(one.effect.name, one.axis) for one in patch.effects}
     told: dict[tuple[str, str], Cause] = {}
     for answer in answers:
         for member in answer.members:
@@ -325,12 +330,16 @@ def _alternatives(answers: Sequence[Answer], gaps: _Gaps, open_axes: Sequence[st
             key = (one.effect.name, one.axis)
             if key in taken or one.axis not in open_axes or member.weight < SHOWN:
                 continue
-            if member.proposal.share < settings.least_share or (answer.chosen is not None and answer.chosen not in gaps.patch.effects):
+            if member.proposal.share < settings.least_share or not (answer.chosen is None or _is_in(answer.chosen, patch)):
                 continue
             if key not in told or told[key].probability < member.weight:
                 share = float(np.clip(member.proposal.share, 0.0, 1.0))
                 told[key] = Cause(one.effect.name, one.axis, member.weight, share, {}, None)
     return list(told.values())
+
+
+def _is_in(one: PlacedEffect, patch: Patch) -> bool:
+    return any(_alike(one, other) for other in patch.effects)
 
 
 def _unknown_cause(gaps: _Gaps, axis: str, divided: Sequence[Share], cutoff_hz: float) -> Cause:
@@ -358,6 +367,3 @@ def _verdict(axes: Mapping[str, AxisGap]) -> Verdict:
         return Verdict.NO_GAP
     worst = max(left)
     return Verdict.EXPLAINED if worst <= EXPLAINED else Verdict.PARTLY_EXPLAINED if worst <= PARTLY else Verdict.UNEXPLAINED
-
-
-

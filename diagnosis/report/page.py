@@ -21,9 +21,10 @@ _TITLE = "Simulation against machine"
 def write_report_page(diagnosis: Diagnosis, inputs: Mapping[str, str], path: Path) -> None:
     """Write the report to `path`, whole or not at all; `inputs` are sha256 by path."""
     recordings = listed([prediction.recording for prediction in diagnosis.predictions])
+    axes = f"{'Axes' if len(diagnosis.axes) > 1 else 'Axis'} {listed(list(diagnosis.axes))}"
     body = [
-        f"{page_table.STYLE}{page_shares.STYLE}<header><h1>{_TITLE}</h1><p>Axes {escape(listed(list(diagnosis.axes)))}; gap "
-        f"measured on {escape(recordings)}</p></header>",
+        f"{page_table.STYLE}{page_shares.STYLE}<header><h1>{_TITLE}</h1><p>{escape(axes)}; gap measured on "
+        f"{escape(recordings)}</p></header>",
         _verdict(diagnosis),
         page_shares.shares_section(diagnosis),
         causes_section(diagnosis),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from html import escape
 
 from diagnosis.report.figures import gap_figure, left_figure, map_figures, spectrum_figure, time_figure, torque_figure
@@ -102,27 +103,43 @@ def _remains(axis: str, diagnosis: Diagnosis) -> str:
     """What the unknown goes with, in which regime most of it is, and when."""
     gap, unit = diagnosis.axes[axis], diagnosis.units[axis]
     left = f"{level(diagnosis.after_rms[axis], unit)} rms is left, of which noise is {level(gap.noise_rms, unit)}."
-    unknown = f"The unknown, {percent(gap.unknown.share)} of the gap, {goes_with_words(gap.unknown)}."
     if not gap.where_after:
         return f"<p>{escape(left)} Nothing of it is above noise.</p>"
+    unknown = f"The unknown, {percent(gap.unknown.share)} of the gap, {goes_with_words(gap.unknown)}."
     most = max(gap.where_after, key=lambda regime: regime.share)
     place = f"{percent(most.share)} of what is left above noise is in the regime {name_of(most.regime)}."
-    spells = spells_after(diagnosis, axis)
-    together = f"{percent(sum(spell.share for spell in spells))} of its energy is in {spells_words(len(spells))}, the largest below." if spells else ""
+    return f"<p>{escape(f'{left} {unknown} {place}')}</p>{_spells(axis, diagnosis)}"
+
+
+def _spells(axis: str, diagnosis: Diagnosis) -> str:
+    """When most of what is left is; empty where it is spread evenly."""
+    spells, unit = spells_after(diagnosis, axis), diagnosis.units[axis]
+    if not spells:
+        return ""
+    share = percent(sum(spell.share for spell in spells))
     rows = [
-        [escape(spell.recording), f'<span class="tight">{time_words(spell)}</span>', escape(level(spell.rms, unit)), percent(spell.share)]
-        for spell in spells[:_SPELLS_SHOWN]
+        [escape(each.recording), _tight(time_words(each)), escape(level(each.rms, unit)), percent(each.share)]
+        for each in spells[:_SPELLS_SHOWN]
     ]
     head = ["Recording", "Time", "Level, rms", "Of what is left"]
-    return f"<p>{escape(' '.join([left, unknown, place, together]))}</p>{plain_table(head, rows, (2, 3)) if rows else ''}"
+    return f"<p>{share} of its energy is in {spells_words(len(spells))}; the largest:</p>{plain_table(head, rows, (2, 3))}"
+
+
+def _tight(words: str) -> str:
+    return f'<span class="tight">{words}</span>'
 
 
 def _not_testable(gap: AxisGap) -> str:
     """One row a reason."""
     rows = [
-        [escape(listed([name_of(effect) for effect in each.effects])), escape(each.reason), escape(each.needed)]
+        [escape(listed([name_of(effect) for effect in each.effects])), escape(each.reason), _with_code(each.needed)]
         for each in untested(gap.not_testable)
     ]
     if not rows:
         return ""
     return f"<h3>What could not be tested</h3>{stacking_table(['Effect', 'Reason', 'What to record or give'], rows)}"
+
+
+def _with_code(words: str) -> str:
+    """Names between back quotes as code."""
+    return re.sub("`([^`]+)`", r"<code>\1</code>", escape(words))

@@ -26,14 +26,16 @@ def method_section(diagnosis: Diagnosis) -> str:
         f"<li>Noise of {escape(', '.join(axes))}: {escape(found)}.</li>"
         for found, axes in _axes_by({name: gap.noise_found_by for name, gap in diagnosis.axes.items()}).items()
     )
-    tests = "".join(f"<li>Is there a gap? {escape(test)}.</li>" for test in _axes_by({n: g.test for n, g in diagnosis.axes.items()}))
+    names = dict.fromkeys(gap.test for gap in diagnosis.axes.values())
+    tests = "".join(f"<li>Is there a gap? {escape(test)}.</li>" for test in names)
     return (
         f"<section><h2>Method</h2>{stacking_table(head, rows, numeric=range(1, 7))}<ul>"
         "<li>Measured and predicted torque go through the same zero-phase 4th-order Butterworth filter, forward and backward; "
         f"the cut-off is its -3 dB frequency of one pass{_lowered(diagnosis)}.</li>"
         "<li>Only samples in motion count: at standstill stiction holds an arbitrary torque, and the gap there is given "
         "apart.</li>"
-        f"{noise}<li>Model error is what a model of this kind is expected to miss; it is no noise, and is given apart.</li>{tests}"
+        f"{noise}<li>Model error is what a model of this kind is expected to miss; it is no noise, and is given apart.</li>"
+        f"{tests}"
         "<li>Regimes: a sample in motion counts in the first that fits, in the order of the table; shares are of the gap's "
         "energy above noise.</li>"
         "<li>The gap varies over: what goes with a quantity beyond the axis's own direction, speed and acceleration, "
@@ -86,5 +88,5 @@ def _value(name: str, value: float | int | None) -> str:
 
 def inputs_section(inputs: Mapping[str, str]) -> str:
     """What was read, with its sha256."""
-    rows = [[escape(path), f"<code>{digest}</code>"] for path, digest in inputs.items()]
+    rows = [[f'<span class="path">{escape(path)}</span>', f"<code>{digest}</code>"] for path, digest in inputs.items()]
     return f"<section><h2>Inputs</h2>{stacking_table(['File', 'sha256'], rows)}</section>"

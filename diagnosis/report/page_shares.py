@@ -12,8 +12,8 @@ from diagnosis.report.result import NOISE, UNKNOWN, AxisGap, Diagnosis, Share
 from diagnosis.report.wording import level, name_of, percent, span_percent
 
 STYLE = """<style>
-.stack { display: grid; grid-template-columns: 110px minmax(0, 1fr); gap: 4px 12px; align-items: center; margin: 6px 0; }
-.stack > b { overflow-wrap: anywhere; }
+.stack { display: grid; grid-template-columns: 150px minmax(0, 1fr); gap: 4px 12px; align-items: center; margin: 6px 0; }
+.stack > b { overflow-wrap: anywhere; line-height: 1.3; }
 .stack .parts { display: flex; height: 34px; border-radius: 5px; overflow: hidden; }
 .stack .note { display: block; font-weight: 400; }
 .parts > span { flex-basis: 0; min-width: 0; overflow: hidden; display: flex; flex-wrap: wrap; border-right: 1px solid #fff; }

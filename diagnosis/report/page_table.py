@@ -13,13 +13,13 @@ DASH = "&ndash;"
 
 STYLE = """<style>
 .stacks th, .stacks td { white-space: normal; vertical-align: top; padding-right: 14px; }
-.stacks td.n, .tight { white-space: nowrap; } .plain { width: auto; max-width: 100%; } .plain th, .plain td { white-space: normal; }
-.plain td.n { white-space: nowrap; } .plain th, .plain td { padding-right: 28px; }
+.stacks td.n, .tight { white-space: nowrap; } .plain { width: auto; max-width: 100%; }
+.plain th, .plain td { white-space: normal; padding-right: 28px; } .plain td.n { white-space: nowrap; }
 .bar { display: inline-block; width: 64px; height: 9px; background: #e8edf1; border-radius: 5px; margin-right: 8px; }
 .bar i { display: block; height: 100%; background: var(--accent); border-radius: 5px; min-width: 2px; }
 .pair { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 4px 20px; }
 .pair > div, .figure { min-width: 0; }
-code { font-size: 12px; color: var(--soft); overflow-wrap: anywhere; } h4 { margin: 12px 0 0; font-size: 14px; }
+code { font-size: 12px; color: var(--soft); } code, .path { overflow-wrap: anywhere; }
 .note { font-size: 13px; } .verdict { font-size: 18px; margin: 4px 0 12px; }
 .verdict.good { color: var(--good); } .verdict.bad { color: var(--bad); }
 @media (max-width: 700px) {
@@ -30,7 +30,7 @@ code { font-size: 12px; color: var(--soft); overflow-wrap: anywhere; } h4 { marg
   .pair { grid-template-columns: minmax(0, 1fr); } .plain { font-size: 14px; } .plain th, .plain td { padding-right: 10px; }
   .stacks td.none { display: none; } .stacks td.n { text-align: left; white-space: normal; }
   .stacks td::before { content: attr(data-label); color: var(--soft); font-size: 13px; }
-  .stacks td:first-child { font-weight: 600; }
+  .stacks td > span { overflow-wrap: anywhere; } .stacks td:first-child { font-weight: 600; }
 }
 </style>"""
 

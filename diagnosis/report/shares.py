@@ -17,7 +17,12 @@ DRAWS = 400
 
 
 def shares(
-    gaps: Sequence[Array], parts: Sequence[Sequence[Array]], names: Sequence[str], periods: Sequence[float], noise_rms: float, seed: int
+    gaps: Sequence[Array],
+    parts: Sequence[Sequence[Array]],
+    names: Sequence[str],
+    periods: Sequence[float],
+    noise_rms: float,
+    seed: int,
 ) -> tuple[Share, ...]:
     """What is left with all effects is noise, up to the noise's square, and the unknown; what is gone the effects share.
 
@@ -25,7 +30,9 @@ def shares(
     samples that count, `parts` of each effect the same, `periods` [s]. Intervals from blocks of a second drawn anew (Carlstein
     1986).
     """
-    sums = [_block_sums(gap, [part[k] for part in parts], period) for k, (gap, period) in enumerate(zip(gaps, periods, strict=True))]
+    sums = [
+        _block_sums(gap, [part[k] for part in parts], period) for k, (gap, period) in enumerate(zip(gaps, periods, strict=True))
+    ]
     table = np.vstack(sums) if sums else np.zeros((0, len(names) + 3))
     if not len(table) or table[:, 0].sum() <= 0.0:
         return ()

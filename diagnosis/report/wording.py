@@ -11,6 +11,8 @@ from diagnosis.report.remains import Spell
 from diagnosis.report.result import AxisGap, Cause, Diagnosis, Estimate, Unknown, Verdict
 from emulator.effects import PlacedEffect
 
+_NAMED_AT_MOST = 3
+"""Axes that the verdict names one by one."""
 LIKELY = 0.05
 """Probability from which a cause is shown with all that is known of it."""
 
@@ -22,11 +24,13 @@ def number(value: float) -> str:
 
 
 def percent(share: float) -> str:
-    """A share in per cent; 99.95 % is not called 100, nor 0.3 % nothing."""
-    if 0.0 < share < 0.005:
-        return "< 1 %"
-    rounded = f"{100.0 * share:.0f}" if abs(share) < 0.985 or share >= 1.0 else f"{100.0 * share:.1f}"
-    return "> 99.9 %" if rounded == "100.0" else f"{'0' if rounded == '-0' else rounded} %"
+    """A share in per cent, with a decimal near 0 and 100; 99.96 % is not called all, nor 0.04 % nothing."""
+    if 0.9995 <= share < 1.0:
+        return "> 99.9 %"
+    if 0.0 < share < 0.0005:
+        return "< 0.1 %"
+    near_an_end = 0.0 < abs(share) < 0.015 or 0.985 <= share < 1.0
+    return f"{100.0 * share:.1f} %" if near_an_end else f"{100.0 * share:.0f} %"
 
 
 def span_percent(low: float, high: float) -> str:
@@ -128,17 +132,37 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict is Verdict.NO_GAP:
         levels = ", ".join(f"{name} {level(gap.gap_rms, diagnosis.units[name])}" for name, gap in diagnosis.axes.items())
         return f"No gap beyond noise on any axis ({levels} rms)."
-    shrink = "; ".join(_shrink(name, diagnosis) for name, gap in diagnosis.axes.items() if gap.significant)
-    added = added_words(diagnosis.selected)
-    cause = f" by {added}" if added else ": no effect of the library explains it"
-    return f"{_OPENING[diagnosis.verdict]}{cause}{':' if added else ';'} {shrink}."
+    significant = [name for name, gap in diagnosis.axes.items() if gap.significant]
+    if len(significant) > _NAMED_AT_MOST:
+        count = len(diagnosis.selected)
+        added = f"{'one effect' if count == 1 else f'{count} effects'} on {len(significant)} axes" if count else ""
+        figures = _range(significant, diagnosis)
+    else:
+        added = added_words(diagnosis.selected)
+        figures = "; ".join(_shrink(name, diagnosis) for name in significant)
+    opening = f"{_BY[diagnosis.verdict]} {added}" if added else _BY_NOTHING[diagnosis.verdict]
+    return f"{opening}: {figures}."
 
 
-_OPENING: Mapping[Verdict, str] = {
+def _range(axes: Sequence[str], diagnosis: Diagnosis) -> str:
+    """Of many axes how much of the gap is closed, and the one of which least is known."""
+    shares = [closed(diagnosis.axes[name], diagnosis.after_rms[name]) for name in axes]
+    worst = max(axes, key=lambda name: diagnosis.axes[name].unknown.share)
+    unknown = f"most unknown on {worst}, {percent(diagnosis.axes[worst].unknown.share)}"
+    return f"{span_percent(min(shares), max(shares))} of the gap's energy closed, {unknown}"
+
+
+_BY: Mapping[Verdict, str] = {
+    Verdict.EXPLAINED: "The gap is explained by",
+    Verdict.PARTLY_EXPLAINED: "The gap is partly explained by",
+    Verdict.UNEXPLAINED: "Only a small part of the gap is explained, by",
+}
+_BY_NOTHING: Mapping[Verdict, str] = {
     Verdict.EXPLAINED: "The gap is explained",
     Verdict.PARTLY_EXPLAINED: "The gap is partly explained",
-    Verdict.UNEXPLAINED: "The gap is largely unexplained",
+    Verdict.UNEXPLAINED: "No effect of the library explains the gap",
 }
+"""Where no effect is added: bodies may be heavier."""
 
 
 def added_words(selected: Sequence[PlacedEffect]) -> str:
@@ -155,6 +179,6 @@ def _times(name: str, count: int) -> str:
 
 
 def _shrink(name: str, diagnosis: Diagnosis) -> str:
-    gap, after = diagnosis.axes[name], diagnosis.after_rms[name]
-    sizes = f"{number(gap.gap_rms)} to {level(after, diagnosis.units[name])} rms" if diagnosis.selected else ""
-    return f"{name} {sizes or level(gap.gap_rms, diagnosis.units[name]) + ' rms'}, {percent(gap.unknown.share)} unknown"
+    gap, after, unit = diagnosis.axes[name], diagnosis.after_rms[name], diagnosis.units[name]
+    sizes = f"{number(gap.gap_rms)} to {level(after, unit)}" if after != gap.gap_rms else level(after, unit)
+    return f"{name} {sizes} rms, {percent(gap.unknown.share)} unknown"

@@ -52,7 +52,7 @@ def write_diagnosis(
     write_json(directory / "effects.json", effects_payload(diagnosis.selected) | made_by)
     progress("prediction")
     (directory / "prediction").mkdir()
-    for prediction in diagnosis.report.predictions:
+    for prediction in diagnosis.predictions:
         pq.write_table(prediction_table(prediction), directory / "prediction" / f"{prediction.recording}.parquet")
     if html:
         progress("report.html")

@@ -62,7 +62,12 @@ def weighed(family: Family, settings: Settings) -> Answer:
     densities += [_held_out(family, one.tangents, one.column, one.held, settings) for one in considered]
     told = np.array(densities)
     told -= told[0]
-    prior = -np.array([_strain(family, (), None, _without(family)), *(_strain(family, one.tangents, one.column, one.held) for one in considered)])
+    prior = -np.array(
+        [
+            _strain(family, (), None, _without(family)),
+            *(_strain(family, one.tangents, one.column, one.held) for one in considered),
+        ]
+    )
     prior += np.array([0.0, *(one.prior for one in considered)])
     count = told.shape[1]
     draws = np.random.default_rng(settings.seed).dirichlet(np.ones(count), DRAWS) * count

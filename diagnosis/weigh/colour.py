@@ -114,6 +114,8 @@ def _levinson(correlation: Array) -> tuple[tuple[Array, ...], Array]:
 def _errors(columns: Array, age: Index, predictors: tuple[Array, ...], deviation: Array) -> Array:
     order = len(predictors) - 1
     out = columns.copy()
+    if not predictors[order].any():
+        return out
     for lag in range(1, order + 1):
         out[lag:] -= predictors[order][lag - 1] * columns[:-lag]
     for j in range(order):

@@ -16,6 +16,7 @@ from diagnosis.propose.search import BRIEFLY, REFINED, REFINED_REPLAYS, Begun, c
 from diagnosis.propose.side_by_side import side_by_side
 from diagnosis.weigh.colour import Colour
 from diagnosis.weigh.state import Bench, State, colours_of, first_colours, moved_by_fit, state_of
+from diagnosis.weigh.system import AxisSystem
 from drivetwin.errors import UserError
 from emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
 from emulator.effects.stribeck import Stribeck
@@ -37,7 +38,7 @@ EXCHANGES = 3
 
 @dataclass(frozen=True)
 class Proposal:
-    """An effect that may be added to a set: whitened, what it costs and its tangents; `score` is what the set gains by it [nats].
+    """An effect that may be added to a set: what it costs and its tangents, whitened; `score`: what the set gains [nats].
 
     The score is the difference of log evidence less the logarithm of how many effects and starts were tried: a uniform prior.
     """
@@ -82,13 +83,14 @@ class Search:
     progress: Progress
     _best: dict[tuple[str, str], Effect] = field(init=False, default_factory=dict)
     """What each effect on each axis was when it was last asked for: a start for the next time."""
+    _tried: dict[tuple[str, str], int] = field(init=False, default_factory=dict)
 
     def run(self) -> Found:
         """The set of effects that explains the recordings best."""
         effects: tuple[PlacedEffect, ...] = ()
         self.progress("every effect on every axis", 0.1)
         first = Pair(*(state_of(bench, effects, first_colours(bench)) for bench in (self.bench, self.part)))
-        proposals = self.proposals(first)
+        proposals: Sequence[Proposal] = self.proposals(first)
         pair = self.pair(effects, proposals)
         done: set[tuple[tuple[str, str], ...]] = set()
         for _ in range(EXCHANGES):
@@ -162,7 +164,9 @@ class Search:
             if (names := _names(pair.whole)) in seen:
                 return pair, proposals
             seen.add(names)
-            known = {} if isinstance(best.effect.effect, ModelEffect) else {k: v for k, v in known.items() if k != best.effect.axis}
+            known = (
+                {} if isinstance(best.effect.effect, ModelEffect) else {k: v for k, v in known.items() if k != best.effect.axis}
+            )
 
     def best(self, proposals: Sequence[Proposal]) -> Proposal | None:
         """The proposal with the best score, if it gains anything and takes a share of the gap."""
@@ -175,7 +179,9 @@ class Search:
             if (one.effect.name, one.axis) == (newest.effect.name, newest.axis):
                 continue
             rest = tuple(each for each in pair.whole.effects if each is not one)
-            less = Pair(*(self._state(bench, rest, state.system.axes) for bench, state in zip(pair.benches, pair.states, strict=True)))
+            less = Pair(
+                *(self._state(bench, rest, state.system.axes) for bench, state in zip(pair.benches, pair.states, strict=True))
+            )
             if less.whole.fit.evidence + log(self.tried(one.axis)) > pair.whole.fit.evidence:
                 return self.dropped(less, newest)
         return pair
@@ -188,21 +194,28 @@ class Search:
                 continue
             self.progress(f"what else than {one.effect.name} on {one.axis}", 0.7)
             rest = tuple(each for each in pair.whole.effects if each is not one)
-            beside = Pair(*(self._state(bench, rest, state.system.axes) for bench, state in zip(pair.benches, pair.states, strict=True)))
+            beside = Pair(
+                *(self._state(bench, rest, state.system.axes) for bench, state in zip(pair.benches, pair.states, strict=True))
+            )
             known = self.evaluated(beside.whole, Begun(one.axis, one.effect, 0.0, 1))
             others = [each for each in self.proposals(beside, [one.axis]) if not _same_kind(each.effect, one)]
             family = [*others, *([known] if known is not None else [])]
             best = max(family, key=lambda each: each.score, default=None)
-            if best is not None and best is not known and best.share >= self.bench.settings.least_share:
-                if known is None or best.score > known.score + CLEARLY:
-                    pair, changed = self.settled((*rest, best.effect), proposals, pair), True
-                    continue
+            able = best is not None and best is not known and best.share >= self.bench.settings.least_share
+            if best is not None and able and (known is None or best.score > known.score + CLEARLY):
+                pair, changed = self.settled((*rest, best.effect), proposals, pair), True
+                continue
             families.append(Family(one, beside.whole, family))
         return pair, families, changed
 
     def settled(self, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal], before: Pair) -> Pair:
         """The set with all its parameters moved together, and the noise coloured as it leaves it."""
-        pair = Pair(*(self._state(bench, effects, state.system.axes) for bench, state in zip(before.benches, before.states, strict=True)))
+        pair = Pair(
+            *(
+                self._state(bench, effects, state.system.axes)
+                for bench, state in zip(before.benches, before.states, strict=True)
+            )
+        )
         for _ in range(SETTLED):
             try:
                 ahead = Pair(*(
@@ -239,8 +252,9 @@ class Search:
             {axis: (rows - state.system.unknown_of(axis, rows, fit.level[axis])) * level[axis] for axis, rows in left.items()},
         )
 
-    def _state(self, bench: Bench, effects: Sequence[PlacedEffect], axes: Mapping[str, object]) -> State:
-        return state_of(bench, effects, {axis: own.colour for axis, own in axes.items()})  # type: ignore[attr-defined]
+    def _state(self, bench: Bench, effects: Sequence[PlacedEffect], axes: Mapping[str, AxisSystem]) -> State:
+        """Another set, the noise coloured as it was."""
+        return state_of(bench, effects, axes)
 
     def tried(self, axis: str) -> int:
         """Kinds of effects that could have been named on an axis."""
@@ -257,33 +271,40 @@ class Search:
     def _proposed(self, pair: Pair, axis: str, kind: type[Effect]) -> Proposal | None:
         state = pair.part
         held = state.held(kind.name, axis)
-        begun: list[Begun]
-        try:
-            if issubclass(kind, ModelEffect):
-                known = self.part.polynomials.get((axis, kind.name))
-                begun = rigid_starts(state.system, axis, known, held) if known is not None else []
-            else:
-                assert issubclass(kind, AxisEffect)
-                begun = coarse(state.rows, state.system, axis, kind, state.dynamics[axis], held)
-        except UserError:
-            return None
-        if not begun:
-            return None
+        begun = self._begun(state, axis, kind, held)
         known = self._best.get((axis, kind.name))
-        if issubclass(kind, AxisEffect) and not kind.scales:
-            briefly = [self._moved(state, one, held, BRIEFLY) for one in begun[:REFINED_REPLAYS]]
-            rated = [(each, self.evaluated(state, each)) for each in briefly]
-            begun = [each for each, told in sorted(rated, key=lambda one: -(one[1].score if one[1] else -np.inf))]
-        if known is not None and not kind.several:
+        if begun and known is not None and not kind.several:
             begun = [replace(begun[0], effect=known), *begun[: REFINED - 1]]
         tried = [self._moved(state, one, held) for one in begun[:REFINED]]
         if self.part is not self.bench:
             tried = [self._moved(pair.whole, one, held, BRIEFLY) for one in tried]
+        whole = [replace(one, effect=natural, tried=1) for one in tried if (natural := one.effect.natural()) is not None]
+        tried += [self._moved(pair.whole, one, held, BRIEFLY) for one in whole]
         judged = [self.evaluated(pair.whole, one) for one in tried]
         best = max((one for one in judged if one is not None), key=lambda one: one.score, default=None)
         if best is not None:
             self._best[axis, kind.name] = best.effect.effect
         return best
+
+    def _begun(self, state: State, axis: str, kind: type[Effect], held: frozenset[int]) -> list[Begun]:
+        """Where the local search begins. Starts that have to be replayed one by one are compared once, without any effect."""
+        try:
+            if issubclass(kind, ModelEffect):
+                told = self.part.polynomials.get((axis, kind.name))
+                return rigid_starts(state.system, axis, told, held) if told is not None else []
+            assert issubclass(kind, AxisEffect)
+            known = self._best.get((axis, kind.name))
+            if known is not None and not kind.scales:
+                return [Begun(axis, known, 0.0, self._tried[axis, kind.name])]
+            begun = coarse(state.rows, state.system, axis, kind, state.dynamics[axis], held)
+        except UserError:
+            return []
+        if begun and not kind.scales:
+            self._tried[axis, kind.name] = begun[0].tried
+            briefly = [self._moved(state, one, held, BRIEFLY) for one in begun[:REFINED_REPLAYS]]
+            rated = [(each, self.evaluated(state, each)) for each in briefly]
+            begun = [each for each, one in sorted(rated, key=lambda pair: -(pair[1].score if pair[1] else -np.inf))]
+        return begun
 
     def _moved(self, state: State, one: Begun, held: frozenset[int], evaluations: int | None = None) -> Begun:
         predict = state.predictor(one.axis, type(one.effect))

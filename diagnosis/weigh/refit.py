@@ -1,8 +1,8 @@
 """The values that go into the patch: plain least squares of the set that was found, with intervals that know the colour.
 
-What was weighed is likelihood; what a patch is judged by is the rms of the gap. So the effects of the set are fitted once more
-without colour and unknown, the nominal parameters held; their covariance is the sandwich over blocks of contiguous time (Liang and
-Zeger, Biometrika 73(1), 1986), which is right whatever the colour of what is left.
+What was weighed is likelihood; what a patch is judged by is the rms of the gap. So the effects of the set are fitted once
+more without colour and unknown, the nominal parameters held; their covariance is the sandwich over blocks of contiguous time
+(Liang and Zeger, Biometrika 73(1), 1986), which is right whatever the colour of what is left.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ TURNS = 5
 
 @dataclass(frozen=True)
 class Refitted:
-    """The effects in order, and the standard deviation of each one's parameters, (k,), in their own units."""
+    """The effects in order, and the standard deviation of each one's parameters by name, in their units."""
 
     state: State
     effects: tuple[PlacedEffect, ...]
-    deviations: Sequence[Array]
+    deviations: Sequence[dict[str, float]]
 
 
 def refitted(state: State) -> Refitted:
@@ -38,7 +38,7 @@ def refitted(state: State) -> Refitted:
     left = _left(state, _fit(state))
     for _ in range(TURNS if state.effects else 0):
         try:
-            ahead = state_of(state.bench, moved_by_fit(state, _fit(state)), {a: own.colour for a, own in state.system.axes.items()})
+            ahead = state_of(state.bench, moved_by_fit(state, _fit(state)), state.system.axes)
         except UserError:
             break
         energy = _left(ahead, _fit(ahead))
@@ -74,7 +74,7 @@ def _left(state: State, fit: Fit) -> float:
     return total
 
 
-def _deviations(state: State) -> list[Array]:
+def _deviations(state: State) -> list[dict[str, float]]:
     count, system = len(state.bench.nominals), state.plain
     free = [k for k in range(len(system.columns)) if k >= count]
     if not free:
@@ -96,6 +96,6 @@ def _deviations(state: State) -> list[Array]:
     found = []
     for number, one in enumerate(state.effects):
         own_columns = [k for k, owner in enumerate(state.owners) if owner == number]
-        sizes = [field.size for field in state.fields(one.axis, one.effect)]
-        found.append(spread[own_columns] * np.array(sizes))
+        fields = state.fields(one.axis, one.effect)
+        found.append({field.name: float(spread[k]) * field.size for field, k in zip(fields, own_columns, strict=True)})
     return found

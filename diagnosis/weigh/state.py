@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -73,8 +73,9 @@ class State:
     system: System
     owners: tuple[int, ...]
     """Which effect each further column is a tangent of, after those of the nominal parameters."""
-    plain: System
-    """The same without colour and unknown: what energy is left."""
+    target: Mapping[str, Array]
+    columns: Sequence[Column]
+    """Torque that the effects leave, and the system's columns, as they are felt [N·m or N]."""
 
     @property
     def rows(self) -> Rows:
@@ -85,6 +86,15 @@ class State:
     def fit(self) -> Fit:
         """Of the set as it stands."""
         return self.system.fit(held=self.held())
+
+    @cached_property
+    def plain(self) -> System:
+        """The same without colour and unknown: what energy is left."""
+        rows, first = self.rows, first_colours(self.bench)
+        none = {axis: np.zeros((rows.count(axis), 0)) for axis in rows.axes}
+        bare = {axis: axis_system(first[axis], none[axis], 1.0, self.target[axis], rows.of[axis].block) for axis in rows.axes}
+        flat = [{axis: first[axis].whiten(torque) for axis, torque in column.items()} for column in self.columns]
+        return System(bare, flat, self.system.spreads)
 
     @cached_property
     def dynamics(self) -> dict[str, AxisDynamics]:
@@ -106,6 +116,7 @@ class State:
 
     def predictor(self, axis: str, kind: type[Effect]) -> Predict:
         """From an effect of a kind to what it costs on top of the set."""
+
         def cost(effect: Effect) -> Column:
             return self.bench.column(PlacedEffect(axis, effect, {}), self.dynamics[axis])
 
@@ -128,8 +139,8 @@ class State:
         return self.energy(self.held())
 
 
-def state_of(bench: Bench, effects: Sequence[PlacedEffect], colours: Mapping[str, Colour]) -> State:
-    """The set's system. Raises UserError where the effects make no mechanism."""
+def state_of(bench: Bench, effects: Sequence[PlacedEffect], colours: Mapping[str, Colour | AxisSystem]) -> State:
+    """The set's system, in given colours or in those of another set's. Raises UserError where the effects make no mechanism."""
     ordered = in_order(effects)
     simulation = bench.rows.simulation
     target = {axis: rows.copy() for axis, rows in bench.rows.target.items()}
@@ -150,28 +161,25 @@ def state_of(bench: Bench, effects: Sequence[PlacedEffect], colours: Mapping[str
         spreads.extend([np.inf] * len(free))
         owners.extend([number] * len(free))
     axes = {axis: _axis_system(bench, axis, colours[axis], target[axis]) for axis in bench.rows.axes}
-    first = first_colours(bench)
-    bare = {
-        axis: axis_system(first[axis], np.zeros((bench.rows.count(axis), 0)), 1.0, target[axis], bench.rows.of[axis].block)
-        for axis in bench.rows.axes
-    }
-    flat = [{axis: first[axis].whiten(rows) for axis, rows in column.items()} for column in columns]
-    plain = System(bare, flat, np.array(spreads))
-    whitened = [{axis: colours[axis].whiten(rows) for axis, rows in column.items()} for column in columns]
-    return State(bench, ordered, System(axes, whitened, np.array(spreads)), tuple(owners), plain)
+    whitened = [{axis: axes[axis].colour.whiten(rows) for axis, rows in column.items()} for column in columns]
+    return State(bench, ordered, System(axes, whitened, np.array(spreads)), tuple(owners), target, columns)
 
 
-def _axis_system(bench: Bench, axis: str, colour: Colour, target: Array) -> AxisSystem:
+def _axis_system(bench: Bench, axis: str, known: Colour | AxisSystem, target: Array) -> AxisSystem:
+    if isinstance(known, AxisSystem):
+        return replace(known, target=known.colour.whiten(target))
     unknown = np.column_stack([component.columns for component in bench.unknown[axis]])
     misfit = bench.settings.misfit * bench.rows.size[axis]
-    return axis_system(colour, unknown, misfit, target, bench.rows.of[axis].block)
+    return axis_system(known, unknown, misfit, target, bench.rows.of[axis].block)
 
 
 def first_colours(bench: Bench) -> dict[str, Colour]:
     """White, at the level of the gap."""
     rows = bench.rows
     return {
-        axis: white(rows.of[axis], bench.intervals, max(_rms(rows.target[axis]), _floor(bench, axis)), bench.settings.colour_order)
+        axis: white(
+            rows.of[axis], bench.intervals, max(_rms(rows.target[axis]), _floor(bench, axis)), bench.settings.colour_order
+        )
         for axis in rows.axes
     }
 
@@ -200,7 +208,7 @@ def moved_by_fit(state: State, fit: Fit) -> tuple[PlacedEffect, ...]:
             value = float(getattr(one.effect, field.name))
             step = float(np.clip(fit.coefficients[k], -0.5, 0.5)) * field.size
             values[field.name] = float(np.clip(value + step, field.low, field.high))
-        found.append(placed(state.rows, one.axis, type(one.effect)(**values)))
+        found.append(placed(state.rows, one.axis, replace(one.effect, **values)))
     return tuple(found)
 
 

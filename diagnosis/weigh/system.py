@@ -1,8 +1,8 @@
 """One linear model over all axes: nominal parameters with their priors, effects, the smooth unknown and coloured noise.
 
-y = X b + Z c + U u + e.  b ~ N(0, diag spreads²) are nominal parameters, c are free (effects, linearised where they are), u is
-the unknown of each axis, N(0, misfit²), e coloured noise whose level is fitted, axis by axis. u is integrated out exactly (Schur
-complement), b by Laplace; c counts by the Bayesian information criterion (Schwarz, Annals of Statistics 6(2), 1978).
+y = X b + Z c + U u + e.  b ~ N(0, diag spreads²) are nominal parameters, c are free (effects, linearised where they are), u
+is the unknown of each axis, N(0, misfit²), e coloured noise whose level is fitted, axis by axis. u is integrated out exactly
+(Schur complement), b by Laplace; c counts by the Bayesian information criterion (Schwarz, Annals of Statistics 6(2), 1978).
 """
 
 from __future__ import annotations
@@ -156,7 +156,9 @@ class System:
             further = [column.get(axis, np.zeros(count[axis])) for column in extra]
             rows = self._whitened[axis]
             target = rows[:, -1] - (less[axis] if less is not None and axis in less else 0.0)
-            matrices[axis] = np.column_stack([rows[:, :p], *further, target]) if further else np.column_stack([rows[:, :p], target])
+            matrices[axis] = (
+                np.column_stack([rows[:, :p], *further, target]) if further else np.column_stack([rows[:, :p], target])
+            )
             whole[axis] = _products(own, matrices[axis])
         spreads = np.concatenate([self.spreads, np.full(len(extra), np.inf)])
         found = {axis: np.zeros(int(own.blocks.max(initial=-1)) + 1) for axis, own in self.axes.items()}
@@ -237,7 +239,7 @@ def solved(
     grams: Mapping[str, Array] | None = None,
     kept: Mapping[str, NDArray[np.bool_]] | None = None,
 ) -> Fit:
-    """Coefficients and noise levels in turn, and the evidence; `grams` of the unknown's columns where some rows are held out."""
+    """Coefficients and noise levels in turn, and the evidence; `grams` of the unknown's columns where rows are held out."""
     size = len(spreads)
     free = np.array([k for k in range(size) if k not in held], dtype=np.intp)
     prior = 1.0 / spreads[free] ** 2

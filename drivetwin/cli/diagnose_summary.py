@@ -71,7 +71,8 @@ def _causes(found: Diagnosis) -> Table:
     table.add_column("parameters (90 % interval)")
     for cause in found.causes:
         if cause.probability >= LIKELY:
-            table.add_row(name_of(cause.effect), cause.axis, percent(cause.probability), percent(cause.share), _told(cause, found))
+            figures = percent(cause.probability), percent(cause.share)
+            table.add_row(name_of(cause.effect), cause.axis, *figures, _told(cause, found))
     return table
 
 

@@ -34,7 +34,7 @@ class Motor:
 
 
 @compiled
-def _apply(motors, position, torque) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
+def _apply(motors, torque) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
     for row in range(motors.shape[0]):
         motor = motors[row]
         torque[motor.actuator] = (1.0 + motor.constant_error) * torque[motor.actuator] + motor.offset / motor.gear
@@ -42,7 +42,7 @@ def _apply(motors, position, torque) -> None:  # type: ignore[no-untyped-def]  #
 
 @dataclass(frozen=True)
 class Ripple:
-    """Torque amplitude sin(order angle + phase) on the shaft, whatever the current; joint side [N·m or N], motor angle [rad]."""
+    """Torque amplitude sin(order angle + phase) on the shaft, whatever the current; joint side, N·m or N; motor angle [rad]."""
 
     amplitude: float
     order: float
@@ -62,11 +62,11 @@ class Motors:
 
     def __init__(self, motors: Sequence[tuple[Motor, Place]], data: mujoco.MjData) -> None:
         self._motors = records(motors)
-        self._arrays = (data.qpos, data.ctrl)
+        self._torque = data.ctrl
 
     def act(self) -> None:
         """Turn reported motor torques into shaft torques."""
-        _apply(self._motors, *self._arrays)
+        _apply(self._motors, self._torque)
 
 
 class Ripples:

@@ -90,6 +90,14 @@ class Effect(ABC):
         """A change of each parameter that changes the torque about as much as the effect itself, for a search to scale by."""
         return {one.name: abs(float(getattr(self, one.name))) or 1.0 for one in self.parameters}
 
+    def natural(self) -> Effect | None:
+        """The same with a parameter that nature makes a whole number at one; None where there is none, or it is one already."""
+        return None
+
+    def fixed(self) -> frozenset[str]:
+        """Parameters that stand at such a number, and are not fitted there."""
+        return frozenset()
+
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         """How rare its size is among machines [nats]: 0 for an ordinary one."""
         return 0.0

@@ -42,7 +42,8 @@ class PositionFriction(FrictionEffect):
         )
 
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
-        return super().sizes(motion, axis) | {"period": self.period**2 / max(2.0 * pi * travel(motion), self.period), "phase": 1.0}
+        whole = max(2.0 * pi * travel(motion), self.period)
+        return super().sizes(motion, axis) | {"period": self.period**2 / whole, "phase": 1.0}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:

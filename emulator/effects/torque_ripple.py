@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import pi
+from math import log, pi
 from typing import ClassVar
 
 import mujoco
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion, Ripple
 from emulator.effects.base import ANGLE, NUMBER, TORQUE, Need, Parameter, Start, StaticEffect
-from emulator.effects.waves import amplitude_and_phase, orders, turns_apart, unexplained
+from emulator.effects.waves import FRACTIONAL, amplitude_and_phase, orders, turns_apart, unexplained
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,18 @@ class TorqueRipple(StaticEffect):
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return -self.amplitude * np.sin(self.order * axis.gear_ratio * motion.position + self.phase)
+
+    def natural(self) -> TorqueRipple | None:
+        """Slots, poles and teeth come in whole numbers a turn."""
+        whole = max(1.0, float(round(self.order)))
+        return replace(self, order=whole) if whole != self.order else None
+
+    def fixed(self) -> frozenset[str]:
+        return frozenset({"order"}) if self.order == round(self.order) else frozenset()
+
+    def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
+        """An order that is no whole number needs a gear ratio that is not the recording's."""
+        return 0.0 if self.order == round(self.order) else log(FRACTIONAL)
 
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
         return super().sizes(motion, axis) | {"order": turns_apart(motion, axis), "phase": 1.0}

@@ -17,6 +17,8 @@ _NEIGHBOURS = 65
 _USUAL_ORDERS = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
 _SHOWN = 10
 _LEAST_ORDER = 0.9
+FRACTIONAL = 1e5
+"""To one, that an order is a whole number of waves a motor turn."""
 _LONGEST = 8.0
 """Waves a travel up to which all lengths are tried."""
 
@@ -47,7 +49,7 @@ def unexplained(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
 
 
 def shortest(motion: Motion) -> float:
-    """Shortest wavelength [rad or m] that passes within the motion's band a good part of the time; infinite where nothing moves."""
+    """Shortest wavelength [rad or m] that passes within the motion's band a good part of the time; infinite if nothing moves."""
     speeds = np.abs(motion.velocity[moving(motion)])
     highest = min(motion.band, 0.5 / motion.period)
     return float(np.quantile(speeds, 0.1)) / highest if len(speeds) else inf

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import exp, pi, tanh
+from math import exp, pi
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from diagnosis.diagnose import diagnose
 from diagnosis.prepare.rows import Rows
 from diagnosis.propose.drive_law import asked_of
 from diagnosis.propose.drives import DriveFound, drive_effects
-from diagnosis.report.result import UNKNOWN, Array, Verdict
+from diagnosis.report.result import Array, Diagnosis, Verdict
 from diagnosis.settings import Settings
 from drivetwin.recording.recording import DriveLoops, Recording
 from emulator.effects.current_bandwidth import CurrentBandwidth
@@ -89,8 +89,9 @@ def rows_of(folder: Path, moved: Moved, drive: DriveLoops = DRIVE) -> Rows:
     return compared(folder, recorded(moved, drive))
 
 
-def by_kind(found: list[DriveFound]) -> dict[str, DriveFound]:
-    return {one.effect.name: one for one in found}
+def found_in(rows: Rows) -> dict[str, DriveFound]:
+    """The best of each effect of a drive on the column."""
+    return {one.effect.name: one for one in drive_effects(rows.runs, "turn", (TorqueSaturation, CurrentBandwidth))}
 
 
 def test_what_is_asked_is_what_the_loop_asked(tmp_path: Path) -> None:
@@ -122,22 +123,22 @@ def test_offsets_sent_are_part_of_what_is_asked(tmp_path: Path) -> None:
 
 
 def test_a_recording_that_tells_no_loops_is_not_asked(tmp_path: Path) -> None:
-    comparison = rows_of(tmp_path, closed_loop(), DriveLoops(position_gain=15.0))
-    assert asked_of(comparison.runs[0], "turn") is None
-    assert drive_effects(comparison, "turn") == []
+    rows = rows_of(tmp_path, closed_loop(), DriveLoops(position_gain=15.0))
+    assert asked_of(rows.runs[0], "turn") is None
+    assert found_in(rows) == {}
 
 
 @pytest.mark.parametrize("lag", [LAG, 1.0 / (2.0 * pi * 200.0)], ids=["as commissioned", "200 Hz"])
 def test_a_sound_drive_has_no_effect(lag: float, tmp_path: Path) -> None:
     """What any effect takes away is below 0.5 % of the torque."""
     moved = closed_loop(lag)
-    for one in drive_effects(rows_of(tmp_path, moved), "turn"):
+    for one in found_in(rows_of(tmp_path, moved)).values():
         assert one.without - one.left < (0.005 * np.std(moved.given)) ** 2
 
 
 @pytest.mark.parametrize(("servo", "drive"), [(STEPS, SLOW), (1, DRIVE)], ids=["at each sample", "faster"])
 def test_a_saturated_motor_is_found_with_its_limit(servo: int, drive: DriveLoops, tmp_path: Path) -> None:
-    found = by_kind(drive_effects(rows_of(tmp_path, closed_loop(motor=limited(15.0), servo=servo), drive), "turn"))
+    found = found_in(rows_of(tmp_path, closed_loop(motor=limited(15.0), servo=servo), drive))
     saturation = found["torque_saturation"]
     assert isinstance(saturation.effect, TorqueSaturation)
     assert saturation.effect.limit == pytest.approx(15.0, rel=0.02)
@@ -148,7 +149,7 @@ def test_a_saturated_motor_is_found_with_its_limit(servo: int, drive: DriveLoops
 def test_a_slow_current_loop_is_found_with_its_bandwidth(tmp_path: Path) -> None:
     """Its time constant to half a sample, within which the recording does not tell when the servo ran."""
     lag = 1.0 / (2.0 * pi * 25.0)
-    found = by_kind(drive_effects(rows_of(tmp_path, closed_loop(lag)), "turn"))
+    found = found_in(rows_of(tmp_path, closed_loop(lag)))
     slow = found["current_bandwidth"]
     assert isinstance(slow.effect, CurrentBandwidth)
     assert 1.0 / (2.0 * pi * slow.effect.bandwidth) == pytest.approx(lag, abs=0.5 * PERIOD)
@@ -156,12 +157,36 @@ def test_a_slow_current_loop_is_found_with_its_bandwidth(tmp_path: Path) -> None
     assert slow.left < 0.01 * found["torque_saturation"].left
 
 
-def test_a_motor_that_gives_less_by_a_law_of_no_effect_is_a_gap_that_nothing_explains(tmp_path: Path) -> None:
-    """It saturates gently, as iron does. The motion is that of the model under the torque that was given."""
-    fitted, held = (recorded(closed_loop(motor=lambda torque: 25.0 * tanh(torque / 25.0), seed=seed)) for seed in (2, 5))
-    found = diagnose(written_model(tmp_path), [fitted], [held], Settings(), lambda _stage, _share: None)
-    assert found.causes[0].effect == UNKNOWN
-    assert found.verdict == Verdict.UNEXPLAINED
-    assert found.axes["turn"].significant
-    assert found.after_rms["turn"] == found.axes["turn"].gap_rms
-    assert found.selected == ()
+def not_testable(folder: Path, moved: Moved, drive: DriveLoops = DRIVE) -> set[str]:
+    """Effects that the column is not asked for, for want of a demand or of a law that holds."""
+    told = ready(folder, recorded(moved, drive)).testable["turn"].not_testable
+    return {one.effect for one in told if one.needed == "`position_demand` and `drive`"}
+
+
+def test_a_drive_is_asked_where_its_law_gives_the_recorded_torque(tmp_path: Path) -> None:
+    assert not_testable(tmp_path, closed_loop()) == set()
+    assert not_testable(tmp_path, closed_loop(motor=limited(15.0))) == set()
+
+
+def test_a_drive_that_is_built_otherwise_is_not_asked(tmp_path: Path) -> None:
+    """Its loops are not those that the recording tells: half the gain, and no integral."""
+    other = DRIVE.model_copy(update={"velocity_gain": 0.5 * GAIN, "integral_time": None})
+    assert not_testable(tmp_path, closed_loop(), other) == {"torque_saturation", "current_bandwidth"}
+    assert not_testable(tmp_path, closed_loop(), DriveLoops()) == {"torque_saturation", "current_bandwidth"}
+
+
+def diagnosed(folder: Path, motor: Callable[[float], float]) -> Diagnosis:
+    fitted, held = (recorded(closed_loop(motor=motor, seed=seed)) for seed in (2, 5))
+    return diagnose(written_model(folder), [fitted], [held], Settings(), lambda _stage, _share: None)
+
+
+def test_a_saturated_motor_is_the_first_cause(tmp_path: Path) -> None:
+    found = diagnosed(tmp_path, limited(15.0))
+    assert (found.causes[0].effect, found.causes[0].axis) == ("torque_saturation", "turn")
+    assert found.causes[0].parameters["limit"].value == pytest.approx(15.0, rel=0.05)
+    assert [one.effect.name for one in found.selected] == ["torque_saturation"]
+
+
+def test_a_sound_drive_on_a_sound_machine_has_no_gap(tmp_path: Path) -> None:
+    found = diagnosed(tmp_path, float)
+    assert (found.verdict, found.selected) == (Verdict.NO_GAP, ())

@@ -107,7 +107,10 @@ CAUSES = (
         Shrink(0.18, (0.15, 0.2), 0.19),
     ),
     Cause("unknown", "rotate", 0.93, 0.09, {}, None),
-    Cause("spring", "rotate", 0.66, 0.07, estimates(stiffness=(0.31, "N·m/rad"), rest=(0.1, "rad")), Shrink(0.07, (0.03, 0.1), None)),
+    Cause(
+        "spring", "rotate", 0.66, 0.07, estimates(stiffness=(0.31, "N·m/rad"), rest=(0.1, "rad")),
+        Shrink(0.07, (0.03, 0.1), None),
+    ),
     Cause("presliding", "rotate", 0.06, 0.05, {}, None),
     Cause("delay", "rotate", 0.03, 0.01, {}, None),
 )  # fmt: skip
@@ -121,7 +124,7 @@ SHARES = (
 ONE_WAY = ("motion in one direction only", "the same strokes in the other direction")
 NOT_TESTABLE = (
     NotTestable("coulomb_asymmetry", *ONE_WAY),
-    NotTestable("temperature_drift", "too short", "a longer recording"),
+    NotTestable("temperature_drift", "too short", "`start_time` in recording.json, or longer"),
     NotTestable("viscous_asymmetry", *ONE_WAY),
 )
 
@@ -293,12 +296,13 @@ def test_the_unknown_is_a_cause_and_says_what_it_goes_with(page: Page) -> None:
 def test_regimes_stand_before_and_after(page: Page) -> None:
     assert page.row("reversal") == ["reversal", "time to a reversal -0.05 to 0.05 s", "10 %", "80 %"]
     assert page.row("high speed") == ["high speed", "speed 0.19 to 0.77 rad/s", "10 %", "–"]
+    assert "% of its energy is in" in page.text
     assert "80 % of what is left above noise is in the regime reversal." in page.text
 
 
 def test_what_could_not_be_tested_has_one_row_a_reason(page: Page) -> None:
     assert page.row("coulomb asymmetry and viscous asymmetry")[1:] == list(ONE_WAY)
-    assert page.row("temperature drift")[1:] == ["too short", "a longer recording"]
+    assert page.row("temperature drift")[1:] == ["too short", "start_time in recording.json, or longer"]
 
 
 def test_the_method_tells_every_number_that_steers_the_answer(page: Page) -> None:
@@ -320,8 +324,9 @@ def test_nothing_is_loaded_and_every_axis_has_its_pictures(page: Page) -> None:
 
 def test_the_words_are_those_of_the_field(page: Page) -> None:
     assert "nan" not in re.findall(r"\w+", page.text.lower())
-    for phrase in ("tell apart", "told apart", "tells apart", "m or rad", "_"):
-        assert phrase not in page.text.replace("effects.json", ""), phrase
+    for phrase in ("tell apart", "told apart", "tells apart", "m or rad", "`"):
+        assert phrase not in page.text, phrase
+    assert "_" not in page.text.replace("start_time", ""), "effects and settings in words"
     assert "the friction of the model was 3 % low" in page.text
 
 

@@ -47,8 +47,8 @@ def test_the_terminal_says_the_verdict_the_causes_and_what_cannot_be_distinguish
     assert "presliding rotate 6 % 5 %" in words
     assert "delay" not in words, "3 % is not worth a line"
     assert (
-        f"stribeck on rotate cannot be distinguished from presliding by these data; by motion: {SLOW}; by sensor: an encoder on "
-        "the joint" in words
+        f"stribeck on rotate cannot be distinguished from presliding by these data; by motion: {SLOW}; "
+        "by sensor: an encoder on the joint" in words
     )
     assert words.endswith("the friction of the model was 3 % low")
 
@@ -74,11 +74,22 @@ def test_every_verdict_has_its_sentence() -> None:
     gap = f"{CASE.axes['rotate'].gap_rms:.3g}"
     good = replace(CASE, verdict=Verdict.EXPLAINED, selected=(STRIBECK,))
     assert verdict_sentence(good).startswith(f"The gap is explained by stribeck on rotate: rotate {gap} to ")
-    nothing = replace(CASE, verdict=Verdict.UNEXPLAINED, selected=())
-    assert verdict_sentence(nothing) == (
-        f"The gap is largely unexplained: no effect of the library explains it; rotate {gap} N·m rms, 9 % unknown."
-    )
+    little = replace(good, verdict=Verdict.UNEXPLAINED)
+    assert verdict_sentence(little).startswith("Only a small part of the gap is explained, by stribeck on rotate: rotate ")
+    nothing = replace(little, selected=(), after_rms={name: each.gap_rms for name, each in CASE.axes.items()})
+    assert verdict_sentence(nothing) == f"No effect of the library explains the gap: rotate {gap} N·m rms, 9 % unknown."
+    bodies = replace(good, selected=())
+    assert verdict_sentence(bodies).startswith(f"The gap is explained: rotate {gap} to "), "bodies may be heavier"
     assert verdict_sentence(replace(CASE, verdict=Verdict.NO_GAP)).startswith("No gap beyond noise on any axis (rotate ")
+
+
+def test_of_many_axes_the_verdict_gives_the_range_and_the_worst() -> None:
+    names = ("a", "b", "c", "d")
+    gaps = {name: replace(CASE.axes["rotate"], gap_rms=1.0, unknown=Unknown(0.1 * k, (), 0.1)) for k, name in enumerate(names)}
+    many = replace(CASE, axes=gaps, after_rms=dict(zip(names, (0.1, 0.2, 0.3, 0.4), strict=True)))
+    assert verdict_sentence(many) == (
+        "The gap is partly explained by 3 effects on 4 axes: 84 to 99.0 % of the gap's energy closed, most unknown on d, 30 %."
+    )
 
 
 def test_what_is_added_is_named_axis_by_axis() -> None:
@@ -92,7 +103,7 @@ def test_what_is_added_is_named_axis_by_axis() -> None:
     ("share", "words"),
     [
         (0.5, "50 %"), (0.9849, "98 %"), (0.987, "98.7 %"), (0.9996, "> 99.9 %"), (1.0, "100 %"),
-        (0.0, "0 %"), (0.003, "< 1 %"), (-0.003, "0 %"), (-0.2, "-20 %"),
+        (0.0, "0 %"), (0.003, "0.3 %"), (0.0004, "< 0.1 %"), (-0.003, "-0.3 %"), (-0.2, "-20 %"), (0.016, "2 %"),
     ],
 )  # fmt: skip
 def test_what_is_nearly_all_is_not_called_all_nor_little_nothing(share: float, words: str) -> None:
@@ -101,7 +112,7 @@ def test_what_is_nearly_all_is_not_called_all_nor_little_nothing(share: float, w
 
 def test_an_interval_has_its_unit_once() -> None:
     assert span_percent(0.58, 0.66) == "58 to 66 %"
-    assert span_percent(0.0, 0.003) == "0 to < 1 %"
+    assert span_percent(0.0, 0.003) == "0 to 0.3 %"
 
 
 @pytest.mark.parametrize(("value", "words"), [(1234.5, "1230"), (0.001234, "0.00123"), (2.5e7, "2.5e+07"), (48.0, "48")])

@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,27 +24,31 @@ from emulator.effects import read_effects
 
 CASE = stribeck_case(20.0)
 
-# contract gap-report/1, "report.json", every figure as it stands there
+# contract gap-report/2, "report.json", every figure as it stands there
 EXAMPLE: dict[str, Any] = json.loads("""
-    {"schema": "gap-report/1", "version": "...", "inputs": {"model.xml": "ab"}, "seed": 0,
+    {"schema": "gap-report/2", "version": "...", "inputs": {"model.xml": "ab"}, "seed": 0, "settings": {"blocks": 40},
      "verdict": "explained",
-     "filter": {"cutoff_hz": 48, "standstill_velocity": {"rotate": 0.002}},
      "axes": {"rotate": {
-        "torque_rms": 3.1, "gap_rms": 0.44, "noise_rms": 0.05, "standstill_rms": 0.3,
+        "cutoff_hz": 61, "standstill_velocity": 0.002,
+        "torque_rms": 3.1, "gap_rms": 0.44, "noise_rms": 0.05, "model_error_rms": 0.03, "standstill_rms": 0.3,
         "significant": true, "test": {"name": "...", "p_value": 1e-9},
+        "shares": [{"of": "stribeck", "share": 0.83, "ci90": [0.8, 0.86]}, {"of": "unknown", "share": 0.05, "ci90": [0.0, 0.1]},
+                   {"of": "noise", "share": 0.12, "ci90": [0.1, 0.14]}],
         "where": [{"regime": "low_speed", "share": 0.71, "interval": {"velocity": [-0.1, 0.1]}},
                   {"regime": "high_speed", "share": 0.29, "interval": {"speed": [0.1, 1.0]}}],
-        "patterns": [{"over": "position", "share": 0.12, "detail": "period 7.2 deg"}]}},
+        "where_after": [{"regime": "low_speed", "share": 1.0, "interval": {"velocity": [-0.1, 0.1]}}],
+        "patterns": [{"over": "position", "share": 0.12, "detail": "period 7.2 deg"}],
+        "unknown": {"share": 0.05, "goes_with": ["position"], "correlation_time": 0.2},
+        "not_testable": [{"effect": "coulomb_asymmetry", "reason": "motion in one direction only",
+                          "needed": "strokes backwards"}]}},
      "causes": [
-        {"step": 1, "effect": "stribeck", "axis": "rotate", "probability": 0.97,
+        {"effect": "stribeck", "axis": "rotate", "probability": 0.97, "share": 0.83,
          "parameters": {"static_torque": {"value": 1.3, "unit": "N·m", "ci90": [1.2, 1.4]}},
          "gap_closed": {"validation": 0.97, "ci90": [0.96, 0.98], "of_explainable": 0.99},
          "indistinguishable_from": ["presliding"],
-         "tell_apart_by": "slow constant-velocity sweeps below 0.05 rad/s"},
-        {"step": 1, "effect": "unknown", "axis": "rotate", "probability": 0.02, "parameters": {}, "gap_closed": null,
-         "indistinguishable_from": [], "tell_apart_by": ""},
-        {"step": 1, "effect": "none", "axis": null, "probability": 0.01, "parameters": {}, "gap_closed": null,
-         "indistinguishable_from": [], "tell_apart_by": ""}],
+         "tell_apart_by": "slow constant-velocity sweeps below 0.05 rad/s", "or_by_sensor": "an encoder on the joint"},
+        {"effect": "unknown", "axis": "rotate", "probability": 0.02, "share": 0.05, "parameters": {}, "gap_closed": null,
+         "indistinguishable_from": [], "tell_apart_by": "", "or_by_sensor": ""}],
      "selected": [{"effect": "stribeck", "axis": "rotate"}],
      "after": {"rotate": {"gap_rms": 0.07}}}
 """)
@@ -78,17 +82,19 @@ def test_the_contract_s_example_is_a_report_and_comes_back_in_its_order() -> Non
 def test_report_json_has_the_contract_s_keys_in_its_order(written: Path) -> None:
     report = json.loads((written / "report.json").read_text())
     assert list(report) == list(EXAMPLE)
-    assert list(report["filter"]) == list(EXAMPLE["filter"])
+    assert report["settings"] == asdict(CASE.settings)
     assert list(report["axes"]) == ["rotate", "stretch"]
     example = EXAMPLE["axes"]["rotate"]
     for axis in report["axes"].values():
         assert list(axis) == list(example)
         assert list(axis["test"]) == ["name", "p_value"]
         assert all(list(regime) == ["regime", "share", "interval"] for regime in axis["where"])
-        assert math.fsum(regime["share"] for regime in axis["where"]) == pytest.approx(1.0, abs=1e-12)
-    assert all(keys(cause)[:4] == keys(EXAMPLE["causes"][0])[:4] for cause in report["causes"])  # type: ignore[index]
+        assert all(list(share) == ["of", "share", "ci90"] for share in axis["shares"])
+        assert list(axis["unknown"]) == ["share", "goes_with", "correlation_time"]
+        for parts in ("where", "shares"):
+            assert math.fsum(each["share"] for each in axis[parts]) == pytest.approx(1.0, abs=1e-12)
     assert all(list(cause) == list(EXAMPLE["causes"][0]) for cause in report["causes"])
-    assert [(cause["step"], cause["effect"]) for cause in report["causes"]] == [(each.step, each.effect) for each in CAUSES]
+    assert [(cause["axis"], cause["effect"]) for cause in report["causes"]] == [(each.axis, each.effect) for each in CAUSES]
 
 
 def test_figures_can_be_recomputed_from_the_parquet_to_the_last_digit(written: Path) -> None:
@@ -122,7 +128,7 @@ def test_inputs_are_named_as_given_with_their_hash(tmp_path: Path, monkeypatch: 
     write_diagnosis(CASE, [Path("model.xml")], tmp_path / "out", html=False)
     report = json.loads(Path("out/report.json").read_text())
     assert report["inputs"] == {"model.xml": hashlib.sha256(b"<mujoco model='a'/>").hexdigest()}
-    assert report["seed"] == CASE.seed
+    assert report["seed"] == CASE.settings.seed
 
 
 def test_a_prediction_of_every_validation_recording(tmp_path: Path) -> None:
@@ -130,8 +136,8 @@ def test_a_prediction_of_every_validation_recording(tmp_path: Path) -> None:
     runs: tuple[Prediction, ...] = tuple(
         recording_of(time, {"rotate": axis_of(time, np.full_like(time, 0.1))}, name) for name in ("one", "two")
     )
-    none = (replace(CAUSES[4], step=1, probability=1.0),)
-    write_diagnosis(diagnosis_of(runs, (), none), [], tmp_path, html=False)
+    unknown = (replace(CAUSES[2], probability=1.0),)
+    write_diagnosis(diagnosis_of(runs, (), unknown), [], tmp_path, html=False)
     assert sorted(path.name for path in (tmp_path / "prediction").iterdir()) == ["one.parquet", "two.parquet"]
     assert json.loads((tmp_path / "effects.json").read_text())["effects"] == []
 
@@ -146,12 +152,14 @@ def spoiled_axis(case: Diagnosis, **changes: Any) -> Diagnosis:
         (lambda case: spoiled_axis(case, gap_rms=float("nan")), "finite number"),
         (lambda case: spoiled_axis(case, noise_rms=-1.0), "greater than or equal to 0"),
         (lambda case: spoiled_axis(case, where=case.axes["rotate"].where[1:]), "shares of `where`"),
-        (lambda case: replace(case, causes=CAUSES[:3] + CAUSES[4:]), "probabilities of step 1"),
-        (lambda case: replace(case, causes=(CAUSES[1], CAUSES[0], *CAUSES[2:])), "order of probability"),
-        (lambda case: replace(case, causes=(*CAUSES[:5], replace(CAUSES[5], axis="elbow"))), "axis elbow"),
-        (lambda case: replace(case, causes=(*CAUSES[:5], replace(CAUSES[5], axis=None))), "every answer but `none`"),
+        (lambda case: spoiled_axis(case, shares=case.axes["rotate"].shares[1:]), "shares of `shares`"),
+        (lambda case: spoiled_axis(case, standstill_velocity=-0.1), "greater than or equal to 0"),
+        (lambda case: replace(case, causes=(CAUSES[1], CAUSES[0], CAUSES[2])), "order of probability times share"),
+        (lambda case: replace(case, causes=CAUSES[1:]), "axis rotate has a gap and no cause"),
+        (lambda case: replace(case, causes=(*CAUSES, replace(CAUSES[2], axis="elbow", share=0.0))), "axis elbow"),
+        (lambda case: replace(case, causes=(replace(CAUSES[0], effect="unknown"), *CAUSES[1:])), "has no parameters"),
+        (lambda case: replace(case, causes=(replace(CAUSES[0], probability=1.1), *CAUSES[1:])), "less than or equal to 1"),
         (lambda case: replace(case, after_rms={"rotate": 0.1}), "not about the same axes"),
-        (lambda case: replace(case, standstill_velocity={"rotate": math.inf, "stretch": 0.1}), "finite number"),
     ],
 )
 def test_what_breaks_the_contract_is_never_written(
@@ -162,12 +170,17 @@ def test_what_breaks_the_contract_is_never_written(
     assert not list(tmp_path.iterdir())
 
 
+def test_an_axis_that_never_moves_has_no_standstill_velocity(tmp_path: Path) -> None:
+    write_diagnosis(spoiled_axis(CASE, standstill_velocity=math.inf), [], tmp_path, html=False)
+    assert json.loads((tmp_path / "report.json").read_text())["axes"]["rotate"]["standstill_velocity"] is None
+
+
 def test_a_report_is_read_back(written: Path, tmp_path: Path) -> None:
     report = read_report(written / "report.json")
     assert report.axes["rotate"].gap_rms == CASE.axes["rotate"].gap_rms
     assert report.causes[0].parameters["static_torque"].ci90 == (1.2, 1.4)
-    (tmp_path / "other.json").write_text(json.dumps(EXAMPLE | {"schema": "gap-report/2"}))
-    with pytest.raises(UserError, match=r"other.json is no gap-report/1 file: schema"):
+    (tmp_path / "other.json").write_text(json.dumps(EXAMPLE | {"schema": "gap-report/1"}))
+    with pytest.raises(UserError, match=r"other.json is no gap-report/2 file: schema"):
         read_report(tmp_path / "other.json")
     with pytest.raises(UserError, match="no file"):
         read_report(tmp_path / "nowhere.json")

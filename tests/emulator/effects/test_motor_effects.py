@@ -56,6 +56,34 @@ def test_ripple_comes_order_times_a_motor_turn() -> None:
     assert np.sort(np.abs(spectrum))[-2] < 0.02
 
 
+RIPPLES = ((0.4, 6.0, 0.5), (0.25, 1.0, -1.1), (0.1, 0.5, 2.0))
+"""Amplitude [N·m], order, phase of three orders of cogging on one axis, one of them once in two motor turns."""
+
+
+@pytest.mark.parametrize("make", [hinge, slide])
+@pytest.mark.parametrize("angle", [0.0, 0.013, -0.2])
+def test_several_ripples_of_an_axis_act_as_their_sum(make: object, angle: float) -> None:
+    rig = make(*(effect("torque_ripple", amplitude=a, order=n, phase=p) for a, n, p in RIPPLES))  # type: ignore[operator]
+    rig.start(position=angle)
+    rig.step(0.7)
+    cogging = sum(a * np.sin(n * GEAR * angle + p) for a, n, p in RIPPLES)
+    assert rig.velocity * WHOLE / PERIOD == pytest.approx(0.7 + cogging, rel=1e-9)
+
+
+def test_several_ripples_predict_what_they_cost_together_in_any_order() -> None:
+    """Each on top of those before it: a ripple does not change what another costs."""
+    effects = [effect("torque_ripple", amplitude=a, order=n, phase=p) for a, n, p in RIPPLES]
+    position = np.linspace(-0.3, 0.3, 101)
+    still = np.zeros_like(position)
+    motion = Motion(position, still, still, still, still, still, np.full_like(position, WHOLE), 0.0)
+    for order in (effects, effects[::-1]):
+        costs = [
+            one.effect.predict(motion, hinge(*order[:number]).mechanism.dynamics["axis"]) for number, one in enumerate(order)
+        ]
+        expected = -sum(a * np.sin(n * GEAR * position + p) for a, n, p in RIPPLES)
+        np.testing.assert_allclose(np.sum(costs, axis=0), expected, atol=1e-12)
+
+
 def test_ripple_offset_and_constant_stand_beside_each_other() -> None:
     rig = hinge(
         effect("torque_ripple", amplitude=0.4, order=6.0, phase=pi / 2.0),

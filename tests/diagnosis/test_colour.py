@@ -1,0 +1,117 @@
+"""The colour of the noise: Yule-Walker as scipy solves it, and autoregressions of a known law that come out white."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_toeplitz
+from scipy.stats import multivariate_normal
+from weigh_bench import PERIOD, autoregressive, rows_of
+
+from diagnosis.report.result import Array
+from diagnosis.weigh.colour import SHRUNK, Colour, colour_of, white
+
+ORDER = 6
+LAW = (1.6, -0.9, 0.2)
+"""Of a process that swings: its poles are within the unit circle."""
+
+
+def coloured(residual: Array, stretches: tuple[int, ...], floor: float = 0.0, order: int = ORDER) -> Colour:
+    return colour_of(rows_of(stretches), np.array([PERIOD]), residual, order, floor)
+
+
+def products(residual: Array, order: int) -> Array:
+    """Products of a contiguous residual with itself, 0 to `order` rows later, over the number of rows: never indefinite."""
+    return np.array([np.sum(residual[lag:] * residual[: len(residual) - lag]) for lag in range(order + 1)]) / len(residual)
+
+
+@pytest.mark.parametrize("floor", [0.0, 0.7])
+def test_predictors_of_every_order_solve_yule_and_walkers_equations(floor: float) -> None:
+    residual = autoregressive(np.random.default_rng(0), 3000, LAW, 0.5)
+    found = coloured(residual, (3000,), floor)
+    told = products(residual, ORDER)
+    told[0] = (1.0 + SHRUNK) * told[0] + floor**2
+    for order in range(1, ORDER + 1):
+        expected = solve_toeplitz(told[:order], told[1 : order + 1])
+        np.testing.assert_allclose(found.predictors[0][order], expected, rtol=1e-8, atol=1e-12)
+        error = told[0] - expected @ told[1 : order + 1]
+        assert (found.deviation[0][order] * found.scale[0]) ** 2 == pytest.approx(error, rel=1e-8)
+
+
+def test_a_known_autoregression_is_found_again() -> None:
+    residual = autoregressive(np.random.default_rng(1), 60_000, LAW, 0.5)
+    found = coloured(residual, (60_000,))
+    np.testing.assert_allclose(found.predictors[0][ORDER][:3], LAW, atol=0.03)
+    assert found.scale[0] == pytest.approx(0.5, rel=0.02)
+
+
+def test_whitened_rows_are_white_and_of_unit_variance() -> None:
+    residual = autoregressive(np.random.default_rng(2), 40_000, LAW, 0.5)
+    rows = coloured(residual, (40_000,)).whiten(residual)
+    assert np.std(rows) == pytest.approx(1.0, rel=0.01)
+    likeness = products(rows, 20)[1:] / products(rows, 0)
+    assert np.abs(likeness).max() < 4.0 / np.sqrt(len(rows))
+
+
+def test_behind_a_gap_a_row_is_predicted_from_none_before_it() -> None:
+    """Every stretch is whitened as if it were alone."""
+    rng = np.random.default_rng(3)
+    parts = [autoregressive(rng, count, LAW, 0.5) for count in (2000, 3, 900)]
+    whole = np.concatenate(parts)
+    found = coloured(whole, (2000, 3, 900))
+    rows = np.split(found.whiten(whole), [2000, 2003])
+    for part, own in zip(parts, rows, strict=True):
+        alone = Colour(
+            (np.arange(len(part)),), found.predictors, found.deviation, found.scale, np.minimum(np.arange(len(part)), ORDER)
+        )
+        np.testing.assert_allclose(own, alone.whiten(part), atol=1e-12)
+
+
+def test_products_across_a_gap_are_not_counted() -> None:
+    """A residual that turns its sign in every gap of four rows is otherwise one of order 1."""
+    rng = np.random.default_rng(4)
+    parts = [autoregressive(rng, 400, (0.9,), 1.0) * (-1.0) ** k for k in range(60)]
+    found = coloured(np.concatenate(parts), (400,) * 60, order=2)
+    assert found.predictors[0][1][0] == pytest.approx(0.9, abs=0.02)
+
+
+def test_the_density_of_whitened_rows_is_that_of_the_dense_gaussian() -> None:
+    """Of a process of first order, whose covariance is known: 0.8^|i - j| / (1 - 0.8²)."""
+    count, long = 30, 200_000
+    rng = np.random.default_rng(5)
+    found = coloured(autoregressive(rng, long, (0.8,), 1.0), (long,), order=1)
+    coefficient, variance = float(found.predictors[0][1][0]), found.scale[0] ** 2
+    covariance = variance / (1.0 - coefficient**2) * coefficient ** np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    rows = rows_of((count,))
+    few = Colour((np.arange(count),), found.predictors, found.deviation, found.scale, np.minimum(np.arange(count), 1))
+    sample = autoregressive(rng, count, (0.8,), 1.0)
+    told = -0.5 * float(np.sum(few.whiten(sample) ** 2)) - few.logarithm - 0.5 * len(rows) * np.log(2.0 * np.pi)
+    assert told == pytest.approx(multivariate_normal(np.zeros(count), covariance).logpdf(sample), abs=1e-3)
+
+
+def test_each_interval_of_time_has_a_colour_of_its_own() -> None:
+    """A recording at another rate: one is white noise of 2, the other swings."""
+    rng = np.random.default_rng(6)
+    parts = [2.0 * rng.standard_normal(20_000), autoregressive(rng, 20_000, LAW, 0.5)]
+    rows = rows_of((20_000, 20_000), runs=(0, 1))
+    found = colour_of(rows, np.array([0.02, PERIOD]), np.concatenate(parts), ORDER, 0.0)
+    own = {float(np.round(scale, 1)): table[ORDER] for scale, table in zip(found.scale, found.predictors, strict=True)}
+    assert set(own) == {2.0, 0.5}
+    assert np.abs(own[2.0]).max() < 0.03
+    np.testing.assert_allclose(own[0.5][:3], LAW, atol=0.05)
+    for part in np.split(found.whiten(np.concatenate(parts)), 2):
+        assert np.std(part) == pytest.approx(1.0, rel=0.02)
+
+
+def test_without_colour_rows_are_divided_by_their_level() -> None:
+    rows = rows_of((50, 20))
+    columns = np.random.default_rng(7).standard_normal((70, 3))
+    found = white(rows, np.array([PERIOD]), 2.5, ORDER)
+    np.testing.assert_allclose(found.whiten(columns), columns / 2.5)
+    assert found.logarithm == pytest.approx(70.0 * np.log(2.5))
+
+
+def test_nothing_left_has_the_floor_as_its_noise() -> None:
+    found = coloured(np.zeros(500), (500,), floor=0.3)
+    assert found.scale[0] == pytest.approx(0.3)
+    np.testing.assert_allclose(found.predictors[0][ORDER], np.zeros(ORDER))

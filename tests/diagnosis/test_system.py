@@ -1,0 +1,245 @@
+"""Evidence, coefficients and held-out densities against dense Gaussians: every integral as one multivariate normal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from scipy import optimize
+from scipy.stats import multivariate_normal
+from weigh_bench import PERIOD, rows_of
+
+from diagnosis.prepare.rows import Column
+from diagnosis.report.result import Array
+from diagnosis.weigh.colour import Colour, colour_of, white
+from diagnosis.weigh.system import AxisSystem, System, axis_system
+
+COUNT = {"turn": 60, "lift": 45}
+NOISE = {"turn": 1.4, "lift": 1.1}
+"""More than the levels that rows are divided by: those are never lowered."""
+LEVEL = {"turn": 0.5, "lift": 2.0}
+MISFIT = {"turn": 0.3, "lift": 1.0}
+SPREADS = np.array([0.4, 0.2])
+LOG = np.log(2.0 * np.pi)
+FOLDS = 4
+
+
+def rng() -> np.random.Generator:
+    return np.random.default_rng(11)
+
+
+def raw_unknown(axis: str) -> Array:
+    """Columns that overlap, (N, 3)."""
+    at = np.linspace(0.0, 1.0, COUNT[axis])
+    return np.column_stack([np.ones_like(at), at, np.sin(5.0 * at)])
+
+
+COLUMNS: list[Column] = [
+    {axis: rng().standard_normal(count) * LEVEL[axis] for axis, count in COUNT.items()},
+    {"turn": np.cos(np.arange(COUNT["turn"]))},
+]
+FREE: Column = {"lift": np.sin(0.7 * np.arange(COUNT["lift"]))}
+
+
+def target() -> dict[str, Array]:
+    draw = np.random.default_rng(12)
+    found = {}
+    for axis, count in COUNT.items():
+        noise = NOISE[axis] * LEVEL[axis] * draw.standard_normal(count)
+        found[axis] = noise + raw_unknown(axis) @ (MISFIT[axis] * draw.standard_normal(3))
+        found[axis] = found[axis] + 0.3 * COLUMNS[0][axis] + 1.5 * FREE.get(axis, np.zeros(count))
+    return found
+
+
+def colours(kind: str) -> dict[str, Colour]:
+    """White noise, or that of a residual that remembers one row."""
+    found = {}
+    for axis, count in COUNT.items():
+        rows = rows_of((count - 13, 13), blocks=8)
+        remembers = np.convolve(np.random.default_rng(5).standard_normal(count), [1.0, 0.7], "same") * LEVEL[axis]
+        intervals = np.array([PERIOD])
+        found[axis] = (
+            white(rows, intervals, LEVEL[axis], 3) if kind == "white" else colour_of(rows, intervals, remembers, 3, 0.1)
+        )
+    return found
+
+
+def system_of(colour: Mapping[str, Colour], columns: list[Column] = COLUMNS, spreads: Array = SPREADS) -> System:
+    rows = {axis: rows_of((count - 13, 13), blocks=8) for axis, count in COUNT.items()}
+    axes: dict[str, AxisSystem] = {
+        axis: axis_system(colour[axis], raw_unknown(axis), MISFIT[axis], target()[axis], rows[axis].block) for axis in COUNT
+    }
+    return System(axes, [{axis: colour[axis].whiten(part) for axis, part in one.items()} for one in columns], spreads)
+
+
+def whitening(colour: Colour, count: int) -> Array:
+    """W (N, N): whitened rows are W times rows."""
+    return colour.whiten(np.eye(count))
+
+
+def covariance_of(axis: str, colour: Colour, level: float) -> Array:
+    """Of an axis's rows given the coefficients: coloured noise, and the unknown integrated out."""
+    inverse = np.linalg.inv(whitening(colour, COUNT[axis]))
+    unknown = raw_unknown(axis)
+    return np.asarray(level**2 * inverse @ inverse.T + MISFIT[axis] ** 2 * unknown @ unknown.T)
+
+
+def stacked(columns: list[Column]) -> Array:
+    """Columns (N, p), the rows of both axes one after the other."""
+    return np.column_stack([np.concatenate([one.get(a, np.zeros(n)) for a, n in COUNT.items()]) for one in columns])
+
+
+def dense(colour: Mapping[str, Colour], level: Mapping[str, float], columns: list[Column], spreads: Array) -> Array:
+    """Covariance (N, N) of the rows of both axes, with the columns' coefficients integrated out."""
+    whole = np.zeros((sum(COUNT.values()),) * 2)
+    at = 0
+    for axis, count in COUNT.items():
+        whole[at : at + count, at : at + count] = covariance_of(axis, colour[axis], level[axis])
+        at += count
+    scaled = stacked(columns) * spreads
+    return whole + scaled @ scaled.T
+
+
+@pytest.mark.parametrize("kind", ["white", "coloured"])
+def test_evidence_is_the_density_of_one_gaussian_over_all_rows(kind: str) -> None:
+    """At the noise levels that the fit found; constants of the density aside, which no comparison needs."""
+    colour = colours(kind)
+    fit = system_of(colour).fit()
+    rows = np.concatenate(list(target().values()))
+    told = multivariate_normal(np.zeros(len(rows)), dense(colour, fit.level, COLUMNS, SPREADS)).logpdf(rows)
+    assert fit.evidence == pytest.approx(told + 0.5 * len(rows) * LOG, abs=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["white", "coloured"])
+def test_coefficients_and_their_covariance_are_the_conditional_ones(kind: str) -> None:
+    colour = colours(kind)
+    fit = system_of(colour).fit()
+    given = dense(colour, fit.level, COLUMNS, 0.0 * SPREADS)
+    columns, rows = stacked(COLUMNS), np.concatenate(list(target().values()))
+    information = columns.T @ np.linalg.solve(given, columns) + np.diag(SPREADS**-2.0)
+    np.testing.assert_allclose(fit.covariance, np.linalg.inv(information), rtol=1e-6)
+    np.testing.assert_allclose(fit.coefficients, np.linalg.solve(information, columns.T @ np.linalg.solve(given, rows)), rtol=1e-6)
+
+
+def test_a_free_column_is_generalised_least_squares_and_costs_half_the_logarithm_of_all_rows() -> None:
+    colour = colours("coloured")
+    system = system_of(colour)
+    fit = system.fit([system.whiten(FREE)])
+    rows, given = np.concatenate(list(target().values())), dense(colour, fit.level, COLUMNS, SPREADS)
+    column = stacked([FREE])[:, 0]
+    value = float(column @ np.linalg.solve(given, rows) / (column @ np.linalg.solve(given, column)))
+    assert fit.coefficients[-1] == pytest.approx(value, rel=1e-6)
+    told = multivariate_normal(np.zeros(len(rows)), given).logpdf(rows - value * column)
+    assert fit.evidence == pytest.approx(told + 0.5 * len(rows) * LOG - 0.5 * np.log(len(rows)), abs=1e-4)
+
+
+def test_the_noise_level_is_where_the_evidence_is_highest() -> None:
+    """Of the penalised residual: its square over the rows, which three turns bring within a hundredth."""
+    colour = colours("white")
+    fit = system_of(colour).fit()
+    rows = np.concatenate(list(target().values()))
+
+    def cost(levels: Array) -> float:
+        given = dense(colour, dict(zip(COUNT, np.exp(levels), strict=True)), COLUMNS, SPREADS)
+        return -float(multivariate_normal(np.zeros(len(rows)), given).logpdf(rows))
+
+    best = np.exp(optimize.minimize(cost, np.zeros(2), method="Nelder-Mead").x)
+    np.testing.assert_allclose([fit.level[axis] for axis in COUNT], best, rtol=0.1)
+
+
+def test_a_held_column_is_as_if_it_were_not_there() -> None:
+    colour = colours("coloured")
+    held = system_of(colour).fit(held=frozenset({0}))
+    without = system_of(colour, COLUMNS[1:], SPREADS[1:]).fit()
+    assert held.coefficients[0] == 0.0
+    np.testing.assert_allclose(held.coefficients[1:], without.coefficients, rtol=1e-9)
+    assert held.evidence == pytest.approx(without.evidence, abs=1e-9)
+
+
+def test_what_is_taken_off_the_target_is_as_if_it_had_never_been_there() -> None:
+    colour = colours("coloured")
+    system = system_of(colour)
+    plain = system.fit([system.whiten(FREE)])
+    less = system.fit([system.whiten(FREE)], {"lift": 0.4 * system.whiten(FREE)["lift"]})
+    assert less.coefficients[-1] == pytest.approx(plain.coefficients[-1] - 0.4, rel=1e-6)
+    np.testing.assert_allclose(less.coefficients[:-1], plain.coefficients[:-1], rtol=1e-6)
+
+
+def test_a_column_that_is_nowhere_changes_no_coefficient_and_gives_finite_figures() -> None:
+    """Where a payload hangs along a vertical slide is felt by nobody."""
+    colour = colours("white")
+    nothing: Column = {axis: np.zeros(count) for axis, count in COUNT.items()}
+    system = system_of(colour, [*COLUMNS, nothing], np.append(SPREADS, np.inf))
+    plain, fit = system_of(colour).fit(), system.fit()
+    np.testing.assert_allclose(fit.coefficients, np.append(plain.coefficients, 0.0), rtol=1e-9)
+    left = system.projector(list(COUNT), fit.level, frozenset()).left({axis: own.target for axis, own in system.axes.items()})
+    assert np.isfinite(left).all()
+
+
+def test_the_sum_of_squares_that_a_search_minimises_is_that_of_the_evidence() -> None:
+    """Twice the negative logarithm of the density at fixed levels, but for its determinant."""
+    colour = colours("coloured")
+    system = system_of(colour)
+    level = {"turn": 1.3, "lift": 1.2}
+    left = system.projector(list(COUNT), level, frozenset()).left({axis: own.target for axis, own in system.axes.items()})
+    rows = np.concatenate(list(target().values()))
+    expected = float(rows @ np.linalg.solve(dense(colour, level, COLUMNS, SPREADS), rows))
+    assert float(left @ left) == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_unknown_s_mean_is_the_conditional_one() -> None:
+    colour = colours("coloured")
+    system = system_of(colour)
+    for axis, own in system.axes.items():
+        rows, level = target()[axis], 1.3
+        shared = MISFIT[axis] ** 2 * raw_unknown(axis) @ raw_unknown(axis).T
+        mean = shared @ np.linalg.solve(covariance_of(axis, colour[axis], level), rows)
+        np.testing.assert_allclose(system.unknown_of(axis, own.target, level), colour[axis].whiten(mean), atol=1e-8)
+
+
+@pytest.mark.parametrize("kind", ["white", "coloured"])
+def test_held_out_densities_are_those_of_fits_without_the_rows(kind: str) -> None:
+    """Each fold's whitened rows given all others: coefficients fitted without them, the unknown conditioned on the rest."""
+    colour = colours(kind)
+    system = system_of(colour)
+    folds = {axis: np.arange(8) % FOLDS for axis in COUNT}
+    found = system.held_out(folds, FOLDS, [system.whiten(FREE)], None)
+    expected = {axis: np.zeros(8) for axis in COUNT}
+    for fold in range(FOLDS):
+        kept = {axis: folds[axis][own.blocks] != fold for axis, own in system.axes.items()}
+        part = System(
+            {
+                axis: AxisSystem(
+                    _free_of_logarithm(int(kept[axis].sum())), *_rotated(own.unknown[kept[axis]]), own.misfit,
+                    own.target[kept[axis]], own.blocks[kept[axis]],
+                )
+                for axis, own in system.axes.items()
+            },
+            [{axis: rows[kept[axis]] for axis, rows in one.items()} for one in system.columns],
+            SPREADS,
+        )  # fmt: skip
+        further = {axis: rows[kept[axis]] for axis, rows in system.whiten(FREE).items()}
+        fit = part.fit([further])
+        for axis, own in system.axes.items():
+            columns = [one.get(axis, np.zeros(COUNT[axis])) for one in [*system.columns, system.whiten(FREE)]]
+            left = own.target - np.column_stack(columns) @ fit.coefficients
+            shared = own.misfit**2 * own.unknown @ own.unknown.T
+            here, held = kept[axis], ~kept[axis]
+            inside = shared[np.ix_(here, here)] + fit.level[axis] ** 2 * np.eye(int(here.sum()))
+            error = left[held] - shared[np.ix_(held, here)] @ np.linalg.solve(inside, left[here])
+            density = -0.5 * (error / fit.level[axis]) ** 2 - np.log(fit.level[axis])
+            expected[axis] += np.bincount(own.blocks[held], density, 8)
+    for axis, densities in expected.items():
+        np.testing.assert_allclose(found[axis], densities, rtol=1e-5, atol=1e-5)
+
+
+def _free_of_logarithm(count: int) -> Colour:
+    """Rows that are white already."""
+    return white(rows_of((count,)), np.array([PERIOD]), 1.0, 3)
+
+
+def _rotated(unknown: Array) -> tuple[Array, Array]:
+    """Columns that do not overlap, and their squares."""
+    squares, vectors = np.linalg.eigh(unknown.T @ unknown)
+    return unknown @ vectors, squares

@@ -1,0 +1,90 @@
+"""The smooth unknown: its columns reproduce the kernel that it is said to have, and go with what they are said to go with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rig_bench import PERIOD, compared, strokes
+
+from diagnosis.prepare.rows import Rows
+from diagnosis.report.result import Array
+from diagnosis.weigh.unknown import Component, by_quantity, components
+from drivetwin.motion.axis_motion import widen
+from drivetwin.motion.filtering import reach
+
+WAVES = 4.0
+
+
+@pytest.fixture(scope="module")
+def rows(tmp_path_factory: pytest.TempPathFactory) -> Rows:
+    return compared(tmp_path_factory.mktemp("rig"), strokes(1, 20.0))
+
+
+def of(rows: Rows, quantity: str, absolute: bool = True) -> list[Component]:
+    return [one for one in components(rows, "lift", WAVES, absolute) if one.goes_with == quantity]
+
+
+def clear(rows: Rows) -> Array:
+    """Some rows (numbers) far from any standstill, where a filter changes little of what varies slowly."""
+    far = 3 * reach(PERIOD, rows.runs[0].cutoff_hz)
+    moves = rows.picked("lift", [(~widen(run.axes["lift"].sticks, far)).astype(np.float64) for run in rows.runs])
+    return np.flatnonzero(moves > 0.5)[::7]
+
+
+def kernel(at: Array) -> Array:
+    return np.asarray(np.exp(-0.5 * ((at[:, None] - at) * WAVES) ** 2))
+
+
+def test_over_position_it_is_the_squared_exponential_kernel_with_and_without_the_direction(rows: Rows) -> None:
+    pick = clear(rows)
+    place = rows.rows("lift", lambda _, own: own.motion.position)[pick]
+    whole = rows.motion["lift"].position
+    at = (place - whole.min()) / np.ptp(whole)
+    direction = np.sign(rows.rows("lift", lambda _, own: own.motion.velocity)[pick])
+    plain, turned = (one.columns[pick] for one in of(rows, "position"))
+    np.testing.assert_allclose(plain @ plain.T, kernel(at), atol=0.03)
+    np.testing.assert_allclose(turned @ turned.T, np.outer(direction, direction) * kernel(at), atol=0.03)
+
+
+def test_over_time_it_is_the_squared_exponential_kernel_times_the_direction(rows: Rows) -> None:
+    pick = clear(rows)
+    time = rows.rows("lift", lambda run, _: run.recording.time)[pick]
+    direction = np.sign(rows.rows("lift", lambda _, own: own.motion.velocity)[pick])
+    (found,) = (one.columns[pick] for one in of(rows, "time"))
+    told = np.outer(direction, direction) * kernel((time - time.min()) / 20.0)
+    np.testing.assert_allclose(found @ found.T, told, atol=0.03)
+
+
+def test_a_component_has_an_rms_of_one_everywhere(rows: Rows) -> None:
+    """So that a setting says how large the unknown is."""
+    for one in components(rows, "lift", 8.0, absolute=True):
+        level = np.sqrt(np.sum(one.columns[clear(rows)] ** 2, axis=1))
+        assert np.median(level) == pytest.approx(1.0, abs=0.05), one.goes_with
+
+
+def test_more_waves_are_more_columns(rows: Rows) -> None:
+    few, many = (components(rows, "lift", waves, True)[0].columns.shape[1] for waves in (2.0, 8.0))
+    assert few < many
+
+
+def test_a_position_that_is_relative_has_no_curve(rows: Rows) -> None:
+    assert len(of(rows, "position", absolute=True)) == 2
+    assert of(rows, "position", absolute=False) == []
+
+
+def test_a_smooth_curve_over_speed_is_within_its_reach(rows: Rows, tmp_path: Path) -> None:
+    """A Stribeck curve with an exponent of no effect: least squares leave a hundredth of its energy."""
+    velocity = rows.rows("lift", lambda _, own: own.motion.velocity)
+    curve = np.sign(velocity) * np.exp(-((np.abs(velocity) / 0.05) ** 1.4))
+    columns = np.column_stack([one.columns for one in of(rows, "velocity") + of(rows, "direction")])
+    pick = clear(rows)
+    left = curve[pick] - columns[pick] @ np.linalg.lstsq(columns[pick], curve[pick], rcond=1e-8)[0]
+    assert np.mean(left**2) < 0.01 * np.mean(curve[pick] ** 2)
+
+
+def test_what_it_goes_with_is_told_most_first_and_from_a_tenth_on() -> None:
+    assert by_quantity({"time": 0.05, "velocity": 0.6, "position": 0.35}) == ["velocity", "position"]
+    assert by_quantity({"time": 0.0}) == []
+    assert by_quantity({}) == []
