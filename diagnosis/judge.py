@@ -15,6 +15,7 @@ from diagnosis.hypotheses import in_place_of
 from diagnosis.measured import Run
 from diagnosis.noise import Noise
 from diagnosis.patch import bearable, patch_of, patch_of_deviations, together
+from diagnosis.patched_model import patched_xml
 from diagnosis.patterns import patterns
 from diagnosis.placing import in_order, placed
 from diagnosis.prediction import Patch, gap_rms, predict
@@ -117,7 +118,7 @@ class Judge:
             selected=self._selected(gap),
             after_rms=after,
             predictions=tuple(self.predictions),
-            model_xml=self._model_xml(),
+            model_xml=patched_xml(self.twin, self.patch.heavier or {}),
             held_back=self.held_back,
             units=self.units,
             fitted={axis: self._fitted_gap(axis) for axis, one in self.found.items() if one.on_fitted_only},
@@ -274,19 +275,6 @@ class Judge:
         if one.axis is None:
             return Cause(number, NONE, None, one.probability, {}, None)
         return self._parameter(number, one, before, self.selection.final)
-
-    def _model_xml(self) -> str:
-        spec = self.twin.spec()
-        bodies = {body: self.twin.model.body(body).name for body in (self.patch.heavier or {})}
-        compiled = spec.compile()
-        for body, share in (self.patch.heavier or {}).items():
-            one = spec.body(bodies[body])
-            one.mass = float(compiled.body_mass[body]) * (1.0 + share)
-            one.inertia = compiled.body_inertia[body] * (1.0 + share)
-            one.ipos, one.iquat = compiled.body_ipos[body], compiled.body_iquat[body]
-            one.explicitinertial = True
-        spec.compile()
-        return str(spec.to_xml())
 
 
 def _unclosed(prediction: Prediction) -> Prediction:
