@@ -25,7 +25,7 @@ def patched_xml(simulation: Simulation, heavier: Mapping[int, float]) -> str:
     for body, share in heavier.items():
         model.body_mass[body] *= 1.0 + share
         model.body_inertia[body] *= 1.0 + share
-    spec.compiler.savecompiled = False
+    spec.compiler.savecompiled = spec.compiler.savecanonical = False
     if (xml := _as_written(spec, model)) is not None:
         return xml
     state_inertia(spec, model)
