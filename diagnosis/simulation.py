@@ -13,9 +13,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.model_checks import check_axes_move_alone, friction_of_followers
 from diagnosis.model_file import ON_JOINT, named_model, working_spec
 from drivetwin.errors import UserError
+from drivetwin.motion.coupled_motion import check_axes_move_alone, friction_of_followers
 from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.recording.recording import AxisInfo
 from emulator.assembly import DrivenJoint, assemble
@@ -152,7 +152,7 @@ def simulation(path: Path, axes: Mapping[str, AxisInfo]) -> Simulation:
     """
     _, model = named_model(path)
     twin = Simulation(path, {name: _driven(path, model, name, info) for name, info in axes.items()})
-    check_axes_move_alone(path, twin.model, {axis: drive.joint for axis, drive in twin.drives.items()}, twin.rigid)
+    check_axes_move_alone(twin.rigid, {axis: drive.joint for axis, drive in twin.drives.items()})
     return twin
 
 

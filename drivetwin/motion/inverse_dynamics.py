@@ -38,11 +38,15 @@ _STATES = 16
 
 
 class Model:
-    """A MuJoCo model seen from its motors: inverse dynamics of the recorded axes, friction and limits left out."""
+    """A MuJoCo model seen from its motors: inverse dynamics of the recorded axes, friction and limits left out.
+
+    `given` is the model as MuJoCo has it.
+    """
 
     def __init__(self, mj_model: mujoco.MjModel, path: Path | None = None) -> None:
         self.path = path
         self.name: str = mj_model.names.split(b"\0", 1)[0].decode() or (path.stem if path else "model")
+        self.given = mj_model
         self._mj = _frictionless(mj_model)
         self._relations = relations_of(mj_model)
         self._joints = {

@@ -14,9 +14,11 @@ from model_forms import FORMS, INERTIA, JOINT, Form, written
 from diagnosis.patched_model import patched_xml
 from diagnosis.result import Array
 from diagnosis.simulation import Kinematics, Simulation, simulation
+from drivetwin.cli import main
 from drivetwin.errors import UserError
 from drivetwin.motion import compilation
-from drivetwin.recording.recording import AxisInfo
+from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
+from drivetwin.recording.writer import write_recording
 from emulator.effects.coupling import Coupling
 from emulator.effects.payload import Payload
 
@@ -198,6 +200,21 @@ def test_a_base_that_moves_as_nobody_recorded(base: str, expected: str, tmp_path
     path.write_text(xml, encoding="utf-8")
     with pytest.raises(UserError, match=expected):
         twin_of(path)
+
+
+def test_fit_refuses_it_as_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path / "model", Form(tail='<equality><connect name="bar" body1="upper" anchor="0.3 0 0"/></equality>'))
+    time = np.arange(2000) * 1e-3
+    columns = {"shoulder": {"position": np.sin(9.0 * time), "torque": np.zeros(2000)}}
+    axes = {"shoulder": {"joint": "shoulder"}}
+    info = RecordingInfo.model_validate({"schema": "recording/1", "machine": "arm", "sample_period": 1e-3, "axes": axes})
+    write_recording(Recording("run", info, time, columns), tmp_path / "run")
+    command = ["drivetwin", "fit", str(path), str(tmp_path / "run"), "--out", str(tmp_path / "out")]
+    monkeypatch.setattr("sys.argv", command)
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    assert "connect equality bar ties joint shoulder to what was not recorded" in capsys.readouterr().err
 
 
 LOOP = Form(lower=f'{Form.lower}<body name="hand" pos="0 0 0.3"><joint name="wrist"/><geom size="0.1"/></body>')

@@ -74,12 +74,13 @@ def test_a_swing_between_the_samples_that_are_looked_at_is_not_missed() -> None:
 
 @pytest.mark.parametrize("where", ["first", "middle", "last"])
 def test_a_spring_off_its_rest_for_one_sample_is_felt(where: str) -> None:
-    xml = '<mujoco><worldbody><body><joint name="x" type="slide" axis="1 0 0" stiffness="300"/><geom size="0.1" mass="4"/></body></worldbody>'
+    xml = """<mujoco><worldbody><body><joint name="x" type="slide" axis="1 0 0" stiffness="300"/><geom size="0.1" mass="4"/>
+    </body></worldbody></mujoco>"""
     position = np.zeros((5_000, 1))
     at = {"first": 0, "middle": 2_503, "last": 4_999}[where]
     position[at] = 0.01
     rest = np.zeros_like(position)
-    torque = Model(mujoco.MjModel.from_xml_string(xml + "</mujoco>")).torques(["x"], position, rest, rest)
+    torque = Model(mujoco.MjModel.from_xml_string(xml)).torques(["x"], position, rest, rest)
     np.testing.assert_allclose(torque, 300.0 * position, rtol=1e-9)
 
 
@@ -142,8 +143,8 @@ def test_what_the_options_turn_off_is_not_followed(flag: str) -> None:
 
 def test_discrete_time_and_a_motor_s_own_damping_are_no_part_of_it() -> None:
     """MuJoCo's `invdiscrete` asks for the torque of one step of an integrator; a motion has accelerations."""
-    xml = """<mujoco><option timestep="0.05" integrator="implicit" gravity="0 0 0"><flag invdiscrete="enable"/></option><worldbody>
-    <body><joint name="x" type="slide" damping="50"/><geom size="0.1" mass="4"/></body></worldbody>
+    xml = """<mujoco><option timestep="0.05" integrator="implicit" gravity="0 0 0"><flag invdiscrete="enable"/></option>
+    <worldbody><body><joint name="x" type="slide" damping="50"/><geom size="0.1" mass="4"/></body></worldbody>
     <actuator><motor joint="x" gear="3" damping="2" armature="0.5"/></actuator></mujoco>"""
     motion = np.random.default_rng(1).standard_normal((50, 1))
     torque = Model(mujoco.MjModel.from_xml_string(xml)).torques(["x"], motion, motion, motion)

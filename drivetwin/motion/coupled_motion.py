@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -27,13 +26,15 @@ _HOLDS = 1e-6
 """By how much more an equality is off, at least, that does not let an axis move [m or rad]."""
 
 
-def check_axes_move_alone(path: Path, model: mujoco.MjModel, joints: Mapping[str, str], rigid: Model) -> None:
+def check_axes_move_alone(rigid: Model, joints: Mapping[str, str]) -> None:
     """Raises UserError where an axis moves together with what was not recorded; `joints` are the axes' joints by axis."""
+    model, where = rigid.given, str(rigid.path or rigid.name)
     for axis, joint in joints.items():
-        _refuse_loose_base(path, model, axis, joint)
-    _refuse_loops(path, model, list(joints.values()), rigid)
-    _refuse_springs_that_yield(path, model, rigid.ratios(list(joints.values())))
-    _refuse_shared_friction(path, model, list(joints), rigid.ratios(list(joints.values())))
+        _refuse_loose_base(where, model, axis, joint)
+    _refuse_loops(where, model, list(joints.values()), rigid)
+    ratios = rigid.ratios(list(joints.values()))
+    _refuse_springs_that_yield(where, model, ratios)
+    _refuse_shared_friction(where, model, list(joints), ratios)
 
 
 def friction_of_followers(model: mujoco.MjModel, ratios: Array, dofs: Sequence[int]) -> list[tuple[float, float]]:
@@ -60,13 +61,14 @@ def _lengths(model: mujoco.MjModel) -> Array:
     return longer
 
 
-def _refuse_loose_base(path: Path, model: mujoco.MjModel, axis: str, joint: str) -> None:
+def _refuse_loose_base(where: str, model: mujoco.MjModel, axis: str, joint: str) -> None:
     """Nobody recorded how a free base moves, and the axis feels it."""
     for other in _joints_below(model, int(model.jnt_bodyid[model.joint(joint).id])):
         if kind := _FREE.get(int(model.jnt_type[other])):
+            name = model.joint(other).name or "without a name"
             body = model.body(int(model.jnt_bodyid[other])).name
             raise UserError(
-                f"{path}: axis {axis} is carried by {kind} joint {model.joint(other).name or 'without a name'} of body {body}, "
+                f"{where}: axis {axis} is carried by {kind} joint {name} of body {body}, "
                 "whose motion is in no recording: take that joint out, and place the body as it stood"
             )
 
@@ -78,7 +80,7 @@ def _joints_below(model: mujoco.MjModel, body: int) -> Iterator[int]:
         body = int(model.body_parentid[body])
 
 
-def _refuse_loops(path: Path, model: mujoco.MjModel, joints: Sequence[str], rigid: Model) -> None:
+def _refuse_loops(where: str, model: mujoco.MjModel, joints: Sequence[str], rigid: Model) -> None:
     """An equality that an axis breaks as it moves closes a loop, and moves joints that were not recorded."""
     if not np.isin(model.eq_type, list(_TIES)).any():
         return
@@ -90,9 +92,9 @@ def _refuse_loops(path: Path, model: mujoco.MjModel, joints: Sequence[str], rigi
             off = np.abs(_errors(model, rigid.positions(joints, moved[None])[0]) - at_home)
             if off.max(initial=0.0) > _HOLDS:
                 number = int(np.argmax(off))
-                name = model.equality(number).name or f"number {number}"
+                kind, name = _TIES[int(model.eq_type[number])], model.equality(number).name or f"number {number}"
                 raise UserError(
-                    f"{path}: {_TIES[int(model.eq_type[number])]} equality {name} ties joint {joint} to what was not recorded: "
+                    f"{where}: {kind} equality {name} ties joint {joint} to what was not recorded: "
                     "take it out, or say by an equality of joints or fixed tendons what follows"
                 )
 
@@ -109,7 +111,7 @@ def _errors(model: mujoco.MjModel, qpos: Array) -> Array:
     return errors
 
 
-def _refuse_springs_that_yield(path: Path, model: mujoco.MjModel, ratios: Array) -> None:
+def _refuse_springs_that_yield(where: str, model: mujoco.MjModel, ratios: Array) -> None:
     """Their torque is of the whole motion before, which MuJoCo's inverse dynamics does not know."""
     joints = [
         model.joint(joint).name
@@ -119,13 +121,13 @@ def _refuse_springs_that_yield(path: Path, model: mujoco.MjModel, ratios: Array)
     pulled = np.abs(_lengths(model) @ ratios).sum(axis=1)
     tendons = [model.tendon(number).name for number in np.flatnonzero(pulled) if model.tendon_springyield[number]]
     if yielding := [*joints, *tendons]:
-        raise UserError(f"{path}: the spring of {yielding[0]} yields, and its torque remembers: take its springyield out")
+        raise UserError(f"{where}: the spring of {yielding[0]} yields, and its torque remembers: take its springyield out")
 
 
-def _refuse_shared_friction(path: Path, model: mujoco.MjModel, axes: Sequence[str], ratios: Array) -> None:
+def _refuse_shared_friction(where: str, model: mujoco.MjModel, axes: Sequence[str], ratios: Array) -> None:
     pulls = (_lengths(model) @ ratios).astype(bool)
     for number in range(model.ntendon):
         if model.tendon_frictionloss[number] > 0.0 and pulls[number].sum() > 1:
             shared = ", ".join(axis for axis, is_pulled in zip(axes, pulls[number].tolist(), strict=True) if is_pulled)
             name = model.tendon(number).name or f"number {number}"
-            raise UserError(f"{path}: tendon {name} has one frictionloss on axes {shared}: give the joint of each its own")
+            raise UserError(f"{where}: tendon {name} has one frictionloss on axes {shared}: give the joint of each its own")
