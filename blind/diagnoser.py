@@ -15,7 +15,7 @@ from blind.serving import serve
 from diagnosis.diagnose import diagnose
 from diagnosis.prepare.cutoff import motion_cutoff
 from diagnosis.prepare.inputs import read_inputs
-from diagnosis.prepare.motion import prepare, standstill_of
+from diagnosis.prepare.motion import begins, prepare, standstill_of
 from diagnosis.prepare.simulation import simulation
 from diagnosis.report.prediction import Patch, predict
 from diagnosis.report.schema import CausePart, read_report
@@ -46,7 +46,7 @@ class GapDiagnosis:
             cutoff = max(axis.cutoff_hz for axis in told.axes.values())
             motion = motion_cutoff([piece], twin.home_inertia())
             standstill = standstill_of(twin, [piece], min(cutoff, motion))[0]
-            run = prepare(twin, piece, cutoff, motion, standstill)
+            run = prepare(twin, piece, cutoff, motion, standstill, begins([piece])[0])
             prediction = predict(twin, run, first_cause(told.causes[0] if told.causes else None))
             pq.write_table(prediction_table(prediction), out / f"{piece.name}.parquet")
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from drivetwin.errors import UserError
 from emulator.dynamics import AxisDynamics, FrictionLaw
 from emulator.effects import PlacedEffect
+from emulator.effects.model_tree import clear_defaults
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,7 @@ def _free_the_motor(spec: mujoco.MjSpec, axis: str, drive: DrivenJoint) -> None:
         gravcomp=1.0,
     )
     motor = body.add_joint(name=motor_joint(drive), type=joint.type, ref=joint.ref)
+    clear_defaults(motor)
     _make_it_stick(motor, spec.option.timestep)
     joint.armature = 0.0
     spec.actuator(drive.actuator).target = motor.name

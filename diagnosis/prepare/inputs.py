@@ -46,7 +46,7 @@ def read_inputs(
     """Read the model's recordings; a folder of recordings counts as all of them.
 
     Raises UserError where the model is no MJCF, a recording breaks the contract of recordings, an axis has no hinge or slide
-    joint with a motor, recordings are of other axes than the first, one is given twice, or `cutoff_hz` [Hz] fits none of them.
+    joint, recordings are of other axes than the first, one is given twice, or `cutoff_hz` [Hz] fits none of them.
     """
     _refuse_twice(_folders(training), _folders(validation))
     if cutoff_hz is not None and not (math.isfinite(cutoff_hz) and cutoff_hz >= LOWEST_CUTOFF):
@@ -93,12 +93,12 @@ def _mjcf(path: Path) -> mujoco.MjModel:
     except (ElementTree.ParseError, UnicodeDecodeError) as error:
         raise UserError(f"{path} is not XML ({error}): give the path of a MuJoCo model (MJCF)") from None
     if root != "mujoco":
-        raise UserError(f"{path} is <{root}>, not a MuJoCo model <mujoco>: convert it to MJCF, and add a motor to each joint")
+        raise UserError(f"{path} is <{root}>, not a MuJoCo model <mujoco>: convert it to MJCF")
     return read_mjcf(path)
 
 
 def _check_axes(path: Path, model: mujoco.MjModel, recording: Recording) -> None:
-    """Every axis of the recording turns or slides a joint of the model that a motor drives."""
+    """Every axis of the recording turns or slides a joint of the model; an actuator that it names drives that one."""
     joints = {model.joint(index).name: index for index in range(model.njnt)}
     where = recording.files[0] if recording.files else recording.name
     check_joints(recording, joints)
@@ -112,15 +112,12 @@ def _check_axes(path: Path, model: mujoco.MjModel, recording: Recording) -> None
                 "or a slide: correct `joint` in recording.json, or take the axis out"
             )
         motors = motors_of(model, joint)
-        if not motors:
+        all_actuators = [model.actuator(number).name for number in range(model.nu)]
+        if info.actuator is not None and info.actuator not in motors and (motors or info.actuator in all_actuators):
+            driven = ", ".join(name or "a motor without a name" for name in motors) or "none of its actuators"
             raise UserError(
-                f"{where}: axis {axis} belongs to joint {info.joint!r}, which no motor of {path} drives: add "
-                f'<motor joint="{info.joint}"/> to its <actuator>, or correct `joint` in recording.json'
-            )
-        if info.actuator is not None and info.actuator not in motors:
-            raise UserError(
-                f"{where}: axis {axis} names actuator {info.actuator!r}; joint {info.joint!r} of {path} is driven by "
-                f"{', '.join(name or 'a motor without a name' for name in motors)}: correct `actuator` in recording.json"
+                f"{where}: axis {axis} names actuator {info.actuator!r}; joint {info.joint!r} of {path} is driven by {driven}: "
+                "correct `actuator` in recording.json"
             )
 
 

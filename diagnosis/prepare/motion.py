@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 
 import numpy as np
 from numpy.typing import NDArray
@@ -132,12 +133,23 @@ def standstill_of(simulation: Simulation, recordings: Sequence[Recording], cutof
     return found
 
 
+def begins(recordings: Sequence[Recording]) -> list[float]:
+    """When each recording's time was 0 [s] since the machine was switched on; by the clock, since the first; else 0."""
+    clocks = [start.timestamp() for one in recordings if isinstance(start := one.info.start_time, datetime)]
+    found = []
+    for one in recordings:
+        start = one.info.start_time
+        found.append(start.timestamp() - min(clocks) if isinstance(start, datetime) else float(start or 0.0))
+    return found
+
+
 def prepare(
-    simulation: Simulation, recording: Recording, cutoff_hz: float, motion_hz: float, standstill: Mapping[str, float]
+    simulation: Simulation, recording: Recording, cutoff_hz: float, motion_hz: float, standstill: Mapping[str, float], began: float
 ) -> Run:
     """Filter a recording and evaluate the simulation as it stands on its motion.
 
-    `cutoff_hz` is that of the comparison, `motion_hz` up to where the position tells more than noise.
+    `cutoff_hz` is that of the comparison, `motion_hz` up to where the position tells more than noise; `began`: when the recording's
+    time was 0 [s] since the machine was switched on.
     """
     period = recording.info.sample_period
     cutoff = effective_cutoff(period, cutoff_hz)
@@ -154,7 +166,7 @@ def prepare(
             velocity=kinematics.velocity[:, k].copy(),
             acceleration=kinematics.acceleration[:, k].copy(),
             torque=recording.columns[axis]["torque"],
-            time=recording.time,
+            time=recording.time + began,
             rigid_torque=rigid[:, k].copy(),
             inertia=inertia[:, k, k].copy(),
             rotor_inertia=float(simulation.model.dof_armature[simulation.dof(axis)]),
@@ -202,7 +214,7 @@ def _narrow(simulation: Simulation, recording: Recording, cutoff_hz: float) -> d
             axis=axis,
             period=period,
             cutoff_hz=cutoff,
-            time=recording.time,
+            time=recording.time + began,
             position=position,
             velocity=velocity,
             acceleration=velocity,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from diagnosis.prepare.cutoff import chosen_cutoff, motion_cutoff
 from diagnosis.prepare.hold_back import hold_back
-from diagnosis.prepare.motion import Run, prepare, standstill_of
+from diagnosis.prepare.motion import Run, begins, prepare, standstill_of
 from diagnosis.prepare.rows import Rows
 from diagnosis.prepare.simulation import Simulation, simulation
 from diagnosis.prepare.testable import Testable, is_absolute, testable
@@ -43,9 +43,15 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     recordings = [*training, *validation]
     cutoff = settings.cutoff_hz or chosen_cutoff(recordings)
     fitted, held = hold_back(training, cutoff) if held_back else (list(training), list(validation))
+    if held_back and not held:
+        raise UserError(
+            f"{', '.join(one.name for one in fitted)}: too short to hold a quarter back for validation: record longer, or give "
+            "--validate"
+        )
     motion = motion_cutoff(recordings, twin.home_inertia())
     standstill = standstill_of(twin, [*fitted, *held], min(cutoff, motion))
-    every = [prepare(twin, one, cutoff, motion, still) for one, still in zip([*fitted, *held], standstill, strict=True)]
+    told = zip([*fitted, *held], standstill, begins([*fitted, *held]), strict=True)
+    every = [prepare(twin, one, cutoff, motion, still, began) for one, still, began in told]
     runs, checks = every[: len(fitted)], every[len(fitted) :]
     rows = Rows(twin, runs, settings.blocks)
     if not any(rows.count(axis) for axis in twin.axes):

@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import copy
+import logging
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import count
 from pathlib import Path
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.prepare.model_file import ON_JOINT, named_model, working_spec
 from drivetwin.errors import UserError
+from drivetwin.motion.coupled_motion import check_axes_move_alone, friction_of_followers
 from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.recording.recording import AxisInfo
 from emulator.assembly import DrivenJoint, assemble
-from emulator.dynamics import AxisDynamics
+from emulator.dynamics import AxisDynamics, FrictionLaw
 from emulator.effects import Effect, PlacedEffect
+from emulator.effects.model_tree import free_name
 
 Array = NDArray[np.float64]
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -42,7 +47,10 @@ class Kinematics:
 
 @dataclass(frozen=True)
 class Simulation:
-    """A model and what drives its joints, by axis. Nothing in it is changed by asking."""
+    """A model and what drives its joints, by axis. Nothing in it is changed by asking.
+
+    `path` is the MJCF file as it is written; `spec` and `model` are of what of it has a part in the torque.
+    """
 
     path: Path
     drives: Mapping[str, DrivenJoint]
@@ -57,9 +65,13 @@ class Simulation:
         """Their joints, in the same order."""
         return [drive.joint for drive in self.drives.values()]
 
+    @cached_property
+    def _spec(self) -> mujoco.MjSpec:
+        return working_spec(self.path, self._add_motors)
+
     def spec(self) -> mujoco.MjSpec:
-        """The model's specification, a new one, in which every body and actuator has a name."""
-        return named_spec(self.path)
+        """The model's specification, a new one, in which bodies and actuators have names and every axis has a motor."""
+        return self._spec.copy()
 
     @cached_property
     def model(self) -> mujoco.MjModel:
@@ -80,8 +92,12 @@ class Simulation:
         return int(self.model.joint(self.drives[axis].joint).dofadr[0])
 
     def dynamics(self, effects: tuple[PlacedEffect, ...] = ()) -> dict[str, AxisDynamics]:
-        """What each axis is with the effects. Raises UserError where an axis cannot have one."""
-        return assemble(self.spec(), self.drives, effects)
+        """What each axis is with the effects, and with what follows it. Raises UserError where it cannot have one."""
+        assembled = assemble(self.spec(), self.drives, effects)
+        return {
+            axis: replace(each, friction=_with(each.friction, *more))
+            for (axis, each), more in zip(assembled.items(), self._friction_of_followers, strict=True)
+        }
 
     def home_inertia(self) -> dict[str, float]:
         """d torque / d acceleration of each axis at qpos0, motor included [kg·m² or kg]."""
@@ -116,6 +132,20 @@ class Simulation:
         mujoco.mj_setConst(heavier, mujoco.MjData(heavier))
         return Model(heavier, self.path)
 
+    def _add_motors(self, spec: mujoco.MjSpec) -> None:
+        """On axes that have none: what else it is that moves them, its torque was recorded."""
+        there = {actuator.name for actuator in spec.actuators}
+        for drive in self.drives.values():
+            if drive.actuator not in there:
+                motor = spec.add_actuator(name=drive.actuator, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=drive.joint)
+                motor.set_to_motor()
+                motor.ctrllimited = motor.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
+
+    @cached_property
+    def _friction_of_followers(self) -> list[tuple[float, float]]:
+        """Coulomb and viscous friction that each axis has of the joints and tendons that follow it, at qpos0."""
+        return friction_of_followers(self.model, self.rigid.ratios(self.joints), [self.dof(axis) for axis in self.axes])
+
     def moving_bodies(self) -> list[int]:
         """Bodies with mass that a joint moves."""
         model = self.model
@@ -125,35 +155,21 @@ class Simulation:
 def simulation(path: Path, axes: Mapping[str, AxisInfo]) -> Simulation:
     """The simulation of an MJCF file for the axes of a recording.
 
-    Raises UserError for a file that MuJoCo refuses, a joint that the model lacks, or that no motor drives.
+    Raises UserError for a file that MuJoCo refuses, a joint that the model lacks, or one that moves with what was not recorded.
     """
-    try:
-        model = named_spec(path).compile()
-    except ValueError as error:
-        raise UserError(f"{path} is not a MuJoCo model: {error}") from error
-    return Simulation(path, {name: _driven(path, model, name, info) for name, info in axes.items()})
+    _, model = named_model(path)
+    twin = Simulation(path, {name: _driven(path, model, name, info) for name, info in axes.items()})
+    check_axes_move_alone(twin.rigid, {axis: drive.joint for axis, drive in twin.drives.items()})
+    return twin
 
 
-def named_spec(path: Path) -> mujoco.MjSpec:
-    """The specification of an MJCF file; bodies and actuators that it leaves without a name, which MJCF allows, get one.
-
-    Files of meshes, height fields and textures are found from wherever the specification is written to. Raises ValueError for a
-    file that MuJoCo refuses.
-    """
-    spec = mujoco.MjSpec.from_file(str(path))
-    for kind, elements in (("body", spec.bodies), ("actuator", spec.actuators)):
-        taken = {element.name for element in elements}
-        free = (name for number in count() if (name := f"{kind}_{number}") not in taken)
-        for element in elements:
-            element.name = element.name or next(free)
-    if spec.meshes or spec.hfields or spec.skins or any(texture.file for texture in spec.textures):
-        spec.meshdir, spec.texturedir = (str(path.resolve().parent / folder) for folder in (spec.meshdir, spec.texturedir))
-    return spec
+def _with(law: FrictionLaw, coulomb: float, viscous: float) -> FrictionLaw:
+    return replace(law, coulomb=law.coulomb + coulomb, viscous=law.viscous + viscous)
 
 
 def motors_of(model: mujoco.MjModel, joint: int) -> list[str]:
     """Names of the actuators that drive a joint, by its number."""
-    on_joint = {int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)}
+    on_joint = {int(kind) for kind in ON_JOINT}
     return [
         model.actuator(number).name
         for number in range(model.nu)
@@ -166,9 +182,13 @@ def _driven(path: Path, model: mujoco.MjModel, axis: str, info: AxisInfo) -> Dri
     if info.joint not in joints:
         raise UserError(f"{path} has no joint {info.joint!r} for axis {axis!r}; it has {', '.join(joints)}")
     motors = motors_of(model, joints[info.joint])
-    actuator = info.actuator if info.actuator in motors else next(iter(motors), None)
-    if actuator is None:
-        raise UserError(f"{path}: no motor drives joint {info.joint!r} of axis {axis!r}; add an actuator on it")
-    gear = info.gear_ratio or float(model.actuator(actuator).gear[0]) or 1.0
+    if motors:
+        actuator = info.actuator if info.actuator in motors else motors[0]
+        gear = info.gear_ratio or float(model.actuator(actuator).gear[0]) or 1.0
+    else:
+        logger.info("%s: nothing drives joint %r of axis %r but the recorded torque", path, info.joint, axis)
+        taken = {model.actuator(number).name for number in range(model.nu)}
+        actuator = free_name(info.joint, taken)
+        gear = info.gear_ratio or 1.0
     home = float(model.qpos0[model.jnt_qposadr[joints[info.joint]]])
     return DrivenJoint(info.joint, actuator, abs(gear), rotor_inertia=0.0, holding_brake=0.0, position=home)

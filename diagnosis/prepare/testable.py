@@ -121,12 +121,15 @@ def _turns(position: Array, least: float) -> int:
 
 
 def _feels_gravity(rows: Rows, axis: str) -> bool:
-    """Whether a weight on the axis could be felt: gravity along a slide, across a hinge, as the model stands at qpos0."""
+    """Whether a weight on the axis could be felt: gravity along a slide, across a hinge, as the model stands at qpos0.
+
+    A model without any gravity says nothing of it.
+    """
     model = rows.simulation.model
     gravity = np.array(model.opt.gravity)
     size = float(np.linalg.norm(gravity))
     if size == 0.0:
-        return False
+        return True
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     along = float(abs(data.joint(rows.simulation.drives[axis].joint).xaxis @ gravity)) / size
@@ -135,11 +138,12 @@ def _feels_gravity(rows: Rows, axis: str) -> bool:
 
 def _time_told(runs: Sequence[Run]) -> bool:
     """Within one recording time is told; from one to another only where each says when it began."""
-    begins = [float(run.recording.time[0]) for run in runs]
-    longest = max(float(run.recording.time[-1] - run.recording.time[0]) for run in runs)
-    if len(set(begins)) == len(begins):
-        return max(float(run.recording.time[-1]) for run in runs) - min(begins) >= LEAST_TIME
-    return len(runs) == 1 and longest >= LEAST_TIME
+    times = [next(iter(run.axes.values())).motion.time for run in runs]
+    spans = [(float(time[0]), float(time[-1])) for time in times]
+    longest = max(end - begin for begin, end in spans)
+    told = len({begin for begin, _ in spans}) == len(spans)
+    whole = max(end for _, end in spans) - min(begin for begin, _ in spans)
+    return (whole if told else longest * (len(runs) == 1)) >= LEAST_TIME
 
 
 def is_absolute(runs: Sequence[Run], axis: str) -> bool:

@@ -28,7 +28,7 @@ LAW_HOLDS = 0.05
 
 @dataclass(frozen=True)
 class DriveFound:
-    """An effect of one axis's drive: mean square [(N·m)²] that the law does not tell without it and with it, over `rows`."""
+    """An effect of one axis's drive: mean square that the law leaves without it and with it, over `rows`."""
 
     axis: str
     effect: DriveEffect

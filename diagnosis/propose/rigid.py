@@ -55,7 +55,7 @@ def polynomial(rows: Rows, axis: str, kind: type[ModelEffect]) -> Polynomial | N
 
 
 def rigid_starts(system: System, axis: str, known: Polynomial, held: frozenset[int]) -> list[Begun]:
-    """The starts of an effect on the rigid bodies, best first, its size found by least squares; those that cost the same once."""
+    """The starts of an effect on the rigid bodies, best first, sized by least squares; those that cost the same once."""
     found: list[tuple[Begun, dict[str, Array]]] = []
     shapes = _shapes(known.kind)
     for shape in shapes:

@@ -129,7 +129,7 @@ def moved(
 def movable_fields(effect: Effect, motion: Motion, axis: AxisDynamics) -> list[Field]:
     """The effect's parameters, each with the step that matters to it; angles turn freely."""
     sizes = effect.sizes(motion, axis)
-    fixed = effect.fixed()
+    fixed = effect.fixed(axis)
     return [
         Field(one.name, sizes[one.name], -np.inf if one.name in ANGLES else one.low, one.high)
         for one in type(effect).parameters

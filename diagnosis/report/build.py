@@ -44,6 +44,8 @@ from emulator.effects import DriveEffect, PlacedEffect
 
 Array = NDArray[np.float64]
 
+LEAST_ALONE = 0.25
+"""Probability of the unknown where nothing else is named: an axis with a gap has a cause."""
 SHOWN = 0.02
 """Probability from which an effect that was not selected is named."""
 EXPLAINED, PARTLY = 0.1, 0.7
@@ -73,7 +75,7 @@ def build(
     """The report's values; effects that make motion that was not fitted worse, or act where there is no gap, are left out."""
     strong = [one for one in drives if _drive_matters(ready.rows, one, settings)]
     units = placed_drives(ready.rows, strong)
-    patch = Patch(in_order([*values.effects, *units]), dict(found.heavier))
+    patch = Patch(in_order([*values.effects, *units]), values.heavier)
     gaps = _gaps(ready, _without_harm(ready, patch), settings)
     tests = {
         axis: gap_of(gaps.unseen, gaps.fitted, axis, gaps.noise[axis].floor, ready.cutoff_hz) for axis in ready.simulation.axes
@@ -251,7 +253,9 @@ def _causes(
         elif one.axis in open_axes:
             causes.append(_selected(ready, values, answers, gaps, number, divided[one.axis], settings))
     causes.extend(_alternatives(answers, gaps.patch, open_axes, settings))
-    causes.extend(_unknown_cause(gaps, axis, divided[axis][1], ready.cutoff_hz) for axis in open_axes)
+    for axis in open_axes:
+        repeats = _repeats(ready, gaps, axis)
+        causes.append(_unknown_cause(gaps, axis, divided[axis][1], ready.cutoff_hz, repeats))
     return sorted(causes, key=lambda cause: -cause.probability * cause.share)
 
 
@@ -338,16 +342,25 @@ def _alternatives(answers: Sequence[Answer], patch: Patch, open_axes: Sequence[s
     return list(told.values())
 
 
+def _repeats(ready: Prepared, gaps: _Gaps, axis: str) -> float:
+    """Share of what is left that goes with something, cross-validated: noise goes with nothing."""
+    left = [_as_it_stands(each, axis) for each in gaps.unseen]
+    unit = "N" if ready.simulation.slides(axis) else "N·m"
+    return min(1.0, sum(one.share for one in patterns(left, axis, gaps.noise[axis].floor, ready.cutoff_hz, unit)))
+
+
 def _is_in(one: PlacedEffect, patch: Patch) -> bool:
     return any(_alike(one, other) for other in patch.effects)
 
 
-def _unknown_cause(gaps: _Gaps, axis: str, divided: Sequence[Share], cutoff_hz: float) -> Cause:
-    """What is left: how surely it is more than noise."""
+def _unknown_cause(gaps: _Gaps, axis: str, divided: Sequence[Share], cutoff_hz: float, repeats: float) -> Cause:
+    """What is left: how surely it is more than noise. Half of that is doubted of what goes with nothing (`repeats`, a share)."""
     left = [_as_it_stands(each, axis) for each in gaps.unseen]
     share = next((one.share for one in divided if one.of == UNKNOWN), 0.0)
     p_value = significance(left, axis, gaps.noise[axis].floor, cutoff_hz)
-    return Cause(UNKNOWN, axis, float(np.clip(1.0 - p_value, 0.01, 0.99)), share, {}, None)
+    probability = float(np.clip((1.0 - p_value) * (0.5 + 0.5 * repeats), 0.01, 0.99))
+    alone = not any(one.axis == axis for one in gaps.patch.effects)
+    return Cause(UNKNOWN, axis, max(probability, LEAST_ALONE) if alone else probability, share, {}, None)
 
 
 def _as_it_stands(prediction: Prediction, axis: str) -> Prediction:

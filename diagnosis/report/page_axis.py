@@ -121,7 +121,7 @@ def _spells(axis: str, diagnosis: Diagnosis) -> str:
         [escape(each.recording), _tight(time_words(each)), escape(level(each.rms, unit)), percent(each.share)]
         for each in spells[:_SPELLS_SHOWN]
     ]
-    head = ["Recording", "Time", "Level, rms", "Of what is left"]
+    head = ["Recording", "Time", "Level, rms", "Share"]
     return f"<p>{share} of its energy is in {spells_words(len(spells))}; the largest:</p>{plain_table(head, rows, (2, 3))}"
 
 

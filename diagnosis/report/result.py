@@ -42,7 +42,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Share:
-    """Part of the energy of an axis's gap on motion that was not fitted, with its 90 % interval; `of` an effect, or what else."""
+    """Part of the energy of an axis's gap on motion that was not fitted, with its 90 % interval; `of` an effect or else."""
 
     of: str
     share: float

@@ -34,8 +34,9 @@ def percent(share: float) -> str:
 
 
 def span_percent(low: float, high: float) -> str:
-    """An interval of shares."""
-    return f"{percent(low).removesuffix(' %')} to {percent(high)}"
+    """An interval of shares; one figure where both ends are rounded to the same."""
+    first, last = percent(low), percent(high)
+    return last if first == last else f"{first.removesuffix(' %')} to {last}"
 
 
 def level(value: float, unit: str) -> str:

@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 DRAWS = 400
 AS_GOOD = 0.05
 """Share of the draws in which another effect predicts better, from which the two are not distinguished."""
+SUBSTITUTES = 0.5
+"""Of the share that the chosen effect takes, that another must take to stand in its place: what takes less is one beside it."""
 CONSIDERED = 8
 """Members of a family, the best by evidence, that are predicted with."""
 
@@ -54,8 +56,10 @@ class Answer:
 
 def weighed(family: Family, settings: Settings) -> Answer:
     """Probabilities of a family's members, and of none of them."""
-    considered = sorted(family.proposals, key=lambda one: -one.score)[:CONSIDERED]
     chosen = family.chosen
+    own = next((one for one in family.proposals if chosen is not None and _same(one, chosen)), None)
+    least = SUBSTITUTES * own.share if own is not None else -np.inf
+    considered = sorted((one for one in family.proposals if one.share >= least), key=lambda one: -one.score)[:CONSIDERED]
     if chosen is not None and not any(_same(one, chosen) for one in considered):
         considered.extend(one for one in family.proposals if _same(one, chosen))
     densities = [_held_out(family, (), None, _without(family), settings)]
@@ -76,11 +80,11 @@ def weighed(family: Family, settings: Settings) -> Answer:
     weights = np.exp(scores)
     weights /= weights.sum(axis=1, keepdims=True)
     mean = weights.mean(axis=0)
-    own = next((k for k, one in enumerate(considered, start=1) if chosen is not None and _same(one, chosen)), None)
+    place = next((k for k, one in enumerate(considered, start=1) if chosen is not None and _same(one, chosen)), None)
     members = []
     for k, one in enumerate(considered, start=1):
-        better = float(np.mean(scores[:, k] > scores[:, own])) if own is not None else 0.0
-        members.append(Weighed(one, float(mean[k]), own is not None and (k == own or better >= AS_GOOD)))
+        better = float(np.mean(scores[:, k] > scores[:, place])) if place is not None else 0.0
+        members.append(Weighed(one, float(mean[k]), place is not None and (k == place or better >= AS_GOOD)))
     probability = sum(one.weight for one in members if one.as_good)
     return Answer(chosen, float(probability), tuple(sorted(members, key=lambda one: -one.weight)))
 

@@ -69,8 +69,8 @@ class Found:
 
     state: State
     families: Sequence[Family]
-    heavier: Mapping[int, float]
-    """Bodies, by number, that are heavier by a share of their mass."""
+    heavier: frozenset[int]
+    """Bodies, by number, whose mass is off."""
 
 
 @dataclass(frozen=True)
@@ -125,13 +125,11 @@ class Search:
             pair = later
         return pair, families
 
-    def heavier(self, state: State) -> dict[int, float]:
-        """Bodies whose mass is off by more than chance and by enough to matter: by what share of it."""
-        return {
-            one.body: float(state.fit.coefficients[number])
-            for number, one in enumerate(self.bench.nominals)
-            if one.body is not None and self._is_off(state, number)
-        }
+    def heavier(self, state: State) -> frozenset[int]:
+        """Bodies, by number, whose mass is off by more than chance and by enough to matter."""
+        return frozenset(
+            one.body for number, one in enumerate(self.bench.nominals) if one.body is not None and self._is_off(state, number)
+        )
 
     def _is_off(self, state: State, number: int) -> bool:
         held = state.held()
@@ -278,7 +276,11 @@ class Search:
         tried = [self._moved(state, one, held) for one in begun[:REFINED]]
         if self.part is not self.bench:
             tried = [self._moved(pair.whole, one, held, BRIEFLY) for one in tried]
-        whole = [replace(one, effect=natural, tried=1) for one in tried if (natural := one.effect.natural()) is not None]
+        whole = [
+            replace(one, effect=natural, tried=1)
+            for one in tried
+            if (natural := one.effect.natural(state.dynamics[axis])) is not None
+        ]
         tried += [self._moved(pair.whole, one, held, BRIEFLY) for one in whole]
         judged = [self.evaluated(pair.whole, one) for one in tried]
         best = max((one for one in judged if one is not None), key=lambda one: one.score, default=None)

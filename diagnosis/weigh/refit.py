@@ -7,7 +7,7 @@ more without colour and unknown, the nominal parameters held; their covariance i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,38 +26,47 @@ TURNS = 5
 
 @dataclass(frozen=True)
 class Refitted:
-    """The effects in order, and the standard deviation of each one's parameters by name, in their units."""
+    """The effects in order, and the standard deviation of each one's parameters by name, in their units.
+
+    `heavier`: bodies, by number, that are heavier by a share of their mass.
+    """
 
     state: State
     effects: tuple[PlacedEffect, ...]
     deviations: Sequence[dict[str, float]]
+    heavier: Mapping[int, float]
 
 
-def refitted(state: State) -> Refitted:
-    """Gauss-Newton from the set's values; a step that leaves more energy ends it."""
-    left = _left(state, _fit(state))
+def refitted(state: State, bodies: Collection[int]) -> Refitted:
+    """Gauss-Newton from the set's values; a step that leaves more energy ends it. `bodies`: whose mass is free."""
+    left = _left(state, _fit(state, bodies))
     for _ in range(TURNS if state.effects else 0):
         try:
-            ahead = state_of(state.bench, moved_by_fit(state, _fit(state)), state.system.axes)
+            ahead = state_of(state.bench, moved_by_fit(state, _fit(state, bodies)), state.system.axes)
         except UserError:
             break
-        energy = _left(ahead, _fit(ahead))
+        energy = _left(ahead, _fit(ahead, bodies))
         if not energy < left:
             break
         done = energy > (1.0 - 1e-4) * left
         state, left = ahead, energy
         if done:
             break
-    return Refitted(state, state.effects, _deviations(state))
+    values = _fit(state, bodies).coefficients
+    heavier = {
+        one.body: float(values[k]) for k, one in enumerate(state.bench.nominals) if one.body is not None and one.body in bodies
+    }
+    return Refitted(state, state.effects, _deviations(state, bodies), heavier)
 
 
-def _held(state: State) -> frozenset[int]:
-    """All nominal parameters but the timing, which no patch holds and no gap is."""
-    return state.held() | {number for number, one in enumerate(state.bench.nominals) if not one.timing}
+def _held(state: State, bodies: Collection[int]) -> frozenset[int]:
+    """All nominal parameters but some bodies' masses, and the timing, which no patch holds and no gap is."""
+    nominals = enumerate(state.bench.nominals)
+    return state.held() | {number for number, one in nominals if not one.timing and one.body not in bodies}
 
 
-def _fit(state: State) -> Fit:
-    return state.plain.fit(held=_held(state))
+def _fit(state: State, bodies: Collection[int]) -> Fit:
+    return state.plain.fit(held=_held(state, bodies))
 
 
 def _left(state: State, fit: Fit) -> float:
@@ -74,12 +83,12 @@ def _left(state: State, fit: Fit) -> float:
     return total
 
 
-def _deviations(state: State) -> list[dict[str, float]]:
+def _deviations(state: State, bodies: Collection[int]) -> list[dict[str, float]]:
     count, system = len(state.bench.nominals), state.plain
     free = [k for k in range(len(system.columns)) if k >= count]
     if not free:
         return []
-    fit = _fit(state)
+    fit = _fit(state, bodies)
     size = len(free)
     information, middle = np.zeros((size, size)), np.zeros((size, size))
     for axis, own in system.axes.items():

@@ -12,10 +12,11 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from controller.identification import AxisIdentification, Identification, Settings, identify, load_model, write_results
+from controller.identification import AxisIdentification, Identification, Model, Settings, identify, load_model, write_results
 from controller.identification.wording import LABELS, number
 from drivetwin.errors import UserError
 from drivetwin.files import new_directory, refuse_to_replace
+from drivetwin.motion.coupled_motion import check_axes_move_alone
 from drivetwin.motion.pieces import read_pieces
 from drivetwin.recording.reader import check_joints, check_torque, find_recordings
 from drivetwin.recording.recording import Recording
@@ -55,8 +56,8 @@ def fit_command(
     _refuse_unless("--cutoff", cutoff, cutoff > 0.0, "a frequency above 0 Hz")
     _refuse_unless("--reversal-margin", reversal_margin, reversal_margin >= 0.0, "a time of 0 s or more")
     machine = load_model(model)
-    fitted = _read(recordings, machine.joints, cutoff, allow_gaps)
-    held = _read(validate or [], machine.joints, cutoff, allow_gaps)
+    fitted = _read(recordings, machine, cutoff, allow_gaps)
+    held = _read(validate or [], machine, cutoff, allow_gaps)
     axes = {axis for recording in fitted for axis in recording.info.axes}
     settings = Settings(
         cutoff_hz=cutoff,
@@ -86,7 +87,7 @@ def _refuse_unless(option: str, value: float, good: bool, expected: str) -> None
         raise UserError(f"{option} {value:g}: expected {expected}")
 
 
-def _read(paths: Iterable[Path], joints: tuple[str, ...], cutoff_hz: float, allow_gaps: bool) -> list[Recording]:
+def _read(paths: Iterable[Path], model: Model, cutoff_hz: float, allow_gaps: bool) -> list[Recording]:
     """All recordings in `paths`, checked against the model."""
     read = [
         recording
@@ -95,8 +96,9 @@ def _read(paths: Iterable[Path], joints: tuple[str, ...], cutoff_hz: float, allo
         for recording in read_pieces(folder, cutoff_hz, allow_gaps=allow_gaps)
     ]
     for recording in read:
-        check_joints(recording, joints)
+        check_joints(recording, model.joints)
         check_torque(recording, "drivetwin fit")
+        check_axes_move_alone(model, {axis: info.joint for axis, info in recording.info.axes.items()})
     return read
 
 

@@ -109,7 +109,7 @@ def standstill_velocity(motions: Sequence[AxisMotion]) -> float | None:
 
 def standstill_velocities(motions: Sequence[AxisMotion]) -> list[float]:
     """`standstill_velocity` by what each motion's own noise is; infinite in all where the axis never moves in any."""
-    top = max(float(np.abs(motion.velocity[_inside(motion)]).max()) for motion in motions)
+    top = max(float(np.abs(motion.velocity[_inside(motion)]).max(initial=0.0)) for motion in motions)
     if top <= _MOVES_ABOVE_NOISE * min(motion.velocity_noise for motion in motions):
         return [np.inf] * len(motions)
     return [max(_SHARE_OF_TOP_SPEED * top, _NOISE_FACTOR * motion.velocity_noise) for motion in motions]

@@ -2,14 +2,13 @@
 
     tau_axis = sum over joints j of (d q_j / d q_axis) tau_j,    tau = M(q) a + C(q, v) + g(q) + springs
 
-Passive joints follow by MuJoCo joint equalities q_j = qpos0_j + p(q_i - qpos0_i), p of degree 4.
+Passive joints follow by equalities of joints and of fixed tendons (followers.py).
 """
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
@@ -18,6 +17,8 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from drivetwin.errors import UserError
+from drivetwin.motion.compilation import check_compiles
+from drivetwin.motion.followers import Follower, followers, relations_of
 from drivetwin.recording.recording import Samples
 
 
@@ -31,22 +32,23 @@ class JointKind(Enum):
 _ONE_DEGREE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 
 
-@dataclass(frozen=True)
-class _Follower:
-    """Joint `follower` obeys q = qpos0 + p(q_leader - qpos0_leader); `coefficients` of p, constant first, (5,)."""
-
-    follower: int
-    leader: int
-    coefficients: Samples
+_ON_JOINT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+_STATES = 16
+"""States in the motion's range, and as many at its corners, at which the torque must be affine to count as such."""
 
 
 class Model:
-    """A MuJoCo model seen from its motors: inverse dynamics of the recorded axes, friction and limits left out."""
+    """A MuJoCo model seen from its motors: inverse dynamics of the recorded axes, friction and limits left out.
+
+    `given` is the model as MuJoCo has it.
+    """
 
     def __init__(self, mj_model: mujoco.MjModel, path: Path | None = None) -> None:
         self.path = path
         self.name: str = mj_model.names.split(b"\0", 1)[0].decode() or (path.stem if path else "model")
+        self.given = mj_model
         self._mj = _frictionless(mj_model)
+        self._relations = relations_of(mj_model)
         self._joints = {
             mj_model.joint(index).name: index for index in range(mj_model.njnt) if int(mj_model.jnt_type[index]) in _ONE_DEGREE
         }
@@ -80,38 +82,51 @@ class Model:
             return acceleration @ inertia.T + constant
         return self._loop(joints, position, velocity, acceleration)
 
+    def positions(self, joints: Sequence[str], position: Samples) -> Samples:
+        """qpos (n, nq) of the whole model for positions (n, k) of the joints."""
+        rest = np.zeros_like(position)
+        qpos, _, _, _ = self._moved(joints, position, rest, rest)
+        return qpos
+
+    def ratios(self, joints: Sequence[str]) -> Samples:
+        """(nv, k): how far every joint of the model moves with each of `joints`, at qpos0; 0 for what is no hinge or slide."""
+        home = self._home[[self._mj.jnt_qposadr[self._index(joint)] for joint in joints]][None]
+        rest = np.zeros_like(home)
+        _, _, _, reduction = self._moved(joints, home, rest, rest)
+        return np.asarray(reduction[0])
+
     def _affine(
         self, joints: Sequence[str], position: Samples, velocity: Samples, acceleration: Samples
     ) -> tuple[Samples, Samples] | None:
-        """(inertia (k, k), constant (k,)) where the torque is inertia a + constant on a sample of the motion."""
+        """(inertia (k, k), constant (k,)) where the torque is inertia a + constant, whatever the motion within its range.
+
+        Torque is an analytic function of the state, but for tendons that wrap or go slack. One that agrees with an affine one
+        at states drawn at random from a box agrees with it in the whole box, be there samples of the motion near them or not.
+        """
+        if self._mj.ntendon and self._bent_tendons():
+            return None
         count = len(joints)
-        pick = np.linspace(0, len(position) - 1, 64).astype(int)
-        q, v, a = position[pick], velocity[pick], acceleration[pick]
+        rng = np.random.default_rng(0)
+        states = [_drawn(rng, values) for values in (position, velocity, acceleration)]
         probes = np.vstack([np.zeros(count), np.eye(count)])
-        at_first = self._loop(joints, np.tile(q[0], (count + 1, 1)), np.zeros((count + 1, count)), probes)
+        at_first = self._loop(joints, np.tile(position[:1], (count + 1, 1)), np.zeros((count + 1, count)), probes)
         constant = at_first[0]
         inertia = (at_first[1:] - constant).T
-        torque = self._loop(joints, q, v, a)
+        torque = self._loop(joints, *states)
         scale = float(np.abs(torque).max()) + 1e-12
-        fits = bool(np.abs(a @ inertia.T + constant - torque).max() <= 1e-9 * scale)
+        fits = bool(np.abs(states[2] @ inertia.T + constant - torque).max() <= 1e-9 * scale)
         return (inertia, constant) if fits else None
+
+    def _bent_tendons(self) -> bool:
+        """Whether a tendon's force may have a bend: where it wraps, or between the lengths at which its spring is slack."""
+        fixed = self._mj.tendon_type == int(mujoco.mjtTendon.mjTENDON_FIXED)
+        return bool((~fixed | (self._mj.tendon_stiffness != 0.0)).any())
 
     def _loop(self, joints: Sequence[str], position: Samples, velocity: Samples, acceleration: Samples) -> Samples:
         """mj_inverse sample by sample; shapes as in `torques`."""
         mj, data = self._mj, mujoco.MjData(self._mj)
-        rows = len(position)
-        qpos = np.tile(self._home, (rows, 1))
-        qvel, qacc = np.zeros((rows, mj.nv)), np.zeros((rows, mj.nv))
-        reduction = np.zeros((rows, mj.nv, len(joints)))
-        for column, joint in enumerate(joints):
-            index = self._index(joint)
-            qpos[:, mj.jnt_qposadr[index]] = position[:, column]
-            qvel[:, mj.jnt_dofadr[index]] = velocity[:, column]
-            qacc[:, mj.jnt_dofadr[index]] = acceleration[:, column]
-            reduction[:, mj.jnt_dofadr[index], column] = 1.0
-        for link in self._links(joints):
-            self._follow(link, qpos, qvel, qacc, reduction)
-        torque = np.empty((rows, mj.nv))
+        qpos, qvel, qacc, reduction = self._moved(joints, position, velocity, acceleration)
+        torque = np.empty((len(position), mj.nv))
         q, v, a, needed = data.qpos, data.qvel, data.qacc, data.qfrc_inverse
         inverse = mujoco.mj_inverse
         # each turn of the loop writes a row into MuJoCo's own arrays
@@ -120,38 +135,37 @@ class Model:
             row[:] = needed
         return np.asarray(np.einsum("nv,nvk->nk", torque, reduction), dtype=np.float64)
 
-    def _follow(self, link: _Follower, qpos: Samples, qvel: Samples, qacc: Samples, reduction: Samples) -> None:
-        """Fill in the follower's columns from its leader's: v_j = p' v_i, a_j = p' a_i + p'' v_i^2."""
+    def _moved(
+        self, joints: Sequence[str], position: Samples, velocity: Samples, acceleration: Samples
+    ) -> tuple[Samples, Samples, Samples, Samples]:
+        """qpos (n, nq), qvel and qacc (n, nv) of the whole model, and how far each joint moves with each axis (n, nv, k)."""
+        mj, rows = self._mj, len(position)
+        qpos = np.tile(self._home, (rows, 1))
+        qvel, qacc = np.zeros((rows, mj.nv)), np.zeros((rows, mj.nv))
+        reduction = np.zeros((rows, mj.nv, len(joints)))
+        indices = [self._index(joint) for joint in joints]
+        for column, index in enumerate(indices):
+            qpos[:, mj.jnt_qposadr[index]] = position[:, column]
+            qvel[:, mj.jnt_dofadr[index]] = velocity[:, column]
+            qacc[:, mj.jnt_dofadr[index]] = acceleration[:, column]
+            reduction[:, mj.jnt_dofadr[index], column] = 1.0
+        for link in followers(mj, self._relations, indices):
+            self._follow(link, qpos, qvel, qacc, reduction)
+        return qpos, qvel, qacc, reduction
+
+    def _follow(self, link: Follower, qpos: Samples, qvel: Samples, qacc: Samples, reduction: Samples) -> None:
+        """Fill in the follower's columns from its leaders': v_j = p' d', a_j = p' d'' + p'' d'^2, d as in `Follower`."""
         mj = self._mj
-        lead_q, lead_v = mj.jnt_qposadr[link.leader], mj.jnt_dofadr[link.leader]
-        own_q, own_v = mj.jnt_qposadr[link.follower], mj.jnt_dofadr[link.follower]
-        turned = qpos[:, lead_q] - self._home[lead_q]
+        lead_q, lead_v = mj.jnt_qposadr[list(link.leaders)], mj.jnt_dofadr[list(link.leaders)]
+        own_q, own_v = mj.jnt_qposadr[link.joint], mj.jnt_dofadr[link.joint]
+        turned = (qpos[:, lead_q] - self._home[lead_q]) @ link.weights
+        speed = qvel[:, lead_v] @ link.weights
         slope = polynomial.polyval(turned, polynomial.polyder(link.coefficients))
         bend = polynomial.polyval(turned, polynomial.polyder(link.coefficients, 2))
         qpos[:, own_q] = self._home[own_q] + polynomial.polyval(turned, link.coefficients)
-        qvel[:, own_v] = slope * qvel[:, lead_v]
-        qacc[:, own_v] = slope * qacc[:, lead_v] + bend * qvel[:, lead_v] ** 2
-        reduction[:, own_v] = slope[:, None] * reduction[:, lead_v]
-
-    def _links(self, joints: Sequence[str]) -> list[_Follower]:
-        """The joint equalities in an order in which every leader is known before its follower."""
-        mj = self._mj
-        waiting = [
-            _Follower(int(mj.eq_obj1id[k]), int(mj.eq_obj2id[k]), mj.eq_data[k, :5].copy())
-            for k in range(mj.neq)
-            if int(mj.eq_type[k]) == int(mujoco.mjtEq.mjEQ_JOINT) and mj.eq_active0[k] and mj.eq_obj2id[k] >= 0
-        ]
-        known = {self._index(joint) for joint in joints}
-        ordered: list[_Follower] = []
-        while waiting:
-            ready = [turn for link in waiting if (turn := _towards(link, known)) is not None]
-            if not ready:
-                break
-            ordered.append(ready[0])
-            known.add(ready[0].follower)
-            ends = {ready[0].follower, ready[0].leader}
-            waiting = [link for link in waiting if {link.follower, link.leader} != ends]
-        return ordered
+        qvel[:, own_v] = slope * speed
+        qacc[:, own_v] = slope * (qacc[:, lead_v] @ link.weights) + bend * speed**2
+        reduction[:, own_v] = slope[:, None] * np.einsum("nmk,m->nk", reduction[:, lead_v], link.weights)
 
     def _index(self, joint: str) -> int:
         if joint not in self._joints:
@@ -167,32 +181,30 @@ def load_model(path: Path) -> Model:
 
 
 def read_mjcf(path: Path) -> mujoco.MjModel:
-    """MuJoCo's own model of an MJCF file; raises as `load_model`."""
-    if not path.is_file():
-        raise UserError(f"no model at {path}: give the path of a MuJoCo XML file")
-    try:
-        return mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as error:
-        raise UserError(f"{path} is not a MuJoCo model: {error}") from error
+    """MuJoCo's own model of an MJCF file; raises as `load_model`, and where it takes too long or its numbers are no model."""
+    check_compiles(path)
+    return mujoco.MjModel.from_xml_path(str(path))
 
 
-def _towards(link: _Follower, known: set[int]) -> _Follower | None:
-    """`link` so that its leader is known and its follower is not; turned round where it is a straight line."""
-    if link.leader in known and link.follower not in known:
-        return link
-    constant, slope = link.coefficients[:2]
-    if link.follower in known and link.leader not in known and slope and not link.coefficients[2:].any():
-        return _Follower(link.leader, link.follower, np.array([-constant / slope, 1.0 / slope, 0.0, 0.0, 0.0]))
-    return None
+def _drawn(rng: np.random.Generator, values: Samples) -> Samples:
+    """(2 _STATES, k): points of the box that the columns of `values` (n, k) span, and corners of it."""
+    low, high = values.min(axis=0), values.max(axis=0)
+    shares = rng.random((2 * _STATES, values.shape[1]))
+    shares[_STATES:] = np.round(shares[_STATES:])
+    return np.asarray(low + shares * (high - low), dtype=np.float64)
 
 
 def _frictionless(mj_model: mujoco.MjModel) -> mujoco.MjModel:
-    """A copy whose inverse dynamics has neither friction, damping, constraints nor contacts."""
+    """A copy whose inverse dynamics has no friction of joints and motors, no constraint and no contact; continuous in time."""
     bit = mujoco.mjtDisableBit
     mj = copy.copy(mj_model)
     for flag in (bit.mjDSBL_CONSTRAINT, bit.mjDSBL_CONTACT, bit.mjDSBL_SENSOR, bit.mjDSBL_ACTUATION):
         mj.opt.disableflags |= int(flag)
+    mj.opt.enableflags = 0
     mj.dof_damping[:] = 0.0
     mj.dof_dampingpoly[:] = 0.0
     mj.dof_frictionloss[:] = 0.0
+    on_joints = np.isin(mj.actuator_trntype, _ON_JOINT)
+    mj.actuator_damping[on_joints] = 0.0
+    mj.actuator_dampingpoly[on_joints] = 0.0
     return mj

@@ -90,11 +90,11 @@ class Effect(ABC):
         """A change of each parameter that changes the torque about as much as the effect itself, for a search to scale by."""
         return {one.name: abs(float(getattr(self, one.name))) or 1.0 for one in self.parameters}
 
-    def natural(self) -> Effect | None:
+    def natural(self, axis: AxisDynamics) -> Effect | None:
         """The same with a parameter that nature makes a whole number at one; None where there is none, or it is one already."""
         return None
 
-    def fixed(self) -> frozenset[str]:
+    def fixed(self, axis: AxisDynamics) -> frozenset[str]:
         """Parameters that stand at such a number, and are not fitted there."""
         return frozenset()
 

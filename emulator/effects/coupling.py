@@ -10,7 +10,7 @@ import mujoco
 from drivetwin.errors import UserError
 from emulator.dynamics import AxisDynamics
 from emulator.effects.base import INERTIA, NUMBER, ModelEffect, Need, Parameter
-from emulator.effects.model_tree import driven_joint_before
+from emulator.effects.model_tree import clear_defaults, driven_joint_before, free_name
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,10 @@ class Coupling(ModelEffect):
         other = driven_joint_before(spec, joint)
         if other is None:
             raise UserError(f"{self.name}: no driven joint stands before {joint.name!r} in its chain; name the axis after it")
-        rotor = spec.add_tendon(name=f"{joint.name}_coupling", armature=self.inertia)
+        name = free_name(f"{joint.name}_coupling", (tendon.name for tendon in spec.tendons))
+        rotor = spec.add_tendon(name=name)
+        clear_defaults(rotor)
+        rotor.armature = self.inertia
         rotor.wrap_joint(joint.name, 1.0)
         rotor.wrap_joint(other.name, self.ratio)
         return axis

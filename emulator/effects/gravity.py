@@ -25,7 +25,7 @@ class Gravity(StaticEffect):
 
     name: ClassVar[str] = "gravity"
     family: ClassVar[str] = "rigid body"
-    needs: ClassVar[frozenset[Need]] = frozenset({Need.WEIGHT})
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.WEIGHT, Need.ABSOLUTE_POSITION})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("moment", TORQUE),
         Parameter("angle", ANGLE),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import count
 from math import pi
 
 import mujoco
@@ -9,7 +11,15 @@ import mujoco
 
 def driven_joints(spec: mujoco.MjSpec) -> set[str]:
     """Names of the joints that actuators drive."""
-    return {actuator.target for actuator in spec.actuators if actuator.trntype == mujoco.mjtTrn.mjTRN_JOINT}
+    kinds = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+    return {actuator.target for actuator in spec.actuators if actuator.trntype in kinds}
+
+
+def free_name(wanted: str, taken: Iterable[str]) -> str:
+    """`wanted`, or with a number after it where that name is taken."""
+    names = set(taken)
+    numbered = (f"{wanted}_{number}" for number in count(2))
+    return wanted if wanted not in names else next(name for name in numbered if name not in names)
 
 
 def driven_joint_before(spec: mujoco.MjSpec, joint: mujoco.MjsJoint) -> mujoco.MjsJoint | None:
@@ -43,3 +53,10 @@ def as_written(spec: mujoco.MjSpec, joint: mujoco.MjsJoint, position: float) -> 
 def position_of(spec: mujoco.MjSpec, joint: mujoco.MjsJoint, written: float) -> float:
     """The reverse of `as_written`."""
     return written / as_written(spec, joint, 1.0)
+
+
+def clear_defaults(element: mujoco.MjsJoint | mujoco.MjsTendon) -> None:
+    """Take off a new joint or tendon what the model's default class gives each: friction, inertia, spring, limits."""
+    element.damping, element.stiffness = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    element.frictionloss = element.armature = element.springyield = 0.0
+    element.limited = element.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE

@@ -9,7 +9,7 @@ import mujoco
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.effects.base import LENGTH, MASS, ModelEffect, Need, Parameter
-from emulator.effects.model_tree import outermost
+from emulator.effects.model_tree import free_name, outermost
 
 _PLACE = 0.02
 """Of a place [m], the least that matters: it may well be at 0."""
@@ -43,7 +43,7 @@ class Payload(ModelEffect):
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         body = outermost(spec, joint.parent)
         body.add_body(
-            name=f"{joint.name}_payload",
+            name=free_name(f"{joint.name}_payload", (other.name for other in spec.bodies)),
             pos=(self.x, self.y, self.z),
             ipos=(0.0, 0.0, 0.0),
             mass=self.mass,

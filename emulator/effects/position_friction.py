@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import pi
+from math import log, pi
 from typing import ClassVar
 
 import numpy as np
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from emulator.effects.base import ANGLE, POSITION, TORQUE, FrictionEffect, Need, Parameter, Start
-from emulator.effects.waves import amplitude_and_phase, long_waves, strongest, travel, unexplained
+from emulator.effects.waves import FRACTIONAL, amplitude_and_phase, long_waves, strongest, travel, unexplained
 
 _PERIODS = 16
 
@@ -40,6 +40,22 @@ class PositionFriction(FrictionEffect):
         return replace(
             law, position_amplitude=self.amplitude, position_period=self.period, position_phase=self.phase
         )
+
+    def natural(self, axis: AxisDynamics) -> PositionFriction | None:
+        """Screws and gears vary a whole number of times a motor turn, where it is not less than once."""
+        turn = 2.0 * pi / axis.gear_ratio
+        whole = float(round(turn / self.period))
+        return replace(self, period=turn / whole) if whole >= 1.0 and self.period * whole != turn else None
+
+    def fixed(self, axis: AxisDynamics) -> frozenset[str]:
+        return frozenset({"period"}) if self._is_whole(axis) else frozenset()
+
+    def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
+        return 0.0 if self._is_whole(axis) or self.period > 2.0 * pi / axis.gear_ratio else log(FRACTIONAL)
+
+    def _is_whole(self, axis: AxisDynamics) -> bool:
+        turns = 2.0 * pi / axis.gear_ratio / self.period
+        return turns > 0.5 and abs(turns - round(turns)) < 1e-9 * turns
 
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
         whole = max(2.0 * pi * travel(motion), self.period)

@@ -45,7 +45,7 @@ class Presliding(AxisEffect):
         return motor_torque(motion, self._on(axis)) - needed_torque(motion, axis)
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
-        """Friction gives way over some 10 um to 1 mm, 0.1 to 10 mrad: Armstrong-Helouvry, Dupont, Canudas de Wit 1994, sec. 2."""
+        """Friction gives way over some 10 um to 1 mm, 0.1 to 10 mrad: Armstrong-Helouvry et al., Automatica 30(7), 1994."""
         way = max(axis.friction.coulomb, axis.friction.static_torque) / self.stiffness
         return 0.5 * (max(0.0, log(max(way, 1e-12) / (1e-3 if axis.slide else 1e-2))) / log(2.0)) ** 2
 

@@ -44,12 +44,12 @@ class TorqueRipple(StaticEffect):
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return -self.amplitude * np.sin(self.order * axis.gear_ratio * motion.position + self.phase)
 
-    def natural(self) -> TorqueRipple | None:
+    def natural(self, axis: AxisDynamics) -> TorqueRipple | None:
         """Slots, poles and teeth come in whole numbers a turn."""
         whole = max(1.0, float(round(self.order)))
         return replace(self, order=whole) if whole != self.order else None
 
-    def fixed(self) -> frozenset[str]:
+    def fixed(self, axis: AxisDynamics) -> frozenset[str]:
         return frozenset({"order"}) if self.order == round(self.order) else frozenset()
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:

@@ -49,12 +49,12 @@ class TransmissionError(ReplayedEffect):
     def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return replayed(motion, self._on(axis))
 
-    def natural(self) -> TransmissionError | None:
+    def natural(self, axis: AxisDynamics) -> TransmissionError | None:
         """Slots, poles and teeth come in whole numbers a turn."""
         whole = max(1.0, float(round(self.order)))
         return replace(self, order=whole) if whole != self.order else None
 
-    def fixed(self) -> frozenset[str]:
+    def fixed(self, axis: AxisDynamics) -> frozenset[str]:
         return frozenset({"order"}) if self.order == round(self.order) else frozenset()
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:

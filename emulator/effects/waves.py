@@ -49,7 +49,7 @@ def unexplained(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
 
 
 def shortest(motion: Motion) -> float:
-    """Shortest wavelength [rad or m] that passes within the motion's band a good part of the time; infinite if nothing moves."""
+    """Shortest wavelength [rad or m] that passes within the motion's band most of the time; infinite if nothing moves."""
     speeds = np.abs(motion.velocity[moving(motion)])
     highest = min(motion.band, 0.5 / motion.period)
     return float(np.quantile(speeds, 0.1)) / highest if len(speeds) else inf

@@ -90,6 +90,20 @@ def test_a_model_with_meshes_is_patched_wherever_the_report_goes(tmp_path: Path)
     assert patched(found, tmp_path / "out").nmesh == 1
 
 
+def test_a_servo_of_the_model_counts_as_the_torque_of_its_joint_and_full_inertia_is_patched(tmp_path: Path) -> None:
+    """As vendors write it: position servos, and the whole inertia tensor."""
+    xml = MODEL.replace('diaginertia="1e-6 1e-6 1e-6"', 'fullinertia="2e-6 2e-6 3e-6 1e-7 0 0"')
+    xml = xml.replace("<motor", "<position kp='200'")
+    found = diagnosed(written(tmp_path, xml), heavier(1, "fitted"), heavier(2, "held"))
+    model = patched(found, tmp_path / "out")
+    carriage = int(model.joint("lift").bodyid[0])
+    assert CARRIAGE + 0.05 < model.body_mass[carriage] <= CARRIAGE + HEAVIER
+    as_given = mujoco.MjModel.from_xml_string(xml)
+    expected = as_given.body_inertia[carriage] * model.body_mass[carriage] / CARRIAGE
+    assert model.body_inertia[carriage] == pytest.approx(expected, rel=1e-9)
+    assert model.actuator_gainprm[:, 0].tolist() == [200.0, 200.0]
+
+
 TETRAHEDRON = """v 0 0 0
 v 1 0 0
 v 0 1 0

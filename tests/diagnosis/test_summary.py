@@ -113,6 +113,7 @@ def test_what_is_nearly_all_is_not_called_all_nor_little_nothing(share: float, w
 def test_an_interval_has_its_unit_once() -> None:
     assert span_percent(0.58, 0.66) == "58 to 66 %"
     assert span_percent(0.0, 0.003) == "0 to 0.3 %"
+    assert span_percent(0.941, 0.944) == "94 %"
 
 
 @pytest.mark.parametrize(("value", "words"), [(1234.5, "1230"), (0.001234, "0.00123"), (2.5e7, "2.5e+07"), (48.0, "48")])

@@ -55,6 +55,26 @@ def test_exponent_is_gaussian_where_it_is_not_given(tmp_path: Path) -> None:
     assert read(tmp_path, content)[0].effect == library()["stribeck"](static_torque=1.3, stribeck_velocity=0.05)
 
 
+def ripples(*orders: float) -> dict[str, object]:
+    """Several orders of cogging on one axis."""
+    values = [{"amplitude": (0.1, "N·m"), "order": (order, "1"), "phase": (0.0, "rad")} for order in orders]
+    return {"schema": "effects/1", "effects": [each for one_of in values for each in one("torque_ripple", **one_of)["effects"]]}  # type: ignore[attr-defined,arg-type]
+
+
+def test_an_axis_may_have_several_orders_of_cogging(tmp_path: Path) -> None:
+    found = read(tmp_path, ripples(6.0, 0.5))
+    assert [(each.axis, vars(each.effect)["order"]) for each in found] == [("rotate", 6.0), ("rotate", 0.5)]
+
+
+def test_only_effects_that_may_stand_several_times_say_so() -> None:
+    assert {name for name, kind in library().items() if kind.several} == {"torque_ripple"}
+
+
+def test_an_order_below_half_a_wave_a_turn_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="order = 0.4 is outside 0.5"):
+        read(tmp_path, ripples(0.4))
+
+
 @pytest.mark.parametrize("name", available_machines())
 def test_the_machines_own_files(name: str) -> None:
     machine = load_machine(name)

@@ -24,7 +24,7 @@ from emulator.mechanism import Mechanism
 
 Array = NDArray[np.float64]
 
-MODEL = """<mujoco model="rig"><compiler angle="radian"/><option gravity="0 0 0" timestep="0.00025"/><worldbody>
+MODEL = """<mujoco model="rig"><compiler angle="radian"/><option timestep="0.00025"/><worldbody>
 <body><joint name="axis" type="hinge" axis="0 1 0" range="-1.6 1.6" armature="0.05" frictionloss="0.5" damping="0.4"/>
 <inertial pos="0 0 0" mass="1" diaginertia="0.2 0.2 0.2"/></body>
 </worldbody><actuator><motor name="axis" joint="axis"/></actuator></mujoco>"""

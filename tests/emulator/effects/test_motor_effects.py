@@ -6,11 +6,12 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
-from effect_bench import PERIOD, WHOLE, Rig, effect, hinge, slide
+from effect_bench import GEAR, PERIOD, WHOLE, Rig, effect, hinge, slide
 
 from drive_profiles import load_profile
 from emulator.clock import SyncClock
 from emulator.drive.servo import Loop, Servo, ServoBank
+from emulator.dynamics import Motion
 from emulator.effects import PlacedEffect
 from emulator.machine import load_machine
 from emulator.plant import Plant

@@ -268,3 +268,14 @@ def test_a_rotor_on_its_spring_has_no_weight() -> None:
 def test_an_uneven_elastic_gear_starts_without_twist() -> None:
     rig = hinge(effect("elasticity", stiffness=STIFFNESS), effect("transmission_error", **ERROR))
     assert np.abs(rig.run(0.1)).max() < 1e-12
+
+
+def test_a_motor_on_a_spring_has_no_friction_of_the_model_s_default_class() -> None:
+    """Default classes are of the joints that the model has; the motor's own is the emulator's."""
+    defaults = '<default><joint damping="3" frictionloss="2" stiffness="5" armature="7"/></default>'
+    plain = '<joint name="axis" damping="0" frictionloss="0" stiffness="0" armature="0"'
+    xml = HINGE.format(joint="").replace('<joint name="axis"', plain)
+    spring = effect("elasticity", "axis", stiffness=2000.0, damping=1.0)
+    one, other = (Rig(text, spring).model for text in (xml, xml.replace("<worldbody>", f"{defaults}<worldbody>", 1)))
+    for name in ("dof_damping", "dof_frictionloss", "dof_armature", "jnt_stiffness", "dof_M0"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
