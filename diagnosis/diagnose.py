@@ -67,4 +67,4 @@ def diagnose(
     answers = [weighed(family, settings) for family in found.families]
     drives = [one for axis in kinds for one in drive_effects(ready.runs, axis, ready.testable[axis].kinds)]
     progress("gap, shares, shrink", 0.9)
-    return build(ready, found, refitted(found.state, found.heavier), answers, drives, settings)
+    return build(ready, refitted(found.state, found.heavier), answers, drives, settings)

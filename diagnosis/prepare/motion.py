@@ -144,12 +144,17 @@ def begins(recordings: Sequence[Recording]) -> list[float]:
 
 
 def prepare(
-    simulation: Simulation, recording: Recording, cutoff_hz: float, motion_hz: float, standstill: Mapping[str, float], began: float
+    simulation: Simulation,
+    recording: Recording,
+    cutoff_hz: float,
+    motion_hz: float,
+    standstill: Mapping[str, float],
+    began: float,
 ) -> Run:
     """Filter a recording and evaluate the simulation as it stands on its motion.
 
-    `cutoff_hz` is that of the comparison, `motion_hz` up to where the position tells more than noise; `began`: when the recording's
-    time was 0 [s] since the machine was switched on.
+    `cutoff_hz` is that of the comparison, `motion_hz` up to where the position tells more than noise; `began`: when the
+    recording's time was 0 [s] since the machine was switched on.
     """
     period = recording.info.sample_period
     cutoff = effective_cutoff(period, cutoff_hz)
@@ -214,7 +219,7 @@ def _narrow(simulation: Simulation, recording: Recording, cutoff_hz: float) -> d
             axis=axis,
             period=period,
             cutoff_hz=cutoff,
-            time=recording.time + began,
+            time=recording.time,
             position=position,
             velocity=velocity,
             acceleration=velocity,

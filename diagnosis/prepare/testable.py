@@ -162,5 +162,5 @@ def is_absolute(runs: Sequence[Run], axis: str) -> bool:
     motions = [run.axes[axis].motion for run in runs]
     travel = max(float(np.ptp(motion.position)) for motion in motions)
     begins = np.array([motion.position[0] for motion in motions])
-    at_once = [abs(float(motion.velocity[0])) > 0.5 * float(np.abs(motion.velocity).max()) for motion in motions]
+    at_once = [abs(float(motion.velocity[0])) > 0.5 * float(np.median(np.abs(motion.velocity))) for motion in motions]
     return not (np.ptp(begins) < 0.02 * travel and sum(at_once) > 0.5 * len(motions))

@@ -44,7 +44,7 @@ class DriveFound:
 
 
 def law_holds(runs: Sequence[Run], axis: str) -> bool:
-    """Whether the recorded loops and demand give the recorded torque, where the drive is not at a limit: in the median sample."""
+    """Whether the recorded loops and demand give the recorded torque in the median sample: no limit holds that long."""
     told = [(run, asked_of(run, axis)) for run in runs if run.axes[axis].used.any()]
     known = [(run, asked) for run, asked in told if asked is not None]
     if not known or len(known) < len(told):

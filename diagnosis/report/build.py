@@ -36,7 +36,6 @@ from diagnosis.report.shrink import shrink
 from diagnosis.report.where import above_noise, regimes
 from diagnosis.settings import Settings
 from diagnosis.weigh.averaging import Answer
-from diagnosis.weigh.moves import Found
 from diagnosis.weigh.refit import Refitted
 from diagnosis.weigh.unknown import by_quantity
 from drivetwin.errors import UserError
@@ -66,7 +65,6 @@ class _Gaps:
 
 def build(
     ready: Prepared,
-    found: Found,
     values: Refitted,
     answers: Sequence[Answer],
     drives: Sequence[DriveFound],
@@ -354,7 +352,7 @@ def _is_in(one: PlacedEffect, patch: Patch) -> bool:
 
 
 def _unknown_cause(gaps: _Gaps, axis: str, divided: Sequence[Share], cutoff_hz: float, repeats: float) -> Cause:
-    """What is left: how surely it is more than noise. Half of that is doubted of what goes with nothing (`repeats`, a share)."""
+    """What is left: how surely it is more than noise. Half of that is doubted of what does not repeat."""
     left = [_as_it_stands(each, axis) for each in gaps.unseen]
     share = next((one.share for one in divided if one.of == UNKNOWN), 0.0)
     p_value = significance(left, axis, gaps.noise[axis].floor, cutoff_hz)

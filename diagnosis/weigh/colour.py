@@ -40,6 +40,15 @@ class Colour:
             total += float(np.sum(np.log(deviation[self.age[rows]] * scale)))
         return total
 
+    @property
+    def independent(self) -> float:
+        """As many rows as would tell a mean as well if they were independent: Bartlett's, by the density at zero frequency."""
+        count = 0.0
+        for rows, predictors, deviation in zip(self.groups, self.predictors, self.deviation, strict=True):
+            slow = 1.0 / max(1.0 - float(predictors[-1].sum()), 1e-3) ** 2
+            count += len(rows) * min(1.0, float(deviation[0]) ** 2 / slow)
+        return max(count, 2.0)
+
     def whiten(self, columns: Array) -> Array:
         """Columns (N, p) or (N,) as uncorrelated rows of equal variance."""
         out = np.empty_like(columns)

@@ -2,7 +2,8 @@
 
 y = X b + Z c + U u + e.  b ~ N(0, diag spreads²) are nominal parameters, c are free (effects, linearised where they are), u
 is the unknown of each axis, N(0, misfit²), e coloured noise whose level is fitted, axis by axis. u is integrated out exactly
-(Schur complement), b by Laplace; c counts by the Bayesian information criterion (Schwarz, Annals of Statistics 6(2), 1978).
+(Schur complement), b by Laplace; c counts by the Bayesian information criterion (Schwarz, Annals of Statistics 6(2), 1978)
+with as many rows as the colour leaves independent.
 """
 
 from __future__ import annotations
@@ -273,7 +274,8 @@ def solved(
         spread = 1.0 / np.sqrt(prior[bound])
         inner = information[np.ix_(bound, bound)] * np.outer(spread, spread)
         evidence -= 0.5 * float(np.linalg.slogdet(inner)[1])
-    evidence -= 0.5 * float(np.sum(prior == 0.0)) * np.log(max(sum(count.values()), 2.0))
+    independent = sum(own.colour.independent for own in axes.values())
+    evidence -= 0.5 * float(np.sum(prior == 0.0)) * np.log(independent)
     coefficients, covariance = np.zeros(size), np.zeros((size, size))
     coefficients[free] = values
     covariance[np.ix_(free, free)] = _inverse(information)
