@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from diagnosis.prepare.cutoff import chosen_cutoff, motion_cutoff
+from diagnosis.prepare.drive_law import law_holds
 from diagnosis.prepare.hold_back import hold_back
 from diagnosis.prepare.motion import Run, begins, prepare, standstill_of
 from diagnosis.prepare.rows import Rows
 from diagnosis.prepare.simulation import Simulation, simulation
 from diagnosis.prepare.testable import Testable, is_absolute, testable
-from diagnosis.propose.drives import law_holds
 from diagnosis.settings import Settings
 from drivetwin.errors import UserError
 from drivetwin.recording.recording import Recording

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from diagnosis.prepare.drive_law import Asked, asked_of
 from diagnosis.prepare.motion import Run
-from diagnosis.propose.drive_law import Asked, asked_of
 from emulator.effects import DriveEffect, Effect
 from emulator.effects.current_bandwidth import CurrentBandwidth
 
@@ -20,10 +20,6 @@ USUAL_BANDWIDTHS = (200.0, 300.0, 450.0, 700.0, 1000.0)
 """Of a sound servo drive's current loop [Hz]."""
 SLOW = 0.8
 """Share of the least usual bandwidth below which a current loop is slow."""
-
-
-LAW_HOLDS = 0.05
-"""Share of the torque's rms, within which the law has to give the recorded torque in the median."""
 
 
 @dataclass(frozen=True)
@@ -41,21 +37,6 @@ class DriveFound:
         """Nats that it brings: rows ten of which count as one, less half the logarithm of their number."""
         count = max(self.rows / 10.0, 2.0)
         return 0.5 * count * float(np.log(max(self.without, 1e-300) / max(self.left, 1e-300))) - 0.5 * float(np.log(count))
-
-
-def law_holds(runs: Sequence[Run], axis: str) -> bool:
-    """Whether the recorded loops and demand give the recorded torque in the median sample: no limit holds that long."""
-    told = [(run, asked_of(run, axis)) for run in runs if run.axes[axis].used.any()]
-    known = [(run, asked) for run, asked in told if asked is not None]
-    if not known or len(known) < len(told):
-        return False
-    errors, sizes = [], []
-    for run, asked in known:
-        own = run.axes[axis]
-        errors.append(run.smooth(asked.given - asked.lagged)[own.used])
-        sizes.append(own.torque[own.used])
-    size = float(np.sqrt(np.mean(np.concatenate(sizes) ** 2)))
-    return float(np.median(np.abs(np.concatenate(errors)))) <= LAW_HOLDS * size
 
 
 def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]]) -> list[DriveFound]:

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.model.system import System
 from diagnosis.prepare.rows import Rows
 from diagnosis.propose.search import Begun
-from diagnosis.weigh.system import System
 from drivetwin.errors import UserError
 from emulator.effects import Effect, ModelEffect
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from diagnosis.model.system import Fit, System
 from diagnosis.prepare.rows import Column, Rows
 from diagnosis.propose.side_by_side import side_by_side
-from diagnosis.weigh.system import Fit, System
 from drivetwin.errors import UserError
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.effects import AxisEffect, Effect

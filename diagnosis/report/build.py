@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.model.unknown import by_quantity
 from diagnosis.prepare.noise import Noise, noise_of
 from diagnosis.prepare.prepared import Prepared
 from diagnosis.prepare.rows import Rows
@@ -37,7 +38,6 @@ from diagnosis.report.where import above_noise, regimes
 from diagnosis.settings import Settings
 from diagnosis.weigh.averaging import Answer
 from diagnosis.weigh.refit import Refitted
-from diagnosis.weigh.unknown import by_quantity
 from drivetwin.errors import UserError
 from emulator.effects import DriveEffect, PlacedEffect
 

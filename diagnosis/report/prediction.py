@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.prepare.drive_law import asked_of
 from diagnosis.prepare.motion import Run, between
 from diagnosis.prepare.simulation import Simulation
-from diagnosis.propose.drive_law import asked_of
 from diagnosis.propose.drives import given_with
 from diagnosis.report.result import AxisPrediction, Prediction
 from emulator.dynamics import AxisDynamics

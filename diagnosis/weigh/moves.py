@@ -9,14 +9,14 @@ from math import log
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.model.colour import Colour
+from diagnosis.model.system import AxisSystem
 from diagnosis.prepare.rows import Column
 from diagnosis.propose.placing import placed
 from diagnosis.propose.rigid import rigid_starts
 from diagnosis.propose.search import BRIEFLY, REFINED, REFINED_REPLAYS, Begun, coarse, moved, tangents
 from diagnosis.propose.side_by_side import side_by_side
-from diagnosis.weigh.colour import Colour
 from diagnosis.weigh.state import Bench, State, colours_of, first_colours, moved_by_fit, state_of
-from diagnosis.weigh.system import AxisSystem
 from drivetwin.errors import UserError
 from emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
 from emulator.effects.stribeck import Stribeck

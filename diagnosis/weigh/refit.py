@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.model.system import Fit
 from diagnosis.weigh.state import State, moved_by_fit, state_of
-from diagnosis.weigh.system import Fit
 from drivetwin.errors import UserError
 from emulator.effects import PlacedEffect
 

@@ -9,15 +9,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.model.colour import Colour, colour_of, white
+from diagnosis.model.system import AxisSystem, Fit, System, axis_system
+from diagnosis.model.unknown import Component, components
 from diagnosis.prepare.rows import Column, Rows
 from diagnosis.propose.nominal import Nominal, nominal_parameters
 from diagnosis.propose.placing import in_order, placed
 from diagnosis.propose.rigid import Polynomial, polynomial
 from diagnosis.propose.search import Field, Predict, movable_fields, tangents
 from diagnosis.settings import Settings
-from diagnosis.weigh.colour import Colour, colour_of, white
-from diagnosis.weigh.system import AxisSystem, Fit, System, axis_system
-from diagnosis.weigh.unknown import Component, components
 from drivetwin.errors import UserError
 from emulator.dynamics import AxisDynamics
 from emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library

@@ -9,7 +9,7 @@ from scipy.stats import multivariate_normal
 from weigh_bench import PERIOD, autoregressive, rows_of
 
 from diagnosis.report.result import Array
-from diagnosis.weigh.colour import SHRUNK, Colour, colour_of, white
+from diagnosis.model.colour import SHRUNK, Colour, colour_of, white
 
 ORDER = 6
 LAW = (1.6, -0.9, 0.2)

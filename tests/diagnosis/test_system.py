@@ -12,8 +12,8 @@ from weigh_bench import PERIOD, rows_of
 
 from diagnosis.prepare.rows import Column
 from diagnosis.report.result import Array
-from diagnosis.weigh.colour import Colour, colour_of, white
-from diagnosis.weigh.system import AxisSystem, System, axis_system
+from diagnosis.model.colour import Colour, colour_of, white
+from diagnosis.model.system import AxisSystem, System, axis_system
 
 COUNT = {"turn": 60, "lift": 45}
 NOISE = {"turn": 1.4, "lift": 1.1}

@@ -10,7 +10,7 @@ from rig_bench import PERIOD, compared, strokes
 
 from diagnosis.prepare.rows import Rows
 from diagnosis.report.result import Array
-from diagnosis.weigh.unknown import Component, by_quantity, components
+from diagnosis.model.unknown import Component, by_quantity, components
 from drivetwin.motion.axis_motion import widen
 from drivetwin.motion.filtering import reach
 

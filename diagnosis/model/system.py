@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.model.colour import Colour
 from diagnosis.prepare.rows import Column
-from diagnosis.weigh.colour import Colour
 
 Array = NDArray[np.float64]
 

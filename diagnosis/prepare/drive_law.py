@@ -6,6 +6,7 @@ asked tells of the drive alone. The cascade is that of CiA 402-2 with a PI veloc
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp, pi
 
@@ -19,7 +20,8 @@ from drivetwin.recording.recording import DriveLoops
 
 Array = NDArray[np.float64]
 
-LEAST_LOOPS = ("position_gain", "velocity_gain")
+LAW_HOLDS = 0.05
+"""Share of the torque's rms, within which the law has to give the recorded torque in the median."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,21 @@ def asked_of(run: Run, axis: str) -> Asked | None:
         columns["torque"],
     )
     return Asked(fast, lagged(fast, drive.current_loop_time_constant or 0.0, run.period), columns["torque"])
+
+
+def law_holds(runs: Sequence[Run], axis: str) -> bool:
+    """Whether the recorded loops and demand give the recorded torque in the median sample: no limit holds that long."""
+    told = [(run, asked_of(run, axis)) for run in runs if run.axes[axis].used.any()]
+    known = [(run, asked) for run, asked in told if asked is not None]
+    if not known or len(known) < len(told):
+        return False
+    errors, sizes = [], []
+    for run, asked in known:
+        own = run.axes[axis]
+        errors.append(run.smooth(asked.given - asked.lagged)[own.used])
+        sizes.append(own.torque[own.used])
+    size = float(np.sqrt(np.mean(np.concatenate(sizes) ** 2)))
+    return float(np.median(np.abs(np.concatenate(errors)))) <= LAW_HOLDS * size
 
 
 def lagged(torque: Array, time_constant: float, period: float) -> Array:
