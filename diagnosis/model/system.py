@@ -200,7 +200,7 @@ class Projector:
         information = np.diag(1.0 / self.spreads**2)
         for axis, own in self.axes.items():
             information += self._inner(axis, own, self.columns[axis], self.columns[axis])
-        scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+        scale = _scale(information)
         inverse = np.linalg.inv(information / np.outer(scale, scale) + 1e-10 * np.eye(size)) / np.outer(scale, scale)
         object.__setattr__(self, "_inverse", inverse)
 
@@ -288,11 +288,18 @@ def _rotated(gram: Array, across: Array) -> tuple[Array, Array]:
 
 
 def _solve(information: Array, right: Array) -> Array:
-    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scale = _scale(information)
     scaled = information / np.outer(scale, scale) + 1e-10 * np.eye(len(scale))
     return np.asarray(np.linalg.solve(scaled, right / scale) / scale)
 
 
 def _inverse(information: Array) -> Array:
-    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scale = _scale(information)
     return np.asarray(np.linalg.inv(information / np.outer(scale, scale) + 1e-10 * np.eye(len(scale))) / np.outer(scale, scale))
+
+
+def _scale(information: Array) -> Array:
+    """Of each coefficient, so that columns of different units weigh alike in the numerics; 1 for one that nothing tells."""
+    scale = np.sqrt(np.maximum(np.diag(information), 0.0))
+    scale[scale < 1e-100] = 1.0
+    return scale

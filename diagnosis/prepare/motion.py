@@ -36,6 +36,8 @@ SAMPLED = ("position", "velocity", "acceleration", "torque", "time", "rigid_torq
 """Fields of a motion that are samples."""
 HARDLY_COUPLED = 1e-3
 """Of the inertias of two axes, that the one between them must be to count."""
+ENOUGH_FITTED = 0.25
+"""Of the samples in motion, that must be far from a standstill to be fitted alone; an axis may dwell everywhere."""
 COMPARED_RATE = 2.5
 """Samples that are compared, a period of the cut-off: no more is in them."""
 
@@ -179,11 +181,12 @@ def prepare(
             band=cutoff,
         )
         chosen = select(narrow[axis], standstill[axis], 0.0)
-        sticks = _sticks(motion, standstill[axis], chosen.fitted, round(STANDSTILL_REACH * reach(period, cutoff)))
+        fitted = chosen.fitted if chosen.fitted.sum() >= ENOUGH_FITTED * chosen.moving.sum() else chosen.moving
+        sticks = _sticks(motion, standstill[axis], fitted, round(STANDSTILL_REACH * reach(period, cutoff)))
         simulated = rigid[:, k] + dynamics[axis].friction.resistance(motion)
         base = zero_phase(np.where(sticks, motion.torque, simulated), period, cutoff)
         torque = zero_phase(motion.torque, period, cutoff)
-        axes[axis] = AxisRun(axis, motion, torque, base, sticks, chosen.moving, chosen.fitted)
+        axes[axis] = AxisRun(axis, motion, torque, base, sticks, chosen.moving, fitted)
     stride = max(1, int(1.0 / (COMPARED_RATE * cutoff * period)))
     return Run(recording, period, cutoff, stride, compared, axes, _coupling(simulation.axes, inertia))
 

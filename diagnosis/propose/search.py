@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 REFINED = 2
 """Starts of one effect on one axis that are moved, the best by a linear fit."""
-REFINED_REPLAYS = 4
+REFINED_REPLAYS = 3
 """The same where a motion is replayed, and each start has a valley of its own."""
 STEP = 1e-3
 """Of a parameter's own size, for differences."""
@@ -109,12 +109,10 @@ def moved(
         return rows if np.isfinite(rows).all() else np.full(len(rows), FAR)
 
     def slopes(values: Array) -> Array:
-        """Central differences that stay in the bounds; a relative step would be none for a parameter at 0."""
-        steps = STEP * np.eye(len(values))
-        ups, downs = np.minimum(values + steps, high), np.maximum(values - steps, low)
-        rows = side_by_side(left, [*ups, *downs])
-        above, below = rows[: len(values)], rows[len(values) :]
-        return np.column_stack([(a - b) / way for a, b, way in zip(above, below, np.diag(ups - downs), strict=True)])
+        """Differences to one side, away from a bound; a relative step would be none for a parameter at 0."""
+        ways = np.where(values + STEP <= high, STEP, -STEP)
+        rows = side_by_side(left, [values, *(values + way * unit for way, unit in zip(ways, np.eye(len(values)), strict=True))])
+        return np.column_stack([(row - rows[0]) / way for row, way in zip(rows[1:], ways, strict=True)])
 
     start = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))
     try:

@@ -247,7 +247,7 @@ def _causes(
     for number, one in enumerate(gaps.patch.effects):
         if isinstance(one.effect, DriveEffect):
             drive = next(each for each in drives if each.axis == one.axis and type(each.effect) is type(one.effect))
-            causes.append(_drive_cause(one, drive))
+            causes.append(_drive_cause(one, drive, gaps))
         elif one.axis in open_axes:
             causes.append(_selected(ready, values, answers, gaps, number, divided[one.axis], settings))
     causes.extend(_alternatives(answers, gaps.patch, open_axes, settings))
@@ -312,14 +312,16 @@ def _closed(ready: Prepared, gaps: _Gaps, rest: Patch, axis: str, settings: Sett
     return shrink(before, gaps.unseen, axis, gaps.noise[axis].floor, settings.seed)
 
 
-def _drive_cause(one: PlacedEffect, drive: DriveFound) -> Cause:
-    """A drive's effect shrinks no gap of the measured motion: its share is of what the law does not tell."""
+def _drive_cause(one: PlacedEffect, drive: DriveFound, gaps: _Gaps) -> Cause:
+    """A drive's effect shrinks no gap of the measured motion: its share is of what the law does not tell, over the gap."""
     value = float(getattr(one.effect, one.effect.parameters[0].name))
     name = one.effect.parameters[0].name
     half = TWO_SIDED_90 * value / np.sqrt(max(drive.rows / 10.0, 1.0))
     probability = float(1.0 / (1.0 + np.exp(-min(drive.gain - np.log(25.0), 50.0))))
     estimate = Estimate(value, one.units[name], (value - half, value + half))
-    return Cause(one.effect.name, one.axis, probability, float(1.0 - drive.left / drive.without), {name: estimate}, None)
+    gap = gap_rms(gaps.unseen, one.axis) ** 2
+    share = float(np.clip((drive.without - drive.left) / max(gap, 1e-300), 0.0, 1.0))
+    return Cause(one.effect.name, one.axis, probability, share, {name: estimate}, None)
 
 
 def _alternatives(answers: Sequence[Answer], patch: Patch, open_axes: Sequence[str], settings: Settings) -> list[Cause]:

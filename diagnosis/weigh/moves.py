@@ -28,6 +28,10 @@ Progress = Callable[[str, float], None]
 
 SETTLED = 3
 """Times that all parameters are moved together."""
+HOPELESS = 1.0
+"""Nats that a start must gain with its size free, to be moved at all."""
+FAR_OFF = 50.0
+"""Nats that a start may lose whose size is not free: it may lie beside the valley."""
 OFF = 2.5
 """Standard deviations by which a nominal parameter is off for more than chance."""
 CLEARLY = 0.5
@@ -300,6 +304,8 @@ class Search:
                 return [Begun(axis, known, 0.0, self._tried[axis, kind.name])]
             begun = coarse(state.rows, state.system, axis, kind, state.dynamics[axis], held)
         except UserError:
+            return []
+        if begun and begun[0].evidence - state.fit.evidence < (HOPELESS if kind.scales else -FAR_OFF):
             return []
         if begun and not kind.scales:
             self._tried[axis, kind.name] = begun[0].tried

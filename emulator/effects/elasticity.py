@@ -49,7 +49,7 @@ class Elasticity(ReplayedEffect):
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         return [
-            cls._start(spring) for at in np.geomspace(3.0, 60.0, 12) for spring in springs(motion, float(at), (0.02, 0.2))
+            cls._start(spring) for at in np.geomspace(5.0, 80.0, 12) for spring in springs(motion, float(at), (0.05,))
         ]
 
     @classmethod

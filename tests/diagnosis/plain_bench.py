@@ -1,0 +1,71 @@
+"""One axis whose torque is a formula: friction, a Stribeck level and cogging, at 250 Hz, without any emulator."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from diagnosis.diagnose import diagnose
+from diagnosis.report.result import Array, Diagnosis
+from diagnosis.settings import Settings
+from drivetwin.recording.recording import Recording, RecordingInfo
+
+PERIOD = 0.004
+INERTIA, COULOMB, VISCOUS, GEAR = 0.5, 1.0, 0.3, 10.0
+STICKS, SLIDES = 1.2, 0.12
+"""Of the Stribeck level [N·m] and velocity [rad/s] that the model does not have."""
+COGGING, ORDER, PHASE = 0.6, 2.0, 0.4
+"""Of the cogging that it does not have either [N·m, waves a motor turn, rad]."""
+RESOLUTION, NOISE = 1e-3, 0.02
+
+
+@dataclass(frozen=True)
+class Machine:
+    """How the same machine is told: its torques in another unit, its axis by another name."""
+
+    torque_scale: float = 1.0
+    axis: str = "turn"
+
+    @property
+    def model(self) -> str:
+        """What its user models: neither Stribeck level nor cogging."""
+        k = self.torque_scale
+        return f"""<mujoco model="plain"><option gravity="0 0 0"/><worldbody><body>
+<joint name="{self.axis}" axis="0 0 1" frictionloss="{COULOMB * k}" damping="{VISCOUS * k}"/>
+<inertial pos="0 0 0" mass="{k}" diaginertia="{INERTIA * k} {INERTIA * k} {INERTIA * k}"/></body></worldbody>
+<actuator><motor name="{self.axis}" joint="{self.axis}"/></actuator></mujoco>"""
+
+    def recording(self, seed: int, seconds: float, name: str, begin: float = 0.0) -> Recording:
+        """Swings whose frequencies and phases follow from the seed."""
+        rng = np.random.default_rng(seed)
+        time = np.arange(round(seconds / PERIOD)) * PERIOD
+        swings = list(zip((0.8, 0.35, 0.1), rng.uniform([0.9, 2.2, 4.0], [1.3, 2.9, 6.0]), rng.uniform(0.0, 6.0, 3), strict=True))
+        position = _sum(a * np.sin(w * time + p) for a, w, p in swings)
+        velocity = _sum(a * w * np.cos(w * time + p) for a, w, p in swings)
+        acceleration = _sum(-a * w**2 * np.sin(w * time + p) for a, w, p in swings)
+        torque = INERTIA * acceleration + COULOMB * np.sign(velocity) + VISCOUS * velocity
+        torque = torque + STICKS * np.exp(-((velocity / SLIDES) ** 2)) * np.sign(velocity)
+        torque = torque - COGGING * np.sin(ORDER * GEAR * position + PHASE)
+        torque = torque + NOISE * rng.standard_normal(len(time))
+        quantum = RESOLUTION * self.torque_scale
+        columns = {self.axis: {"position": position, "torque": np.round(self.torque_scale * torque / quantum) * quantum}}
+        known = {"joint": self.axis, "torque_resolution": quantum, "position_resolution": 1e-7, "gear_ratio": GEAR}
+        info = RecordingInfo.model_validate(
+            {"schema": "recording/1", "machine": "plain", "sample_period": PERIOD, "axes": {self.axis: known}}
+        )
+        return Recording(name, info, time + begin, columns)
+
+    def diagnosed(self, fitted: Sequence[Recording], held: Sequence[Recording]) -> Diagnosis:
+        """What is said of its recordings."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "plain.xml"
+            path.write_text(self.model, encoding="utf-8")
+            return diagnose(path, fitted, held, Settings(), lambda _stage, _share: None)
+
+
+def _sum(terms: object) -> Array:
+    return np.sum(list(terms), axis=0)  # type: ignore[call-overload, no-any-return]

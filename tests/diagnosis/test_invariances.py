@@ -1,0 +1,117 @@
+"""What must not change the answer: the unit of torque, the clock, names, the order of recordings and where one is cut."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plain_bench import COGGING, COULOMB, ORDER, PERIOD, STICKS, Machine
+
+from diagnosis.report.result import Diagnosis
+from drivetwin.recording.recording import Recording
+
+SECONDS = 15.0
+few = settings(max_examples=2, deadline=None, derandomize=True)
+
+
+def fitted_of(machine: Machine, begin: float = 0.0) -> list[Recording]:
+    """Two of half the time each, the second later than the first."""
+    return [
+        machine.recording(1, SECONDS / 2.0, "one", begin),
+        machine.recording(2, SECONDS / 2.0, "two", begin + SECONDS),
+    ]
+
+
+def held_of(machine: Machine, begin: float = 0.0) -> list[Recording]:
+    return [machine.recording(3, SECONDS / 2.0, "three", begin + 2.0 * SECONDS)]
+
+
+@cache
+def answer() -> Diagnosis:
+    """To what every other one is held."""
+    return Machine().diagnosed(fitted_of(Machine()), held_of(Machine()))
+
+
+def selected(found: Diagnosis) -> list[str]:
+    return sorted(one.effect.name for one in found.selected)
+
+
+def alike(found: Diagnosis, usual: Diagnosis | None = None) -> None:
+    """The same first answer, the same selected effects, probabilities within 0.15, and the same share of the gap closed."""
+    usual = usual or answer()
+    assert found.verdict == usual.verdict
+    assert found.causes[0].effect == usual.causes[0].effect
+    assert selected(found) == selected(usual)
+    for one in usual.causes:
+        if one.probability > 0.2:
+            other = max(each.probability for each in found.causes if each.effect == one.effect)
+            assert other == pytest.approx(one.probability, abs=0.15), one.effect
+    ((gap, left),) = ((found.axes[axis].gap_rms, found.after_rms[axis]) for axis in found.axes)
+    ((usual_gap, usual_left),) = ((usual.axes[axis].gap_rms, usual.after_rms[axis]) for axis in usual.axes)
+    assert left / gap == pytest.approx(usual_left / usual_gap, abs=0.05)
+
+
+def test_the_machine_as_it_is_told_first() -> None:
+    """The Stribeck level and the cogging, in their sizes."""
+    found = answer()
+    assert selected(found) == ["stribeck", "torque_ripple"]
+    values = {name: value for one in found.selected for name, value in vars(one.effect).items()}
+    assert values["amplitude"] == pytest.approx(COGGING, rel=0.05)
+    assert values["order"] == pytest.approx(ORDER, rel=0.01)
+    assert values["static_torque"] == pytest.approx(COULOMB + STICKS, rel=0.1)
+
+
+@few
+@given(scale=st.sampled_from([1e-3, 0.37, 20.0, 5e3]))
+def test_torque_in_another_unit(scale: float) -> None:
+    machine = Machine(torque_scale=scale)
+    found = machine.diagnosed(fitted_of(machine), held_of(machine))
+    alike(found)
+    assert found.axes["turn"].gap_rms == pytest.approx(scale * answer().axes["turn"].gap_rms, rel=1e-3)
+
+
+@few
+@given(begin=st.floats(0.0, 1e6))
+def test_another_clock(begin: float) -> None:
+    alike(Machine().diagnosed(fitted_of(Machine(), begin), held_of(Machine(), begin)))
+
+
+@few
+@given(name=st.sampled_from(["a", "Joint 7", "unknown", "lift.x", "achse_ü"]))
+def test_another_name_of_the_axis(name: str) -> None:
+    machine = Machine(axis=name)
+    alike(machine.diagnosed(fitted_of(machine), held_of(machine)))
+
+
+def test_recordings_in_another_order() -> None:
+    alike(Machine().diagnosed(fitted_of(Machine())[::-1], held_of(Machine())))
+
+
+@few
+@given(share=st.floats(0.3, 0.7))
+def test_a_recording_cut_in_two(share: float) -> None:
+    """As if the recorder had been stopped and started again at once."""
+    machine = Machine()
+    whole = machine.recording(4, SECONDS, "whole")
+    held = held_of(machine)
+    alike(machine.diagnosed(cut(whole, round(share * SECONDS / PERIOD)), held), _of_whole())
+
+
+@cache
+def _of_whole() -> Diagnosis:
+    machine = Machine()
+    return machine.diagnosed([machine.recording(4, SECONDS, "whole")], held_of(machine))
+
+
+def cut(whole: Recording, at: int) -> Sequence[Recording]:
+    parts = []
+    for number, span in enumerate((slice(0, at), slice(at, None))):
+        columns = {axis: {key: values[span] for key, values in one.items()} for axis, one in whole.columns.items()}
+        parts.append(replace(whole, name=f"{whole.name}-{number}", time=whole.time[span], columns=columns))
+    assert sum(len(part.time) for part in parts) == len(np.asarray(whole.time))
+    return parts
