@@ -8,7 +8,7 @@ from typing import Literal
 FOREIGN = "foreign:"
 """Prefix of the causes that the library of effects does not have."""
 
-Kind = Literal["clean", "single", "double", "foreign"]
+Kind = Literal["clean", "single", "double", "four", "foreign"]
 
 
 @dataclass(frozen=True)
