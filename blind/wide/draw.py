@@ -42,7 +42,7 @@ FOUR = 4
 STIFFEST = (1e-5, 1e-4)
 """Way on which friction yields at least, on a slide [m], on a hinge [rad]."""
 
-_TRIES, _STEPS, _SLOWER = 40, 5, 5
+_TRIES, _PATIENCE, _STEPS, _SLOWER = 60, 6, 5, 5
 _CLOSE = 0.15
 _STRIDE = 4
 
@@ -194,10 +194,13 @@ def _family(draw: Draw, allowed: Choice) -> str:
 
 
 def _case(number: int, seed: int, kind: Kind, effects: tuple[str, ...], allowed: Choice) -> WideCase:
-    """The first attempt at which machine, effects and drives go together; raises UserError where none does."""
+    """The first attempt at which machine, effects and drives go together; raises UserError where none does.
+
+    A family that has been drawn is kept for some attempts, so that those that are hard to fit are not drawn less often.
+    """
     for attempt in range(_TRIES):
         draw = np.random.default_rng([seed, 3, attempt])
-        family = _family(draw, allowed)
+        family = _family(np.random.default_rng([seed, 4, attempt // _PATIENCE]), allowed)
         world = _world(seed, attempt, family, allowed.robots)
         placed = _placed(draw, world.machine, kind, effects)
         if placed is None:
