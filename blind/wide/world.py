@@ -20,7 +20,7 @@ from blind.wide.machines import Machine
 from blind.wide.motion import ENDLESS, Plan, Way, draw_plans
 from blind.wide.rigid import RigidBodies, rigid_bodies
 from blind.wide.simulator import TICK, Demand, Motion, Outside, Run, move, needed, quiet
-from blind.wide.truth import COULOMB, LAWS, Axes, blank
+from blind.wide.truth import COULOMB, LAWS, TORQUE, Axes, blank
 
 Array = NDArray[np.float64]
 Items = tuple[Cause, ...]
@@ -100,10 +100,17 @@ class World:
     def moved(self, items: Items, plan: Plan) -> Run:
         """The machine with `items` follows a plan."""
         axes, motion = self.axes(items), motion_of(plan.position)
-        held = self._nominal_needs(motion, frictionless=True)
+        held = self._held(motion)
         settled = held[0] * (axes["integral_gain"] > 0.0)
         demand = Demand(motion.position, motion.velocity, motion.acceleration, held)
         return move(self.bodies(items), axes, demand, self.outside(items, plan), plan.start_time, settled)
+
+    def _held(self, motion: Motion) -> Array:
+        """Torque (k, n) that whoever commands torques computes of the nominal model, friction at rest aside; else that at first."""
+        if all(drive.law != TORQUE for drive in self.drives):
+            start = Motion(motion.position[:1], motion.velocity[:1], motion.acceleration[:1])
+            return np.broadcast_to(self._nominal_needs(start, frictionless=True), motion.position.shape)
+        return self._nominal_needs(motion, frictionless=True)
 
     def needs(self, items: Items, motion: Motion, plan: Plan) -> Array:
         """Reported torque (k, n) that a motion along a plan needs of the machine with `items`."""
