@@ -82,9 +82,19 @@ class WideCase(Case):
     noise: tuple[float, ...]
 
     @property
+    def all_effects(self) -> tuple[Cause, ...]:
+        """Causes and nuisances, a position that is recorded late as the library's `delay`."""
+        return (*self.causes, *(_of_library(item) for item in self.nuisances))
+
+    @property
     def items(self) -> tuple[Cause, ...]:
         """Everything that acts, but for the presliding that every axis has."""
         return (*self.causes, *(item for item in self.nuisances if item.effect != "presliding"))
+
+
+def _of_library(item: Cause) -> Cause:
+    late = item.effect == "out_of_step" and item.parameters["delay"] > 0.0
+    return Cause("delay", item.axis, item.parameters) if late else item
 
 
 @dataclass(frozen=True)
