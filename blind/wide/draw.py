@@ -129,6 +129,11 @@ def choice(only: Sequence[str] = (), without: Sequence[str] = (), robots: Path |
 
 def draw_wide(count: int, seed: int, allowed: Choice, workers: int = 1) -> tuple[WideCase, ...]:
     """`count` cases, the same ones for the same arguments however many `workers` draw them."""
+    return tuple(each_wide(count, seed, allowed, workers))
+
+
+def each_wide(count: int, seed: int, allowed: Choice, workers: int = 1) -> Iterator[WideCase]:
+    """The cases of `draw_wide` one after the other, as they are drawn."""
     draw = np.random.default_rng([seed, 11])
     plans = _plans(draw, count, allowed)
     draw.shuffle(plans)
@@ -136,9 +141,10 @@ def draw_wide(count: int, seed: int, allowed: Choice, workers: int = 1) -> tuple
     drawn = partial(_case, allowed=allowed)
     numbers, kinds, effects = range(count), [kind for kind, _ in plans], [effects for _, effects in plans]
     if workers == 1 or count == 1:
-        return tuple(map(drawn, numbers, seeds, kinds, effects))
+        yield from map(drawn, numbers, seeds, kinds, effects)
+        return
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        return tuple(pool.map(drawn, numbers, seeds, kinds, effects))
+        yield from pool.map(drawn, numbers, seeds, kinds, effects)
 
 
 def world_of(case: WideCase, robots: Path | None) -> World:

@@ -55,6 +55,8 @@ class RigidBodies:
 
 def rigid_bodies(xml: str) -> RigidBodies:
     """The rigid bodies of a model of hinges and slides, without the rotors (`armature`), which belong to the motors."""
-    model = mujoco.MjModel.from_xml_string(xml)
-    model.dof_armature[:] = 0.0
+    spec = mujoco.MjSpec.from_string(xml)
+    for joint in spec.joints:
+        joint.armature = 0.0
+    model = spec.compile()
     return RigidBodies(model, mujoco.MjData(model), np.zeros((model.nv, model.nv)), np.zeros(model.nv))

@@ -20,6 +20,8 @@ ROBOTS = "robots"
 MOST = 7
 """Axes of a machine."""
 
+_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
+
 
 @cache
 def robot_files(directory: Path) -> tuple[str, ...]:
@@ -66,10 +68,10 @@ def _longest_chain(model: mujoco.MjModel) -> list[int]:
     driven = {
         int(model.actuator_trnid[k, 0])
         for k in range(model.nu)
-        if model.actuator_trntype[k] == mujoco.mjtTrn.mjTRN_JOINT
+        if int(model.actuator_trntype[k]) == int(mujoco.mjtTrn.mjTRN_JOINT)
     }
-    turning = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
-    driven = {joint for joint in driven if model.jnt_type[joint] in turning}
+    turning = (int(mujoco.mjtJoint.mjJNT_HINGE), _SLIDE)
+    driven = {joint for joint in driven if int(model.jnt_type[joint]) in turning}
     chains: dict[int, list[int]] = {0: []}
     for body in range(1, model.nbody):
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
@@ -97,7 +99,7 @@ def _links(model: mujoco.MjModel, joints: Sequence[int]) -> list[Link]:
                 parent=k - 1,
                 place=tuple(float(value) for value in data.xanchor[joint] - before),
                 axis=tuple(float(value) for value in data.xaxis[joint]),
-                slide=bool(model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE),
+                slide=int(model.jnt_type[joint]) == _SLIDE,
                 mass=mass,
                 com=tuple(float(value) for value in com - data.xanchor[joint]) if bodies else (0.0, 0.0, 0.0),
                 inertia=inertia,
@@ -124,7 +126,7 @@ def _together(model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[int])
 def _limits(draw: Draw, model: mujoco.MjModel, joint: int) -> AxisLimits:
     """The joint's range counted from qpos0, at most 3 rad of it around its middle; 1.5 rad either way where it has none."""
     at = float(model.qpos0[model.jnt_qposadr[joint]])
-    slide = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE
+    slide = int(model.jnt_type[joint]) == _SLIDE
     low, high = (float(value) - at for value in model.jnt_range[joint])
     if not model.jnt_limited[joint]:
         low, high = (-0.2, 0.2) if slide else (-1.5, 1.5)

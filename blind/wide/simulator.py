@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from blind.wide.friction import ELEMENTS, level, presliding, viscous
 from blind.wide.rigid import RigidBodies, mass_and_bias
 from blind.wide.truth import (
+    CASCADE,
     COUNTERBALANCE,
     EDDY_BRAKE,
     PI_P,
@@ -24,7 +25,6 @@ from blind.wide.truth import (
     TETHER,
     TORQUE,
     WANDERING_COGGING,
-    CASCADE,
     Axes,
 )
 from drivetwin.compiled import compiled
@@ -102,8 +102,8 @@ def move(bodies: RigidBodies, axes: Axes, demand: Demand, outside: Outside, star
         settled,
         out,
     )
-    acceleration = np.diff(out[1], axis=0, append=out[1][-1:]) / TICK
-    return Run(out[0], out[1], acceleration, out[2], out[3], out[4], out[5])
+    acceleration = np.diff(out[1], axis=0) / TICK
+    return Run(out[0], out[1], np.vstack((acceleration, acceleration[-1:])), out[2], out[3], out[4], out[5])
 
 
 def needed(bodies: RigidBodies, axes: Axes, motion: Motion, outside: Outside, start_time: float) -> Array:
@@ -254,7 +254,7 @@ def _slid(axes: Any, q: Any, v: Any, shaft: Any, time: float, series: Any, step:
 def _read(axis: Any, positions: Any, k: int, i: int) -> float:
     """What the encoder says at servo period k."""
     back = axis.delay / TICK
-    whole = int(floor(back))
+    whole = floor(back)
     late, later = max(k - whole, 0), max(k - whole - 1, 0)
     position = positions[late, i] + (back - whole) * (positions[later, i] - positions[late, i])
     read = position + axis.eccentricity * sin(axis.gear_ratio * position + axis.eccentricity_phase)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-
 
 import mujoco
 import numpy as np
@@ -114,7 +112,7 @@ class World:
 
     def needs(self, items: Items, motion: Motion, plan: Plan) -> Array:
         """Reported torque (k, n) that a motion along a plan needs of the machine with `items`."""
-        stride = int(round(motion.tick / TICK))
+        stride = round(motion.tick / TICK)
         series = self.outside(items, plan)
         thinned = Outside(*(np.ascontiguousarray(one[::stride]) for one in (series.pull, series.friction, series.gain)))
         return needed(self.bodies(items), self.axes(items), motion, thinned, plan.start_time)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from argparse import ArgumentParser
 from dataclasses import asdict
 from pathlib import Path
 
-from blind.wide.draw import choice, draw_wide
+from blind.wide.draw import choice, each_wide
 from blind.wide.record import record_wide
+from drivetwin.files import write_json
 
 
 def main() -> None:
@@ -24,15 +24,13 @@ def main() -> None:
     parser.add_argument("--without", action="append", default=[], help="as of drivetwin blind")
     parser.add_argument("--robots", type=Path, help="a folder of MJCF robot models")
     asked = parser.parse_args()
-    begin = time.perf_counter()
-    cases = draw_wide(asked.count, asked.seed, choice(asked.family, asked.without, asked.robots), asked.workers)
-    sys.stderr.write(f"drawn in {time.perf_counter() - begin:.0f} s\n")
     asked.out.mkdir(parents=True, exist_ok=True)
-    key = {"schema": "blind-key/2", "seed": asked.seed, "cases": [asdict(case) for case in cases]}
-    (asked.out / "key.json").write_text(json.dumps(key, indent=1), encoding="utf-8")
-    for case in cases:
+    allowed, cases = choice(asked.family, asked.without, asked.robots), []
+    for case in each_wide(asked.count, asked.seed, allowed, asked.workers):
         begin = time.perf_counter()
         record_wide(case, asked.out / f"case_{case.number:03d}", asked.robots)
+        cases.append(asdict(case))
+        write_json(asked.out / "key.json", {"schema": "blind-key/1", "seed": asked.seed, "cases": cases})
         causes = ", ".join(f"{cause.effect}@{cause.axis}" for cause in case.causes) or "clean"
         sys.stderr.write(f"{case.number:03d} {case.machine}: {causes}: {time.perf_counter() - begin:.1f} s\n")
 
