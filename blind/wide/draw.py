@@ -43,7 +43,7 @@ STIFFEST = (1e-5, 1e-4)
 """Way on which friction yields at least, on a slide [m], on a hinge [rad]."""
 
 _TRIES, _PATIENCE, _STEPS, _SLOWER = 60, 6, 5, 5
-_CLOSE = 0.15
+_CLOSE, _HIDDEN = 0.15, 0.2
 _STRIDE = 4
 
 
@@ -260,15 +260,29 @@ class _Drawing:
         if self.torque.min() <= 0.0:
             return None
         causes: tuple[Cause, ...] = ()
-        scale = 0.0
+        scale, least = 0.0, max(SIZES[0], self._least(placed))
+        if least >= SIZES[1]:
+            return None
         for effect, axis in placed:
-            size = float(np.exp(self.draw.uniform(*np.log(SIZES))))
+            size = float(np.exp(self.draw.uniform(np.log(least), np.log(SIZES[1]))))
             cause, cost = self._sized({**LIBRARY, **FOREIGN}[effect], effect, axis, size * self.torque[axis], causes)
             causes, scale = (*causes, cause), max(scale, cost / self.torque[axis])
         scale = scale or self._quiet()
         if not self._stiffened(causes, scale) and self.kind != "clean":
             return None
         return self._moved(causes, self._nuisances(causes, [axis for _, axis in placed], scale))
+
+    def _least(self, placed: list[tuple[str, int]]) -> float:
+        """Size below which a cause is hidden by presliding, be it the stiffest on every axis: a fifth of the cause's energy."""
+        if not placed:
+            return 0.0
+        own = [axis for effect, axis in placed if effect == "presliding"]
+        stiff = replace(self.world, micro=tuple(float(way) for way in self._stiffest()))
+        costs = self._presliding(stiff) / self.torque
+        return float(max((cost for k, cost in enumerate(costs) if k not in own), default=0.0)) / _HIDDEN**0.5
+
+    def _stiffest(self) -> NDArray[np.float64]:
+        return np.where([link.slide for link in self.world.machine.links], *STIFFEST)
 
     def _quiet(self) -> float:
         """What may be there of a clean case, rms over the torque's: some of the noise."""
@@ -312,12 +326,11 @@ class _Drawing:
         return cause, target * float(np.exp(error))
 
     def _stiffened(self, causes: tuple[Cause, ...], scale: float) -> bool:
-        """Make presliding cost a tenth of the energy of the causes or less; whether it is a fifth at most where it is stiffest."""
-        slides = np.array([link.slide for link in self.world.machine.links])
-        least = np.where(slides, *STIFFEST)
+        """Make presliding cost a tenth of the energy of the causes or less; whether it hides none where it is stiffest."""
+        least = self._stiffest()
         free = np.array([not _has_presliding(causes, name) for name in self.world.names])
         for _ in range(_STEPS):
-            costs = self._presliding()
+            costs = self._presliding(self.world)
             over = costs / (BESIDE[1] ** 0.5 * scale * self.torque)
             micro = np.array(self.world.micro)
             loud = free & (over > 1.0) & (micro > least)
@@ -325,11 +338,11 @@ class _Drawing:
                 break
             softer = np.maximum(least, micro * np.minimum(0.5, over**-2.0))
             self.world = replace(self.world, micro=tuple(float(f"{way:.6g}") for way in np.where(loud, softer, micro)))
-        return bool((over[free] < 2.0**0.5).all())
+        return bool((over[free] < (1.5 * _HIDDEN / BESIDE[1]) ** 0.5).all())
 
-    def _presliding(self) -> NDArray[np.float64]:
+    def _presliding(self, world: World) -> NDArray[np.float64]:
         """Rms in motion (n,) of what presliding costs each axis [N·m or N]."""
-        cost = self.world.needs((), self.motion, self.plan) - self.nominal
+        cost = world.needs((), self.motion, self.plan) - self.nominal
         return np.array([rms(cost[moves, k]) for k, moves in enumerate(self.moving.T)])
 
     def _nuisances(self, causes: tuple[Cause, ...], own: list[int], scale: float) -> tuple[Cause, ...]:
@@ -371,7 +384,7 @@ class _Drawing:
             for k, name in enumerate(world.names)
         }
         weighed = tuple(self._item(item, items, recorded, levels[item.axis]) for item in items)
-        yielding = zip(world.names, self._presliding(), world.micro, strict=True)
+        yielding = zip(world.names, self._presliding(world), world.micro, strict=True)
         presliding = tuple(
             _weighed(Cause("presliding", name, {"displacement": micro}), cost, levels[name])
             for name, cost, micro in yielding
@@ -441,14 +454,17 @@ def _of(items: Sequence[Cause], axis: str) -> tuple[Cause, ...]:
 
 
 def _sound(run: Run, plan: Plan, world: World) -> bool:
-    """Whether every axis follows what it is asked and its torque does not ring."""
-    if not np.isfinite(run.given).all():
-        return False
-    for k in range(len(world.names)):
-        torque = run.given[:, k]
-        smooth = np.convolve(torque, np.full(41, 1.0 / 41.0), mode="same")
-        off = np.abs(run.position[:, k] - plan.position[:, k]).max()
-        if off > 0.2 * travel(world.machine, k) or rms(torque - smooth) > 0.3 * rms(smooth) + 0.05 * world.machine.nominal[k].rated_torque:
-            return False
-    return True
+    """Whether every axis follows what it is asked, as late as its loop is slow, and its torque neither rings nor is too small."""
+    return bool(np.isfinite(run.given).all()) and all(_follows(run, plan, world, k) for k in range(len(world.names)))
 
+
+def _follows(run: Run, plan: Plan, world: World, k: int) -> bool:
+    drive, known, torque = world.drives[k], world.machine.nominal[k], run.given[:, k]
+    behind = float(np.abs(run.position[:, k] - plan.position[:, k]).max())
+    lag = world.slower / (2.0 * np.pi * drive.bandwidth * drive.position_share)
+    smooth = np.convolve(torque, np.full(41, 1.0 / 41.0), mode="same")
+    return bool(
+        behind < 0.2 * travel(world.machine, k) + 2.0 * lag * world.machine.limits[k].max_speed
+        and rms(torque - smooth) < 0.3 * rms(smooth) + 0.05 * known.rated_torque
+        and np.mean(np.abs(torque) > 2.9 * known.rated_torque) < 0.02
+    )

@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 
 Draw = np.random.Generator
 
+Array = NDArray[np.float64]
+
 GRAVITY = 9.81
+_POSES = 40
 
 
 @dataclass(frozen=True)
@@ -135,37 +138,41 @@ def equipped(draw: Draw, family: str, links: Sequence[Link], limits: Sequence[Ax
     Rotor 0.2 to 2 times the load's inertia as reflected, Coulomb friction 5 to 50 % of what motion asks without it (industrial
     joints: Bittencourt and Gunnarsson 2012), viscous friction at full speed 0.1 to 1 times that.
     """
-    inertia, weight = _demands(draw, links, limits)
+    inertia, weight, others = _demands(draw, links, limits)
     nominal = []
     for k, limit in enumerate(limits):
         rotor = float(inertia[k] * np.exp(draw.uniform(np.log(0.2), np.log(2.0))))
         asked = float((inertia[k] + rotor) * 0.5 * limit.max_acceleration + 0.5 * weight[k])
         coulomb = asked * float(np.exp(draw.uniform(np.log(0.05), np.log(0.5))))
         viscous = coulomb * float(np.exp(draw.uniform(np.log(0.1), 0.0))) / limit.max_speed
-        most = (inertia[k] + rotor) * limit.max_acceleration + weight[k] + coulomb + viscous * limit.max_speed
-        values = (coulomb, viscous, rotor, most * draw.uniform(0.8, 1.8))
+        most = others[k] + rotor * limit.max_acceleration + coulomb + viscous * limit.max_speed
+        values = (coulomb, viscous, rotor, most * draw.uniform(0.5, 1.2))
         nominal.append(Nominal(*(float(f"{value:.4g}") for value in values)))
     return Machine(family, tuple(links), tuple(limits), tuple(nominal))
 
 
-def _demands(
-    draw: Draw, links: Sequence[Link], limits: Sequence[AxisLimits]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mean inertia (n,) and highest weight (n,) of each axis over random poses in its range."""
+def _demands(draw: Draw, links: Sequence[Link], limits: Sequence[AxisLimits]) -> tuple[Array, Array, Array]:
+    """Over random poses in the range: mean inertia (n,) and highest weight (n,) of each axis, and its highest torque (n,).
+
+    The last with all axes at full speed and acceleration, one way or the other, rotors aside.
+    """
     idle = [Nominal(0.0, 0.0, 0.0, 1.0)] * len(links)
     model = mujoco.MjModel.from_xml_string(mjcf(links, limits, idle))
     data = mujoco.MjData(model)
-    mass, bias = np.zeros((model.nv, model.nv)), np.zeros(model.nv)
-    inertia, weight = np.zeros(model.nv), np.zeros(model.nv)
-    tries = 40
-    for _ in range(tries):
+    mass, inertia, weight, most = np.zeros((model.nv, model.nv)), np.zeros(model.nv), np.zeros(model.nv), np.zeros(model.nv)
+    speeds = np.array([limit.max_speed for limit in limits])
+    accelerations = np.array([limit.max_acceleration for limit in limits])
+    for _ in range(_POSES):
         data.qpos[:] = [draw.uniform(limit.low, limit.high) for limit in limits]
+        data.qvel[:] = 0.0
         mujoco.mj_forward(model, data)
         mujoco.mj_fullM(model, data, mass)
-        bias[:] = data.qfrc_bias
-        inertia += np.diag(mass) / tries
-        weight = np.maximum(weight, np.abs(bias))
-    return np.maximum(inertia, 1e-5), weight
+        inertia += np.diag(mass) / _POSES
+        weight = np.maximum(weight, np.abs(data.qfrc_bias))
+        data.qvel[:] = speeds * draw.choice((-1.0, 1.0), size=model.nv)
+        mujoco.mj_forward(model, data)
+        most = np.maximum(most, np.abs(mass @ (accelerations * draw.choice((-1.0, 1.0), size=model.nv)) + data.qfrc_bias))
+    return np.maximum(inertia, 1e-5), weight, most
 
 
 def hinge_limits(draw: Draw, low: float, high: float, *, endless: bool = False) -> AxisLimits:
