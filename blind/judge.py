@@ -173,7 +173,8 @@ class Judged:
     def share_errors(self) -> tuple[float, ...]:
         """By cause that is there and whose true share of the gap is known: how far the told share is from that."""
         report = self.answer.report
-        shares = {(one.effect, one.axis): share for one in self.case.causes if (share := getattr(one, "share", None)) is not None}
+        known = {(one.effect, one.axis): getattr(one, "share", None) for one in self.case.causes}
+        shares = {named: share for named, share in known.items() if share is not None}
         return tuple(
             abs(told.share - shares[told.effect, told.axis])
             for told in (report.causes if report else ())

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
 from blind.answer import Answer
-from blind.case import FOREIGN, Case
+from blind.case import FOREIGN, Case, Kind
 from blind.judge import Judged
 from blind.rates import Rate, rate
 from blind.strict import Called, Strict, brier, calibration, strict
@@ -155,7 +156,7 @@ class Score:
 def score_nominal(nominal: str, cases: Sequence[Case], answers: Sequence[Answer]) -> NominalScore:
     """Score the answers to `cases`, in the same order, that were given with one kind of nominal parameters."""
     judged = [Judged(case, answer, nominal) for case, answer in zip(cases, answers, strict=True)]
-    of_kind = {kind: [one for one in judged if one.case.kind == kind] for kind in ("clean", "single", "double", "four", "foreign")}
+    of_kind = {kind: [one for one in judged if one.case.kind == kind] for kind in get_args(Kind)}
     in_library = of_kind["single"] + of_kind["double"] + of_kind["four"]
     promised = [promise for one in judged if (promise := one.promised_and_found) is not None]
     return NominalScore(

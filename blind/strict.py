@@ -1,4 +1,4 @@
-"""The strict part of the score: no answer counts for another, small true effects count as there, probabilities are held to that."""
+"""The strict part of the score: no answer counts for another, small true effects are there, probabilities are held to that."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class Called:
 class Strict:
     """Figures of the answers given with one kind of nominal parameters.
 
-    `exact_first`: of singles, the first cause is the true one itself; `alike_first`: it is not, but names the true one among what
-    it cannot be distinguished from; `there_first`: of singles, pairs and fours, the first cause is there, if only as a nuisance.
-    `absent`: of all effects selected, those that are not there. `worse`: of all axes, those whose gap on validation motion grew.
-    `covered`: of all parameters told of effects that are there, those whose 90 % interval holds the truth. `reliability`: of every
-    cause told, by its probability in tenths, how many are there; `brier` of the same. `share_error`: median distance of a true
-    cause's told share of the gap from the true one; None where none is told.
+    `exact_first`: of singles, the first cause is the true one itself; `alike_first`: it is not, but names the true one among
+    what it cannot be distinguished from; `there_first`: of singles, pairs and fours, the first cause is there, if only as a
+    nuisance. `absent`: of all effects selected, those that are not there. `worse`: of all axes, those whose gap on validation
+    motion grew. `covered`: of all parameters told of effects that are there, those whose 90 % interval holds the truth.
+    `reliability`: of every cause told, by its probability in tenths, how many are there; `brier` of the same. `share_error`:
+    median distance of a true cause's told share of the gap from the true one; None where none is told.
     """
 
     exact_first: Rate
@@ -69,7 +69,9 @@ def strict(judged: Sequence[Judged]) -> Strict:
 
 def calibration(called: Sequence[tuple[float, bool]], bins: Sequence[tuple[float, float]]) -> tuple[Called, ...]:
     """Answers by the probability that they were called with; the last of `bins` holds its upper end."""
-    return tuple(_called(low, high, [(p, right) for p, right in called if low <= p < high or p == high == 1.0]) for low, high in bins)
+    return tuple(
+        _called(low, high, [(p, right) for p, right in called if low <= p < high or p == high == 1.0]) for low, high in bins
+    )
 
 
 def _called(low: float, high: float, called: list[tuple[float, bool]]) -> Called:

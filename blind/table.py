@@ -96,7 +96,8 @@ def strict_words(score: NominalScore) -> str:
     """The strict Brier score, and how far told shares of the gap are off."""
     found = score.strict
     told = "no probability was called" if found.brier is None else f"strict Brier score {found.brier:.3f}"
-    error = "no share of a true cause was told" if found.share_error is None else f"told shares are {found.share_error:.2f} off (median)"
+    off = found.share_error
+    error = "no share of a true cause was told" if off is None else f"told shares are {off:.2f} off (median)"
     return f"{told.capitalize()}; {error}."
 
 

@@ -1,4 +1,4 @@
-"""What lies between an axis and the file: sampling, quanta, noise, a torque that comes late, positions from where they began."""
+"""What lies between an axis and the file: sampling, quanta, noise, a torque that comes late, relative positions."""
 
 from __future__ import annotations
 

@@ -124,7 +124,7 @@ def choice(only: Sequence[str] = (), without: Sequence[str] = (), robots: Path |
         if not left:
             raise UserError(f"nothing is left to draw of {', '.join(group)}; name fewer families or effects")
         kept.append(left)
-    return Choice(*kept, robots)
+    return Choice(kept[0], kept[1], kept[2], robots)
 
 
 def draw_wide(count: int, seed: int, allowed: Choice, workers: int = 1) -> tuple[WideCase, ...]:
@@ -151,7 +151,8 @@ def world_of(case: WideCase, robots: Path | None) -> World:
     """The world of a case, as it was drawn."""
     world = replace(_world(case.seed, case.attempt, case.machine, robots), slower=case.slower, micro=case.micro)
     channels = tuple(
-        replace(channel, torque_noise=channel.torque_noise + more) for channel, more in zip(world.channels, case.noise, strict=True)
+        replace(channel, torque_noise=channel.torque_noise + more)
+        for channel, more in zip(world.channels, case.noise, strict=True)
     )
     return replace(world, channels=channels)
 
@@ -279,7 +280,8 @@ class _Drawing:
         own = [axis for effect, axis in placed if effect == "presliding"]
         stiff = replace(self.world, micro=tuple(float(way) for way in self._stiffest()))
         costs = self._presliding(stiff) / self.torque
-        return float(max((cost for k, cost in enumerate(costs) if k not in own), default=0.0)) / _HIDDEN**0.5
+        worst = max((float(cost) for k, cost in enumerate(costs) if k not in own), default=0.0)
+        return float(worst / _HIDDEN**0.5)
 
     def _stiffest(self) -> NDArray[np.float64]:
         return np.where([link.slide for link in self.world.machine.links], *STIFFEST)
@@ -287,7 +289,7 @@ class _Drawing:
     def _quiet(self) -> float:
         """What may be there of a clean case, rms over the torque's: some of the noise."""
         noise = np.array([np.hypot(one.torque_noise, one.torque_quantum / 12.0**0.5) for one in self.world.channels])
-        return float(min(0.6 * noise / self.torque))
+        return float(np.min(0.6 * noise / self.torque))
 
     def _ground(self, axis: int) -> Ground:
         machine, limit, moves = self.world.machine, self.world.machine.limits[axis], self.moving[:, axis]
@@ -374,8 +376,9 @@ class _Drawing:
         world, items = self.world, (*causes, *nuisances)
         recorded = [_Recorded.of(world, items, run, plan) for run, plan in runs]
         noise = np.array([np.hypot(one.torque_noise, one.torque_quantum / 12.0**0.5) for one in world.channels])
+        axes = range(len(world.names))
         torque, gap = (
-            np.array([rms(np.concatenate([getattr(one, what)[one.moving[:, k], k] for one in recorded])) for k in range(len(noise))])
+            np.array([rms(np.concatenate([getattr(one, what)[one.moving[:, k], k] for one in recorded])) for k in axes])
             for what in ("torque", "gap")
         )
         more = np.maximum(0.0, 2.0 * gap - noise) if self.kind == "clean" else 0.0 * noise
@@ -454,7 +457,7 @@ def _of(items: Sequence[Cause], axis: str) -> tuple[Cause, ...]:
 
 
 def _sound(run: Run, plan: Plan, world: World) -> bool:
-    """Whether every axis follows what it is asked, as late as its loop is slow, and its torque neither rings nor is too small."""
+    """Whether every axis follows what it is asked, as late as its loop is slow, and its torque neither rings nor ends."""
     return bool(np.isfinite(run.given).all()) and all(_follows(run, plan, world, k) for k in range(len(world.names)))
 
 

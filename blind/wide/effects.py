@@ -1,4 +1,4 @@
-"""Every effect of the library as this generator draws it and puts it into its own equations, by the table of docs/effects.md."""
+"""Every effect of the library as it is drawn here and put into equations of its own, by the table of docs/effects.md."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ DRIVE = frozenset({"torque_saturation", "current_bandwidth"})
 
 @dataclass(frozen=True)
 class Ground:
-    """What an effect is drawn for: an axis, its torque's rms [N·m or N], its mean inertia as links (without rotor), its travel."""
+    """What an effect is drawn for: an axis, rms and top of its torque [N·m or N], inertia of its links, its motion."""
 
     draw: Draw
     machine: Machine
@@ -98,7 +98,7 @@ def _presliding(g: Ground) -> Sizable:
     return sized
 
 
-def _load_friction(g: Ground) -> Sizable:
+def _load_friction(_g: Ground) -> Sizable:
     return lambda s: {"coefficient": min(s, 0.6)}
 
 
@@ -207,7 +207,7 @@ def _torque_saturation(g: Ground) -> Sizable:
     return lambda s: {"limit": g.top_torque / (1.0 + s)}
 
 
-def _current_bandwidth(g: Ground) -> Sizable:
+def _current_bandwidth(_g: Ground) -> Sizable:
     return lambda s: {"bandwidth": min(max(40.0 / s, 3.0), 1000.0)}
 
 
@@ -216,15 +216,15 @@ def _encoder_eccentricity(g: Ground) -> Sizable:
     return lambda s: {"amplitude": min(0.005 * s, 0.3) / gear, "phase": phase}
 
 
-def _delay(g: Ground) -> Sizable:
+def _delay(_g: Ground) -> Sizable:
     return lambda s: {"delay": min(0.003 * s, 0.03)}
 
 
-def _torque_lag(g: Ground) -> Sizable:
+def _torque_lag(_g: Ground) -> Sizable:
     return lambda s: {"delay": min(0.001 * s, 0.003)}
 
 
-def _torque_lowpass(g: Ground) -> Sizable:
+def _torque_lowpass(_g: Ground) -> Sizable:
     return lambda s: {"bandwidth": max(200.0 / s, 50.0)}
 
 

@@ -54,7 +54,8 @@ def _counterbalance(g: Ground) -> Sizable:
 
 def _slosh(g: Ground) -> Sizable:
     frequency, ratio = g.draw.uniform(1.0, 4.0), g.draw.uniform(0.02, 0.1)
-    return lambda s: {"inertia": (g.links + g.machine.nominal[g.axis].rotor) * s, "frequency": frequency, "damping_ratio": ratio}
+    inertia = g.links + g.machine.nominal[g.axis].rotor
+    return lambda s: {"inertia": inertia * s, "frequency": frequency, "damping_ratio": ratio}
 
 
 def _tether(g: Ground) -> Sizable:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from math import exp, pi, sin
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.wide.truth import COULOMB, DAHL, GMS, LUGRE
+from blind.wide.truth import COULOMB, DAHL, GMS, LUGRE, Record
 from drivetwin.compiled import compiled
 
 ELEMENTS = 4
@@ -21,25 +20,26 @@ Array = NDArray[np.float64]
 
 
 @compiled
-def level(axis: Any, position: float, velocity: float, torque: float, time: float) -> float:
+def level(axis: Record, position: float, velocity: float, torque: float, time: float) -> float:
     """Friction that the axis slides with, viscous part aside [N·m or N]: at least a hundredth of its Coulomb friction.
 
-    Armstrong-Hélouvry et al. 1994 eq. 4, asymmetry after Janot et al. 2019, load and warming after Bittencourt and Gunnarsson 2012.
+    Armstrong-Hélouvry et al. 1994 eq. 4, asymmetry after Janot et al. 2019, load and warming after Bittencourt and Gunnarsson
+    2012.
     """
     falling = axis.static * exp(-((abs(velocity) / axis.stribeck_velocity) ** axis.exponent))
     wave = axis.wave * sin(2.0 * pi * position / axis.wave_period + axis.wave_phase)
     sliding = axis.coulomb + falling + wave + axis.load_coefficient * abs(torque) + axis.asymmetry * np.sign(velocity)
-    return max(sliding * warmth(axis, time), 0.01 * axis.coulomb)
+    return float(max(sliding * warmth(axis, time), 0.01 * axis.coulomb))
 
 
 @compiled
-def warmth(axis: Any, time: float) -> float:
+def warmth(axis: Record, time: float) -> float:
     """Factor of all friction `time` seconds after it was switched on."""
     return 1.0 + axis.cold * exp(-time / axis.warming_time)
 
 
 @compiled
-def viscous(axis: Any, velocity: float, time: float) -> tuple[float, float]:
+def viscous(axis: Record, velocity: float, time: float) -> tuple[float, float]:
     """Viscous torque, and its slope over the velocity."""
     speed, warm = abs(velocity), warmth(axis, time)
     linear = axis.viscous + axis.viscous_asymmetry * np.sign(velocity)
@@ -49,10 +49,10 @@ def viscous(axis: Any, velocity: float, time: float) -> tuple[float, float]:
 
 
 @compiled
-def presliding(axis: Any, state: Array, limit: float, velocity: float, step: float, after: Array) -> tuple[float, float]:
+def presliding(axis: Record, state: Array, limit: float, velocity: float, step: float, after: Array) -> tuple[float, float]:
     """Torque at the end of a `step` [s] at `velocity` throughout and its slope over that velocity; `after` gets the new state.
 
-    `state` is (ELEMENTS,): the torque of each spring, of `lugre` and `dahl` in the first. `limit` is the level that it slides at.
+    `state` is (ELEMENTS,): the torque of each spring, of `lugre` and `dahl` in the first. It slides at `limit`.
     """
     if axis.law == LUGRE:
         return _lugre(axis, state, limit, velocity, step, after)
@@ -64,8 +64,8 @@ def presliding(axis: Any, state: Array, limit: float, velocity: float, step: flo
 
 
 @compiled
-def _lugre(axis: Any, state: Array, limit: float, velocity: float, step: float, after: Array) -> tuple[float, float]:
-    """Canudas de Wit et al. 1995: z' = v - stiffness |v| z / level, torque = stiffness z + micro_damping z' (bristle torque kept)."""
+def _lugre(axis: Record, state: Array, limit: float, velocity: float, step: float, after: Array) -> tuple[float, float]:
+    """Canudas de Wit et al. 1995: z' = v - stiffness |v| z / level, torque = stiffness z + micro_damping z'."""
     left = 1.0 / (1.0 + step * axis.stiffness * abs(velocity) / limit)
     after[0] = (state[0] + step * axis.stiffness * velocity) * left
     damping = axis.micro_damping / axis.stiffness / step
@@ -74,7 +74,7 @@ def _lugre(axis: Any, state: Array, limit: float, velocity: float, step: float, 
 
 
 @compiled
-def _dahl(axis: Any, state: Array, limit: float, velocity: float, step: float, after: Array) -> tuple[float, float]:
+def _dahl(axis: Record, state: Array, limit: float, velocity: float, step: float, after: Array) -> tuple[float, float]:
     """Dahl 1968: dF/dx = stiffness |1 - F/level sgn v|^exponent sgn(1 - F/level sgn v)."""
     room = 1.0 - state[0] / limit * np.sign(velocity)
     slope = axis.stiffness * np.sign(room) * abs(room) ** axis.dahl_exponent
@@ -85,7 +85,7 @@ def _dahl(axis: Any, state: Array, limit: float, velocity: float, step: float, a
 
 
 @compiled
-def _maxwell(axis: Any, state: Array, limit: float, velocity: float, step: float, after: Array) -> tuple[float, float]:
+def _maxwell(axis: Record, state: Array, limit: float, velocity: float, step: float, after: Array) -> tuple[float, float]:
     """Maxwell slip: springs that yield one after the other; one alone for the law of Coulomb."""
     torque, slope = 0.0, 0.0
     count = ELEMENTS if axis.law != COULOMB else 1
@@ -101,7 +101,7 @@ def _maxwell(axis: Any, state: Array, limit: float, velocity: float, step: float
 
 
 @compiled
-def _gms(axis: Any, state: Array, limit: float, velocity: float, step: float, after: Array) -> tuple[float, float]:
+def _gms(axis: Record, state: Array, limit: float, velocity: float, step: float, after: Array) -> tuple[float, float]:
     """Generalised Maxwell slip (Lampaert, Al-Bender, Swevers 2003): what slips follows its share of the level with a lag."""
     torque, slope = 0.0, 0.0
     for k in range(ELEMENTS):

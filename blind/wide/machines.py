@@ -23,8 +23,8 @@ _POSES = 40
 class Link:
     """A body and the joint that moves it against `parent` (an index of the links before it; -1 is the world).
 
-    `place` is where the joint stands in the parent's frame [m], `axis` its direction; `com` [m] and `inertia` (about the centre of
-    mass, along the frame's axes) [kg·m²] are of the body. `turn` is the frame's quaternion in the parent's.
+    `place` is where the joint stands in the parent's frame [m], `axis` its direction; `com` [m] and `inertia` (about the centre
+    of mass, along the frame's axes) [kg·m²] are of the body. `turn` is the frame's quaternion in the parent's.
     """
 
     name: str
@@ -97,12 +97,14 @@ def mjcf(links: Sequence[Link], limits: Sequence[AxisLimits], nominal: Sequence[
     for link, limit, known in zip(links, limits, nominal, strict=True):
         above = world if link.parent < 0 else bodies[link.parent]
         body = ElementTree.SubElement(above, "body", name=link.name, pos=_text(link.place), quat=_text(link.turn))
-        joint = {"name": link.name, "type": "slide" if link.slide else "hinge", "axis": _text(link.axis)}
-        known_joint = {"frictionloss": _text([known.coulomb]), "damping": _text([known.viscous]), "armature": _text([known.rotor])}
+        kind, rotor = "slide" if link.slide else "hinge", _text([known.rotor])
+        joint = {"name": link.name, "type": kind, "axis": _text(link.axis), "armature": rotor}
+        friction = {"frictionloss": _text([known.coulomb]), "damping": _text([known.viscous])}
         reach = {} if limit.endless else {"range": _text([limit.low, limit.high])}
-        ElementTree.SubElement(body, "joint", joint | known_joint | reach)
+        ElementTree.SubElement(body, "joint", joint | friction | reach)
         shape = "diaginertia" if len(link.inertia) == 3 else "fullinertia"
-        ElementTree.SubElement(body, "inertial", {"pos": _text(link.com), "mass": _text([link.mass]), shape: _text(link.inertia)})
+        weight = {"pos": _text(link.com), "mass": _text([link.mass]), shape: _text(link.inertia)}
+        ElementTree.SubElement(body, "inertial", weight)
         bodies.append(body)
     motors = ElementTree.SubElement(root, "actuator")
     for link in links:
@@ -176,7 +178,7 @@ def _demands(draw: Draw, links: Sequence[Link], limits: Sequence[AxisLimits]) ->
 
 
 def hinge_limits(draw: Draw, low: float, high: float, *, endless: bool = False) -> AxisLimits:
-    """A hinge: 0.5 to 5 rad/s, reached in 0.1 to 0.4 s, on a gear of 1 (direct), 3 to 20 (planetary) or 50 to 160 (strain wave)."""
+    """A hinge: 0.5 to 5 rad/s, reached in 0.1 to 0.4 s; gears of 1 (direct), 3 to 20 (planetary) or 50 to 160 (strain wave)."""
     speed = float(np.exp(draw.uniform(np.log(0.5), np.log(5.0))))
     ranges = ((1.0, 1.0), (3.0, 20.0), (50.0, 160.0))
     gear = float(np.round(draw.uniform(*ranges[int(draw.choice(3, p=(0.15, 0.35, 0.5)))]), 1))

@@ -100,7 +100,7 @@ def _mixed(draw: Draw, limit: AxisLimits, seconds: float) -> Array:
 
 
 def _move(start: float, end: float, speed: float, limit: AxisLimits) -> Array:
-    """A move with a trapezoidal speed, its corners rounded over a tenth of the time to full speed; empty where there is no way."""
+    """A move with a trapezoidal speed, its corners rounded over a third of the time to full speed; empty without a way."""
     way = abs(end - start)
     if way < 1e-9:
         return np.zeros(0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import llvmlite.binding as llvm
 import mujoco
@@ -17,12 +18,12 @@ llvm.load_library_permanently(str(next(Path(mujoco.__file__).parent.glob("libmuj
 
 # A pointer travels as a 64-bit integer, which is how both ABIs that MuJoCo is released for pass it.
 _AT = types.int64
-_kinematics = types.ExternalFunction("mj_kinematics", types.void(_AT, _AT))
-_com_pos = types.ExternalFunction("mj_comPos", types.void(_AT, _AT))
-_com_vel = types.ExternalFunction("mj_comVel", types.void(_AT, _AT))
-_crb = types.ExternalFunction("mj_crb", types.void(_AT, _AT))
-_full_m = types.ExternalFunction("mj_fullM", types.void(_AT, _AT, _AT))
-_rne = types.ExternalFunction("mj_rne", types.void(_AT, _AT, types.int32, _AT))
+_kinematics: Any = types.ExternalFunction("mj_kinematics", types.void(_AT, _AT))
+_com_pos: Any = types.ExternalFunction("mj_comPos", types.void(_AT, _AT))
+_com_vel: Any = types.ExternalFunction("mj_comVel", types.void(_AT, _AT))
+_crb: Any = types.ExternalFunction("mj_crb", types.void(_AT, _AT))
+_full_m: Any = types.ExternalFunction("mj_fullM", types.void(_AT, _AT, _AT))
+_rne: Any = types.ExternalFunction("mj_rne", types.void(_AT, _AT, types.int32, _AT))
 
 Array = NDArray[np.float64]
 

@@ -97,15 +97,19 @@ def _links(model: mujoco.MjModel, joints: Sequence[int]) -> list[Link]:
             Link(
                 name=f"axis{k + 1}",
                 parent=k - 1,
-                place=tuple(float(value) for value in data.xanchor[joint] - before),
-                axis=tuple(float(value) for value in data.xaxis[joint]),
+                place=_vector(data.xanchor[joint] - before),
+                axis=_vector(data.xaxis[joint]),
                 slide=int(model.jnt_type[joint]) == _SLIDE,
                 mass=mass,
-                com=tuple(float(value) for value in com - data.xanchor[joint]) if bodies else (0.0, 0.0, 0.0),
+                com=_vector(com - data.xanchor[joint]) if bodies else (0.0, 0.0, 0.0),
                 inertia=inertia,
             )
         )
     return links
+
+
+def _vector(values: Any) -> tuple[float, float, float]:
+    return float(values[0]), float(values[1]), float(values[2])
 
 
 def _together(model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[int]) -> tuple[float, Any, tuple[float, ...]]:

@@ -26,6 +26,7 @@ from blind.wide.truth import (
     TORQUE,
     WANDERING_COGGING,
     Axes,
+    Record,
 )
 from drivetwin.compiled import compiled
 
@@ -50,7 +51,7 @@ class Demand:
 
 @dataclass(frozen=True)
 class Outside:
-    """What acts by time alone, each (k, n): torque on the joint (or a wandering phase), factors of friction and of the motor."""
+    """What acts by time alone, each (k, n): torque on the joint (or a wandering phase), factors of friction and motor."""
 
     pull: Array
     friction: Array
@@ -86,7 +87,7 @@ def quiet(count: int, axes: int) -> Outside:
 
 
 def move(bodies: RigidBodies, axes: Axes, demand: Demand, outside: Outside, start_time: float, settled: Array) -> Run:
-    """Let the drives follow `demand` from rest at its first sample, `settled` (n,) being what the loops hold there [N·m or N]."""
+    """Let the drives follow `demand` from rest at its first sample, where the loops hold `settled` (n,) [N·m or N]."""
     count, n = demand.position.shape
     out = np.zeros((6, count, n))
     _move(
@@ -126,12 +127,12 @@ def needed(bodies: RigidBodies, axes: Axes, motion: Motion, outside: Outside, st
 
 
 @compiled
-def _is_elastic(axis: Any) -> bool:
+def _is_elastic(axis: Record) -> bool:
     return axis.elasticity > 0.0 or axis.flank > 0.0
 
 
 @compiled
-def _ratio(axis: Any, motor: float) -> tuple[float, float, float]:
+def _ratio(axis: Record, motor: float) -> tuple[float, float, float]:
     """Where a rigid transmission has the joint, and its first and second derivative over the motor's position."""
     if axis.error_amplitude == 0.0:
         return motor, 1.0, 0.0
@@ -142,7 +143,7 @@ def _ratio(axis: Any, motor: float) -> tuple[float, float, float]:
 
 
 @compiled
-def _transmitted(axis: Any, twist: float, rate: float) -> float:
+def _transmitted(axis: Record, twist: float, rate: float) -> float:
     """Torque through a spring, a gap with flanks that never pull, or both in series."""
     torsion = axis.elasticity * twist + axis.elasticity_damping * rate
     if axis.flank == 0.0:
@@ -153,11 +154,11 @@ def _transmitted(axis: Any, twist: float, rate: float) -> float:
     side = np.sign(twist)
     share = 1.0 if axis.elasticity == 0.0 else axis.elasticity / (axis.elasticity + axis.flank)
     damping = axis.flank_damping if axis.elasticity == 0.0 else axis.elasticity_damping
-    return side * max(axis.flank * share * beyond + damping * rate * side, 0.0)
+    return float(side * max(axis.flank * share * beyond + damping * rate * side, 0.0))
 
 
 @compiled
-def _ripple(axis: Any, motor: float) -> float:
+def _ripple(axis: Record, motor: float) -> float:
     """What the shaft gives beside the reported torque."""
     angle = axis.gear_ratio * motor
     first = axis.ripple * sin(axis.ripple_order * angle + axis.ripple_phase)
@@ -165,29 +166,17 @@ def _ripple(axis: Any, motor: float) -> float:
 
 
 @compiled
-def _held(axis: Any, position: float) -> float:
+def _held(axis: Record, position: float) -> float:
     """Torque of weight and springs that the rigid bodies lack, against positive motion."""
     weight = axis.moment if axis.slide else axis.moment * sin(position - axis.moment_angle)
     return weight + axis.spring * (position - axis.spring_rest)
 
 
 @compiled
-def _pull(axis: Any, position: float, velocity: float, acceleration: float, series: float, step: float, inner: Any) -> float:
+def _pull(
+    axis: Record, position: float, velocity: float, acceleration: float, series: float, step: float, inner: Array
+) -> float:
     """Torque on the joint of what the library lacks; `inner` (2,) is its state."""
-    if axis.foreign == COUNTERBALANCE:
-        inner[0] += (axis.foreign_1 * velocity - inner[0] / axis.foreign_2) * step
-        return -inner[0]
-    if axis.foreign == SLOSH:
-        swing = 2.0 * pi * axis.foreign_2
-        restoring = 2.0 * axis.foreign_3 * swing * inner[1] + swing**2 * inner[0]
-        inner[1] -= (acceleration + restoring) * step
-        inner[0] += inner[1] * step
-        return axis.foreign_1 * restoring
-    if axis.foreign == TETHER:
-        most = axis.foreign_3
-        inner[0] = min(max(inner[0] + most / axis.foreign_1 * velocity * step, -most), most)
-        inner[1] = min(max(inner[1] + most / axis.foreign_2 * velocity * step, -most), most)
-        return -inner[0] - inner[1]
     if axis.foreign == WANDERING_COGGING:
         return axis.foreign_1 * sin(2.0 * pi * position / axis.foreign_2 + series)
     if axis.foreign == EDDY_BRAKE:
@@ -195,7 +184,27 @@ def _pull(axis: Any, position: float, velocity: float, acceleration: float, seri
         return -2.0 * axis.foreign_1 * part / (1.0 + part**2)
     if axis.foreign == SOFT_STOP:
         return -axis.foreign_2 * max(position - axis.foreign_1, 0.0)
-    return series
+    return _dragged(axis, velocity, acceleration, step, inner) + series
+
+
+@compiled
+def _dragged(axis: Record, velocity: float, acceleration: float, step: float, inner: Array) -> float:
+    """Torque of what has a motion or a tension of its own."""
+    if axis.foreign == COUNTERBALANCE:
+        inner[0] += (axis.foreign_1 * velocity - inner[0] / axis.foreign_2) * step
+        return float(-inner[0])
+    if axis.foreign == SLOSH:
+        swing = 2.0 * pi * axis.foreign_2
+        restoring = 2.0 * axis.foreign_3 * swing * inner[1] + swing**2 * inner[0]
+        inner[1] -= (acceleration + restoring) * step
+        inner[0] += inner[1] * step
+        return float(axis.foreign_1 * restoring)
+    if axis.foreign == TETHER:
+        most = axis.foreign_3
+        inner[0] = min(max(inner[0] + most / axis.foreign_1 * velocity * step, -most), most)
+        inner[1] = min(max(inner[1] + most / axis.foreign_2 * velocity * step, -most), most)
+        return float(-inner[0] - inner[1])
+    return 0.0
 
 
 @compiled
@@ -251,18 +260,18 @@ def _slid(axes: Any, q: Any, v: Any, shaft: Any, time: float, series: Any, step:
 
 
 @compiled
-def _read(axis: Any, positions: Any, k: int, i: int) -> float:
+def _read(axis: Record, positions: Array, k: int, i: int) -> float:
     """What the encoder says at servo period k."""
     back = axis.delay / TICK
     whole = floor(back)
     late, later = max(k - whole, 0), max(k - whole - 1, 0)
     position = positions[late, i] + (back - whole) * (positions[later, i] - positions[late, i])
     read = position + axis.eccentricity * sin(axis.gear_ratio * position + axis.eccentricity_phase)
-    return read if axis.quantum == 0.0 else axis.quantum * np.round(read / axis.quantum)
+    return float(read if axis.quantum == 0.0 else axis.quantum * np.round(read / axis.quantum))
 
 
 @compiled
-def _asked(axis: Any, demand: Any, k: int, i: int, read: float, speed: float, integral: Any) -> float:
+def _asked(axis: Record, demand: Array, k: int, i: int, read: float, speed: float, integral: Array) -> float:
     """Torque that a drive asks for, by its law, and its integral one period on; no windup at its limit."""
     late = demand[0, k, i] - read
     if axis.drive in (CASCADE, PI_P):
@@ -275,7 +284,7 @@ def _asked(axis: Any, demand: Any, k: int, i: int, read: float, speed: float, in
     wanted = proportional + axis.velocity_gain * error + integral[i] + more
     if abs(wanted) < axis.drive_limit or wanted * driving < 0.0:
         integral[i] += axis.integral_gain * driving * TICK
-    return min(max(wanted, -axis.drive_limit), axis.drive_limit)
+    return float(min(max(wanted, -axis.drive_limit), axis.drive_limit))
 
 
 @compiled

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,14 @@ AXIS = np.dtype([*((name, np.float64) for name in _REALS), *((name, np.int64) fo
 
 Axes = NDArray[Any]
 """Records (n,) of `AXIS`."""
+
+
+class Record(Protocol):
+    """One record of `AXIS`, as compiled code reads it."""
+
+    def __getattr__(self, name: str) -> float:
+        """A field."""
+        ...
 
 
 def blank(count: int) -> Axes:

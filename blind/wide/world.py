@@ -104,7 +104,7 @@ class World:
         return move(self.bodies(items), axes, demand, self.outside(items, plan), plan.start_time, settled)
 
     def _held(self, motion: Motion) -> Array:
-        """Torque (k, n) that whoever commands torques computes of the nominal model, friction at rest aside; else that at first."""
+        """Torque (k, n) that whoever commands torques takes from the nominal model, no Coulomb friction; else that at first."""
         if all(drive.law != TORQUE for drive in self.drives):
             start = Motion(motion.position[:1], motion.velocity[:1], motion.acceleration[:1])
             return np.broadcast_to(self._nominal_needs(start, frictionless=True), motion.position.shape)

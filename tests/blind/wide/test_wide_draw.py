@@ -1,4 +1,4 @@
-"""Cases of the wide generator: the same for a seed, within what was asked for, written as the contract says and without truth."""
+"""Cases of the wide generator: the same for a seed, of what was asked for, written as the contract says, without truth."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def test_torque_and_position_are_in_whole_steps(folder: Path) -> None:
 
 
 def test_nothing_of_the_truth_is_in_a_case(cases: tuple[WideCase, ...], folder: Path) -> None:
-    """No file says an effect's name or one of its values; what is known of the torque's timing is told, as a machine's maker does."""
+    """No file says an effect's name or one of its values; the torque's timing is told, as the maker of a drive may do."""
     case = with_cause(cases)
     told = "\n".join(path.read_text(encoding="utf-8") for path in sorted(folder.rglob("*")) if path.suffix in (".json", ".xml"))
     files = {path.name for path in folder.rglob("*") if path.is_file() and not path.name.startswith(".")}

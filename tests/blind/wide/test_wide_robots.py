@@ -11,7 +11,8 @@ import pytest
 from blind.wide.robots import draw_robot, robot_files
 from drivetwin.errors import UserError
 
-ROBOT = """<mujoco><compiler angle="degree"/><worldbody><body name="base" pos="0 0 0.3" euler="20 0 0"><geom size=".1" mass="3"/>
+ROBOT = """<mujoco><compiler angle="degree"/><worldbody><body name="base" pos="0 0 0.3" euler="20 0 0">
+<geom size=".1" mass="3"/>
 <body name="upper" pos="0 0.1 0.2" euler="0 30 0"><joint name="a" axis="0 1 0.2" range="-90 120" limited="true" ref="10"/>
  <inertial pos="0.02 0.1 0.2" mass="2" fullinertia="0.02 0.03 0.025 0.001 -0.002 0.003"/>
  <body name="bracket" pos="0 0 0.3" euler="0 0 40"><geom type="box" size=".05 .1 .02" mass="0.7"/>

@@ -94,7 +94,7 @@ def test_sliding_costs_what_the_stribeck_curve_says(law: int, velocity: float) -
     axis["stiffness"], axis["micro_damping"], axis["attraction"] = 2.0 / 1e-4, 5.0, 200.0
     state, after, step = np.zeros(ELEMENTS), np.zeros(ELEMENTS), 1.25e-4
     most = level(axis[0], 0.0, velocity, 0.0, 0.0)
-    for _ in range(int(0.05 / abs(velocity) / step) if abs(velocity) < 0.1 else 4000):
+    for _ in range(max(200, int(0.003 / abs(velocity) / step))):
         torque, _ = presliding(axis[0], state, most, velocity, step, after)
         state[:] = after
     expected = (2.0 + 1.0 * exp(-((abs(velocity) / 0.02) ** 1.3))) * np.sign(velocity)
@@ -178,7 +178,7 @@ SIZES: dict[str, dict[str, float]] = {
     "torque_offset": {"offset": 0.7},
     "torque_ripple": {"amplitude": 0.7, "order": 2.0, "phase": 1.0},
 }
-"""One of each effect that a motion needs torque for, on the second axis of an arm (payloads are bodies, tested with the model)."""
+"""One of each effect that a motion needs torque for, on the second axis of an arm; payloads are tested with the model."""
 
 
 @pytest.mark.parametrize("effect", SIZES)
