@@ -43,7 +43,7 @@ STIFFEST = (1e-5, 1e-4)
 """Way on which friction yields at least, on a slide [m], on a hinge [rad]."""
 
 _TRIES, _PATIENCE, _STEPS, _SLOWER = 60, 6, 5, 5
-_CLOSE, _HIDDEN = 0.15, 0.2
+_CLOSE, _HIDDEN, _REACHED = 0.15, 0.2, 0.8
 _STRIDE = 4
 
 
@@ -257,7 +257,7 @@ class _Drawing:
         self.torque = np.array([rms(self.nominal[moves, k]) for k, moves in enumerate(self.moving.T)])
 
     def case(self, placed: list[tuple[str, int]]) -> WideCase | None:
-        """The case, but for its names; None where an axis hardly moves, presliding outweighs the causes, or drives swing."""
+        """The case, but for its names; None where an axis hardly moves, a cause stays too small or hidden, or drives swing."""
         if self.torque.min() <= 0.0:
             return None
         causes: tuple[Cause, ...] = ()
@@ -267,6 +267,8 @@ class _Drawing:
         for effect, axis in placed:
             size = float(np.exp(self.draw.uniform(np.log(least), np.log(SIZES[1]))))
             cause, cost = self._sized({**LIBRARY, **FOREIGN}[effect], effect, axis, size * self.torque[axis], causes)
+            if cost < _REACHED * SIZES[0] * self.torque[axis]:
+                return None
             causes, scale = (*causes, cause), max(scale, cost / self.torque[axis])
         scale = scale or self._quiet()
         if not self._stiffened(causes, scale) and self.kind != "clean":
@@ -416,18 +418,22 @@ class _Drawing:
         """An item with its size and share: the others are there, it is taken away."""
         k, others = self.world.names.index(item.axis), tuple(one for one in items if one is not item)
         costs = [
-            self.world.cost(item, one.torque, others, one.motion, one.plan)[one.moving[:, k]] for one in recorded
+            self.world.cost(item, one.base(item), others, one.motion, one.plan)[one.moving[:, k]] for one in recorded
         ]
         return _weighed(item, rms(np.concatenate(costs)), level)
 
 
 @dataclass(frozen=True)
 class _Recorded:
-    """A validation recording without noise: motion of the motors, torque that it needs, gap (k, n) to the nominal model."""
+    """A validation recording without noise: motion of the motors, torque that it needs, gap (k, n) to the nominal model.
+
+    `asked` (k, n) is what the drives asked for.
+    """
 
     plan: Plan
     motion: Motion
     torque: NDArray[np.float64]
+    asked: NDArray[np.float64]
     gap: NDArray[np.float64]
     moving: NDArray[np.bool_]
 
@@ -438,7 +444,11 @@ class _Recorded:
         torque = world.needs(items, motion, plan)
         measured = [passed(torque[:, k], _of(items, name)) for k, name in enumerate(world.names)]
         gap = np.column_stack(measured) - world.nominal_needs(world.read(motion, items))
-        return cls(plan, motion, torque, gap, world.moving(motion))
+        return cls(plan, motion, torque, run.asked, gap, world.moving(motion))
+
+    def base(self, item: Cause) -> NDArray[np.float64]:
+        """Torque (k, n) on which an item makes its difference: a saturation and a slow current loop on the asked one."""
+        return self.asked if item.effect in DRIVE else self.torque
 
 
 def _weighed(item: Cause, cost: float, level: Level) -> Item:

@@ -1,4 +1,4 @@
-"""The score of wide cases on reports of gap-report/2 made by hand: each strict figure, and a whole run with a stand-in recorder."""
+"""The score of wide cases on reports of gap-report/2 made by hand: each strict figure, and a run with a stand-in recorder."""
 
 from __future__ import annotations
 
@@ -147,7 +147,8 @@ def test_axes_made_worse_are_counted() -> None:
 
 
 def test_probabilities_are_held_to_strict_events() -> None:
-    causes = (cause("stribeck", p=0.95), cause("torque_ripple", "y", p=0.35), cause("delay", "z", p=0.31), cause("unknown", p=0.9))
+    there, absent = (cause("stribeck", p=0.95), cause("torque_ripple", "y", p=0.35)), cause("delay", "z", p=0.31)
+    causes = (*there, absent, cause("unknown", p=0.9))
     found = scored(judged(case(STRIBECK, nuisances=(RIPPLE,)), report(*causes)))
     assert {one.low: one.right for one in found.reliability if one.right.of} == {0.3: Rate(1, 2), 0.9: Rate(1, 1)}
     assert found.brier == pytest.approx((0.05**2 + 0.65**2 + 0.31**2) / 3)
