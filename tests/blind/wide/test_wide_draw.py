@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from blind.key import seal
-from blind.wide.draw import SHARES, WideCase, choice, draw_wide, world_of
+from blind.wide.draw import SHARES, WideCase, choice, draw_wide, each_wide, world_of
 from blind.wide.draw import _plans as plans
 from blind.wide.families import FAMILIES
 from blind.wide.record import record_wide
@@ -41,9 +42,9 @@ def with_cause(cases: tuple[WideCase, ...]) -> WideCase:
 
 
 def test_a_seed_draws_the_same_cases(cases: tuple[WideCase, ...]) -> None:
-    again = draw_wide(4, 5, choice(ONLY))
-    assert seal(again, 5) == seal(cases, 5)
-    assert [asdict(case) for case in again] == [asdict(case) for case in cases]
+    again = tuple(islice(each_wide(4, 5, choice(ONLY)), 2))
+    assert seal(again, 5) == seal(cases[:2], 5)
+    assert [asdict(case) for case in again] == [asdict(case) for case in cases[:2]]
 
 
 def test_a_case_is_recorded_to_the_same_samples(cases: tuple[WideCase, ...], folder: Path, tmp_path: Path) -> None:
