@@ -42,7 +42,7 @@ paper: .venv/.installed
 
 # 300 machines whose true effects are withheld, recorded over the bus and diagnosed: out/blind/score.html; resumes where it was.
 blind: .venv/.installed
-	$(BIN)/drivetwin blind --cases 300 --seed 2030 --nominal both --out out/blind
+	$(BIN)/drivetwin blind --generator bus --cases 300 --seed 2030 --nominal both --out out/blind
 
 # Machines whose gap to their simulation is known, diagnosed and held against least squares: out/measured/score.html; resumes.
 measured: .venv/.installed

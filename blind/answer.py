@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from diagnosis.report.schema import CausePart, GapReport, read_report
+from blind.told import Told, read_told
 from drivetwin.errors import UserError
 
 NOMINALS = ("exact", "off")
@@ -31,7 +31,7 @@ class Gap:
 
     @property
     def closed(self) -> float:
-        """1 - (after / before)^2, contract gap-report/1; 0 where there was no gap."""
+        """1 - (after / before)^2, contract gap-report; 0 where there was no gap."""
         return 1.0 - (self.after / self.before) ** 2 if self.before > 0.0 else 0.0
 
     @property
@@ -49,7 +49,7 @@ class Answer:
     saw, with the first cause alone; empty where it predicts nothing. `failed`: why there is no report, which is None then.
     """
 
-    report: GapReport | None
+    report: Told | None
     gaps: Mapping[str, Gap]
     fresh: Mapping[str, Gap]
     failed: str | None
@@ -65,17 +65,12 @@ def tried(folder: Path) -> bool:
     return (folder / REPORT).exists() or (folder / FAILED).exists()
 
 
-def first_of_steps(report: GapReport) -> dict[int, CausePart]:
-    """The most probable cause of each step; that of step 1 is the answer to "which"."""
-    return {cause.step: cause for cause in reversed(report.causes)}
-
-
 def read_answer(folder: Path) -> Answer:
     """The answer that OUT/cases/NNN/NOMINAL holds. A report that breaks the contract has failed."""
     if (folder / FAILED).exists():
         return Answer(None, {}, {}, str(json.loads((folder / FAILED).read_text(encoding="utf-8"))["failed"]))
     try:
-        report = read_report(folder / REPORT)
+        report = read_told(folder / REPORT)
         noise = {axis: entry.noise_rms for axis, entry in report.axes.items()}
         gaps = measure(sorted((folder / PREDICTION).glob("*.parquet")), noise)
         fresh = measure(sorted((folder / FRESH).glob("*.parquet")), noise)
@@ -85,7 +80,7 @@ def read_answer(folder: Path) -> Answer:
 
 
 def measure(predictions: Iterable[Path], noise: Mapping[str, float]) -> dict[str, Gap]:
-    """Gap by axis over all `predictions` (prediction/NAME.parquet of gap-report/1) together; KeyError: a column misses."""
+    """Gap by axis over all `predictions` (prediction/NAME.parquet of a gap report) together; KeyError: a column misses."""
     tables = [pq.read_table(path) for path in predictions]
     if not tables:
         return {}

@@ -8,7 +8,7 @@ from typing import Literal
 FOREIGN = "foreign:"
 """Prefix of the causes that the library of effects does not have."""
 
-Kind = Literal["clean", "single", "double", "foreign"]
+Kind = Literal["clean", "single", "double", "four", "foreign"]
 
 
 @dataclass(frozen=True)
@@ -33,3 +33,13 @@ class Case:
     kind: Kind
     causes: tuple[Cause, ...]
     formulation: str
+
+    @property
+    def all_effects(self) -> tuple[Cause, ...]:
+        """Everything that is there, small things beside the causes included."""
+        return self.causes
+
+    @property
+    def there(self) -> frozenset[tuple[str, str]]:
+        """Effect and axis of all of them."""
+        return frozenset((one.effect, one.axis) for one in self.all_effects)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from math import pi
 
-from blind.answer import Answer, Gap, first_of_steps
-from blind.case import Case, Cause
-from diagnosis.report.result import UNKNOWN, Verdict
-from diagnosis.report.schema import CausePart
+from blind.answer import Answer, Gap
+from blind.case import FOREIGN, Case, Cause
+from blind.told import NO_GAP, NONE, UNKNOWN, ToldCause, ToldEstimate
 
 OF_THE_MODEL = frozenset({"coulomb", "viscous", "inertia"})
 """What nominal parameters that are off are rightly named as."""
@@ -36,9 +37,9 @@ class Judged:
         return self.first.effect if self.first else NONE
 
     @property
-    def first(self) -> CausePart | None:
-        """The most probable cause of step 1."""
-        return first_of_steps(self.answer.report).get(1) if self.answer.report else None
+    def first(self) -> ToldCause | None:
+        """The answer to "which"."""
+        return self.answer.report.first if self.answer.report else None
 
     @property
     def right(self) -> bool:
@@ -47,11 +48,11 @@ class Judged:
             case "clean":
                 return self._clean()
             case "foreign":
-                return self.named == UNKNOWN
+                return self._foreign()
             case "single":
                 return self.first_is_true
-            case "double":
-                return self.both_selected
+            case "double" | "four":
+                return self.all_selected
 
     def _clean(self) -> bool:
         """No gap; where nominal parameters are off: nothing named but what these are."""
@@ -59,9 +60,27 @@ class Judged:
         if report is None:
             return False
         if self.nominal == "exact":
-            return report.verdict is Verdict.NO_GAP
-        named = {cause.effect for cause in first_of_steps(report).values()} | {entry.effect for entry in report.selected}
+            return report.verdict == NO_GAP
+        named = {cause.effect for cause in report.leading} | {entry.effect for entry in report.selected}
         return named <= OF_THE_MODEL | {NONE}
+
+    def _foreign(self) -> bool:
+        """`unknown` takes the largest share of the gap of the axis; comes first in a report without shares."""
+        report = self.answer.report
+        if report is None:
+            return False
+        told = report.axes.get(self.case.causes[0].axis)
+        return told.largest == UNKNOWN if told is not None and told.shares else self.named == UNKNOWN
+
+    @property
+    def first_is_exact(self) -> bool:
+        """The first cause is itself a true one on its axis."""
+        return self.first is not None and (self.first.effect, self.first.axis) in _named(self.case.causes)
+
+    @property
+    def first_is_there(self) -> bool:
+        """The first cause is there on its axis, if only as a nuisance."""
+        return self.first is not None and (self.first.effect, self.first.axis) in self.case.there
 
     @property
     def first_is_true(self) -> bool:
@@ -83,7 +102,7 @@ class Judged:
         return self.first is not None and self.first.axis in {cause.axis for cause in self.case.causes}
 
     @property
-    def both_selected(self) -> bool:
+    def all_selected(self) -> bool:
         """Every true effect was selected on its axis, itself or one that was named as indistinguishable from it."""
         report = self.answer.report
         if report is None:
@@ -110,6 +129,70 @@ class Judged:
             for one in report.selected
             if (one.effect, one.axis) not in true | as_good and not (self.nominal == "off" and one.effect in OF_THE_MODEL)
         )
+
+    @property
+    def selected(self) -> tuple[tuple[str, str], ...]:
+        """Effect and axis of everything that was selected; without parameters of the model where these are off."""
+        report = self.answer.report
+        return tuple((one.effect, one.axis) for one in report.selected if self._counts(one.effect)) if report else ()
+
+    def _counts(self, effect: str) -> bool:
+        return self.nominal == "exact" or effect not in OF_THE_MODEL
+
+    @property
+    def events(self) -> tuple[tuple[float, bool], ...]:
+        """By cause of the report its probability, and whether exactly this effect is on exactly this axis, nuisances included.
+
+        `unknown` is an event where something foreign, or nothing at all, is on its axis; parameters of the model where exact.
+        """
+        report = self.answer.report
+        if report is None:
+            return ()
+        foreign = {cause.axis for cause in self.case.causes if cause.effect.startswith(FOREIGN)}
+        found = []
+        for told in report.causes:
+            if told.effect == UNKNOWN and (told.axis in foreign or self.case.kind == "clean"):
+                found.append((told.probability, told.axis in foreign))
+            elif told.effect not in (UNKNOWN, NONE) and self._counts(told.effect):
+                found.append((told.probability, (told.effect, told.axis) in self.case.there))
+        return tuple(found)
+
+    @property
+    def covered(self) -> tuple[bool, ...]:
+        """Of every parameter told of an effect that is there: whether its 90 % interval holds the true value."""
+        report = self.answer.report
+        return tuple(
+            _holds(name, estimate, truth.parameters[name])
+            for told in (report.causes if report else ())
+            if self._counts(told.effect) and (truth := self._meant(told)) is not None
+            for name, estimate in told.parameters.items()
+            if name in truth.parameters
+        )
+
+    @property
+    def share_errors(self) -> tuple[float, ...]:
+        """By cause that is there and whose true share of the gap is known: how far the told share is from that."""
+        report = self.answer.report
+        known = {(one.effect, one.axis): getattr(one, "share", None) for one in self.case.causes}
+        shares = {named: share for named, share in known.items() if share is not None}
+        return tuple(
+            abs(told.share - shares[told.effect, told.axis])
+            for told in (report.causes if report else ())
+            if told.share is not None and told.axis is not None and (told.effect, told.axis) in shares
+        )
+
+    def _meant(self, told: ToldCause) -> Cause | None:
+        """The true effect that a cause speaks of; of several of a kind that of the nearest order."""
+        of_kind = [one for one in self.case.all_effects if (one.effect, one.axis) == (told.effect, told.axis)]
+        if "order" in told.parameters and of_kind:
+            order = told.parameters["order"].value
+            return min(of_kind, key=lambda one: abs(one.parameters.get("order", order) - order))
+        return of_kind[0] if of_kind else None
+
+    @property
+    def made_worse(self) -> tuple[bool, ...]:
+        """Of every axis whether what was selected made the gap on validation motion larger."""
+        return tuple(gap.after > gap.before * (1.0 + 1e-9) for gap in self.answer.gaps.values())
 
     @property
     def promise_is_right(self) -> bool:
@@ -145,6 +228,18 @@ class Judged:
         return (first.gap_closed.ci90, fresh) if fresh is not None else None
 
 
-def covers(named: CausePart, truth: Cause) -> bool:
+def covers(named: ToldCause, truth: Cause) -> bool:
     """Whether the answer is the true effect on its axis, or says that the data cannot tell the two from each other."""
     return named.axis == truth.axis and truth.effect in {named.effect, *named.indistinguishable_from}
+
+
+def _named(causes: Iterable[Cause]) -> frozenset[tuple[str, str]]:
+    return frozenset((cause.effect, cause.axis) for cause in causes)
+
+
+def _holds(name: str, told: ToldEstimate, truth: float) -> bool:
+    """Whether an interval holds a value; a phase, in any turn."""
+    low, high = told.ci90
+    if name in ("phase", "angle"):
+        truth += 2.0 * pi * round((told.value - truth) / (2.0 * pi))
+    return low <= truth <= high

@@ -22,6 +22,8 @@ from blind.table import (
     miss_row,
     nothing_else,
     rate_row,
+    strict_rows,
+    strict_words,
     target_rows,
 )
 from drivetwin.html_page import figure_div, table, write_page
@@ -72,6 +74,12 @@ def _nominal_sections(score: NominalScore) -> list[str]:
             figure_div(_calibration(score)),
             table(CALIBRATION_HEAD, calibration_rows(score.calibration), (1, 2, 3, 4, 5)),
             brier,
+        ),
+        _section(
+            f"Strictly, {words}",
+            table(("strictly", *RATE_HEAD[1:]), strict_rows(score), (1, 2, 3, 4)),
+            f'<p class="note">{strict_words(score)} Every cause told, by its probability:</p>',
+            table(CALIBRATION_HEAD, calibration_rows(score.strict.reliability), (1, 2, 3, 4, 5)),
         ),
         _section(f"How far the gap shrinks, {words}", figure_div(_shrinks(score))),
         _section(f"Right by what, {words}", *rates),

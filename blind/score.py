@@ -5,17 +5,20 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
 from blind.answer import Answer
-from blind.case import FOREIGN, Case
+from blind.case import FOREIGN, Case, Kind
 from blind.judge import Judged
 from blind.rates import Rate, rate
+from blind.strict import Called, Strict, brier, calibration, strict
 
 POINTS_LESS = 0.05
 """What nominal parameters that are off may cost a rate."""
 
+_SEVERAL = ("double", "four")
 _BINS = ((0.0, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 1.0))
 
 
@@ -43,16 +46,6 @@ class Named:
 
     name: str
     rate: Rate
-
-
-@dataclass(frozen=True)
-class Called:
-    """Cases whose first cause was called with a probability from `low` (inclusive) to `high`: its mean, how many were right."""
-
-    low: float
-    high: float
-    mean: float | None
-    right: Rate
 
 
 @dataclass(frozen=True)
@@ -115,6 +108,7 @@ class NominalScore:
     by_formulation: tuple[Named, ...]
     confusion: tuple[Confused, ...]
     misses: tuple[Miss, ...]
+    strict: Strict
     extras: tuple[Extra, ...]
 
     @property
@@ -162,8 +156,8 @@ class Score:
 def score_nominal(nominal: str, cases: Sequence[Case], answers: Sequence[Answer]) -> NominalScore:
     """Score the answers to `cases`, in the same order, that were given with one kind of nominal parameters."""
     judged = [Judged(case, answer, nominal) for case, answer in zip(cases, answers, strict=True)]
-    of_kind = {kind: [one for one in judged if one.case.kind == kind] for kind in ("clean", "single", "double", "foreign")}
-    in_library = of_kind["single"] + of_kind["double"]
+    of_kind = {kind: [one for one in judged if one.case.kind == kind] for kind in get_args(Kind)}
+    in_library = of_kind["single"] + of_kind["double"] + of_kind["four"]
     promised = [promise for one in judged if (promise := one.promised_and_found) is not None]
     return NominalScore(
         nominal=nominal,
@@ -177,13 +171,14 @@ def score_nominal(nominal: str, cases: Sequence[Case], answers: Sequence[Answer]
         nothing_else=rate(not one.others_selected for one in in_library if one.answer.report is not None),
         shrinks=tuple(shrink for one in in_library for shrink in one.shrinks),
         promises=rate(low <= gap.closed <= high for (low, high), gap in promised),
-        calibration=_calibration(judged),
-        brier=_brier(judged),
-        by_effect=_by([one for one in judged if one.case.kind != "double"], lambda one: one.truth),
+        calibration=calibration(_first_calls(judged), _BINS),
+        brier=brier(_first_calls(judged)),
+        by_effect=_by([one for one in judged if one.case.kind not in _SEVERAL], lambda one: one.truth),
         by_machine=_by(judged, lambda one: one.case.machine),
         by_formulation=_by(judged, lambda one: one.case.formulation),
         confusion=_confusion(judged),
         misses=tuple(_miss(one) for one in judged if not one.right),
+        strict=strict(judged),
         extras=tuple(
             Extra(one.case.number, one.case.machine, one.truth, others)
             for one in in_library
@@ -192,22 +187,9 @@ def score_nominal(nominal: str, cases: Sequence[Case], answers: Sequence[Answer]
     )
 
 
-def _calibration(judged: Sequence[Judged]) -> tuple[Called, ...]:
-    called = [(one.first.probability, one.promise_is_right) for one in judged if one.first is not None]
-    return tuple(
-        _called(low, high, [(p, right) for p, right in called if low <= p < high or p == high == 1.0]) for low, high in _BINS
-    )
-
-
-def _called(low: float, high: float, called: list[tuple[float, bool]]) -> Called:
-    mean = float(np.mean([p for p, _ in called])) if called else None
-    return Called(low, high, mean, rate(right for _, right in called))
-
-
-def _brier(judged: Sequence[Judged]) -> float | None:
-    """Mean squared difference of the first cause's probability and whether it was right (Brier 1950, two classes)."""
-    squares = [(one.first.probability - one.promise_is_right) ** 2 for one in judged if one.first is not None]
-    return float(np.mean(squares)) if squares else None
+def _first_calls(judged: Sequence[Judged]) -> list[tuple[float, bool]]:
+    """Of every case with an answer to "which" its probability, and whether what it speaks of is so."""
+    return [(one.first.probability, one.promise_is_right) for one in judged if one.first is not None]
 
 
 def _by(judged: Sequence[Judged], name: Callable[[Judged], str]) -> tuple[Named, ...]:
@@ -220,7 +202,7 @@ def _by(judged: Sequence[Judged], name: Callable[[Judged], str]) -> tuple[Named,
 
 def _confusion(judged: Sequence[Judged]) -> tuple[Confused, ...]:
     """Of cases with at most one cause."""
-    counts = Counter((one.truth, one.named) for one in judged if one.case.kind != "double")
+    counts = Counter((one.truth, one.named) for one in judged if one.case.kind not in _SEVERAL)
     return tuple(Confused(truth, answer, count) for (truth, answer), count in sorted(counts.items()))
 
 
@@ -228,7 +210,7 @@ def _miss(one: Judged) -> Miss:
     case = one.case
     probability = one.first.probability if one.first else None
     report = one.answer.report
-    chosen = " + ".join(entry.effect for entry in report.selected) if report and case.kind == "double" else one.named
+    chosen = " + ".join(entry.effect for entry in report.selected) if report and case.kind in _SEVERAL else one.named
     return Miss(case.number, case.kind, case.machine, case.formulation, one.truth, chosen, probability, one.answer.failed)
 
 

@@ -9,9 +9,10 @@ from typing import Any
 
 from blind.rates import Rate
 from blind.score import Named, NominalScore, Score, Target
+from blind.strict import Called, Strict
 from drivetwin.files import write_json
 
-SCHEMA = "blind-score/1"
+SCHEMA = "blind-score/2"
 
 
 def write_score(path: Path, score: Score) -> None:
@@ -40,15 +41,28 @@ def _nominal_json(score: NominalScore) -> dict[str, Any]:
     return {
         "rates": {name: _rate_json(getattr(score, name)) for name in rates},
         "shrink": {"median": score.median_shrink, "shares": list(score.shrinks)},
-        "calibration": [
-            {"called": [bin_.low, bin_.high], "mean": bin_.mean, **_rate_json(bin_.right)} for bin_ in score.calibration
-        ],
+        "calibration": _calibration_json(score.calibration),
         "brier": score.brier,
+        "strict": _strict_json(score.strict),
         **{name: _named_json(getattr(score, name)) for name in groups},
         "confusion": [vars(cell) for cell in score.confusion],
         "misses": [vars(miss) for miss in score.misses],
         "extras": [vars(extra) for extra in score.extras],
     }
+
+
+def _strict_json(score: Strict) -> dict[str, Any]:
+    rates = ("exact_first", "alike_first", "there_first", "all_four", "absent", "worse", "covered")
+    return {
+        **{name: _rate_json(getattr(score, name)) for name in rates},
+        "reliability": _calibration_json(score.reliability),
+        "brier": score.brier,
+        "share_error": score.share_error,
+    }
+
+
+def _calibration_json(calibration: Iterable[Called]) -> list[dict[str, Any]]:
+    return [{"called": [bin_.low, bin_.high], "mean": bin_.mean, **_rate_json(bin_.right)} for bin_ in calibration]
 
 
 def _rate_json(found: Rate) -> dict[str, Any]:

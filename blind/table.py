@@ -8,7 +8,8 @@ from pathlib import Path
 from rich.table import Table
 
 from blind.rates import Rate
-from blind.score import Called, Extra, Miss, NominalScore, Score, Target
+from blind.score import Extra, Miss, NominalScore, Score, Target
+from blind.strict import Called
 from drivetwin.files import new_file
 
 WORDS = {True: "reached", False: "missed", None: "no case"}
@@ -76,6 +77,30 @@ def nothing_else(score: NominalScore) -> str:
     )
 
 
+def strict_rows(score: NominalScore) -> list[tuple[str, ...]]:
+    """The strict figures, under `RATE_HEAD`."""
+    found = score.strict
+    named = (
+        ("single: the true cause itself first", found.exact_first),
+        ("single: first is indistinguishable from it, and says so", found.alike_first),
+        ("first is there, if only as a nuisance", found.there_first),
+        ("four axes: all four selected", found.all_four),
+        ("selected and not there, of all selected", found.absent),
+        ("axes made worse on validation motion", found.worse),
+        ("90 % interval of a parameter holds the truth", found.covered),
+    )
+    return [rate_row(words, figure) for words, figure in named]
+
+
+def strict_words(score: NominalScore) -> str:
+    """The strict Brier score, and how far told shares of the gap are off."""
+    found = score.strict
+    told = "no probability was called" if found.brier is None else f"strict Brier score {found.brier:.3f}"
+    off = found.share_error
+    error = "no share of a true cause was told" if off is None else f"told shares are {off:.2f} off (median)"
+    return f"{told.capitalize()}; {error}."
+
+
 def terminal_table(score: Score) -> Table:
     """The promised figures."""
     table = Table(title=f"{score.cases} cases, seed {score.seed}", title_justify="left")
@@ -98,6 +123,8 @@ def write_markdown(path: Path, score: Score) -> None:
 def _nominal_markdown(score: NominalScore) -> list[str]:
     lines = [*markdown(CALIBRATION_HEAD, calibration_rows(score.calibration)), ""]
     lines += [f"Brier score {score.brier:.3f}." if score.brier is not None else "No probability was called.", ""]
+    lines += [*markdown(("strictly", *RATE_HEAD[1:]), strict_rows(score)), "", strict_words(score), ""]
+    lines += [*markdown(CALIBRATION_HEAD, calibration_rows(score.strict.reliability)), ""]
     lines += [nothing_else(score), "", *markdown(EXTRA_HEAD, map(extra_row, score.extras)), ""]
     for what, named in (("truth", score.by_effect), ("machine", score.by_machine), ("formulation", score.by_formulation)):
         lines += [*markdown((what, *RATE_HEAD[1:]), [rate_row(one.name, one.rate) for one in named]), ""]

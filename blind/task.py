@@ -22,10 +22,19 @@ from blind.serving import DiagnoseRequest, PredictRequest
 from drivetwin.files import write_json
 
 Recorder = Callable[[Case, Path], None]
-"""Writes model.xml, model_off.xml, training/, validation/ and fresh/ of a case into a folder, and nothing of its truth."""
+"""Writes model.xml, model_off.xml and the recordings of a case into a folder, and nothing of its truth."""
 
 MODELS = {"exact": "model.xml", "off": "model_off.xml"}
 SECONDS = "seconds.json"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the recordings of a case stand in its folder, as patterns; `fresh` is kept back while it is diagnosed."""
+
+    training: str = "training/*"
+    validation: str = "validation/*"
+    fresh: str | None = FRESH
 
 
 @dataclass(frozen=True)
@@ -35,6 +44,7 @@ class Procedure:
     code: str
     keep_recordings: bool = False
     record: Recorder = record_case
+    layout: Layout = Layout()
     diagnoser: tuple[str, ...] = DIAGNOSER
 
 
@@ -63,21 +73,26 @@ def examine(case: Case, nominals: tuple[str, ...], procedure: Procedure) -> Exam
         procedure.record(case, folder)
         seconds = time.perf_counter() - started
         recordings = pack(folder) if procedure.keep_recordings else None
-        shutil.move(folder / FRESH, fresh)  # out of the diagnosis' sight until it has answered
+        if procedure.layout.fresh is not None:
+            shutil.move(folder / procedure.layout.fresh, fresh)  # out of the diagnosis' sight until it has answered
         process = diagnoser_process(procedure.diagnoser)
-        outcomes = tuple(Outcome(nominal, _diagnose(process, folder, nominal, fresh, seconds)) for nominal in nominals)
+        outcomes = tuple(
+            Outcome(nominal, _diagnose(process, folder, procedure.layout, nominal, fresh, seconds)) for nominal in nominals
+        )
     return Examined(case.number, outcomes, recordings)
 
 
-def _diagnose(process: DiagnoserProcess, folder: Path, nominal: str, fresh: Path, record_seconds: float) -> bytes:
+def _diagnose(
+    process: DiagnoserProcess, folder: Path, layout: Layout, nominal: str, fresh: Path, record_seconds: float
+) -> bytes:
     """The outcome's folder, packed."""
     out = folder.parent / nominal
     started = time.perf_counter()
     request = DiagnoseRequest(
         directory=str(folder),
         model=MODELS[nominal],
-        training=_recordings(folder, "training"),
-        validation=_recordings(folder, "validation"),
+        training=_recordings(folder, layout.training),
+        validation=_recordings(folder, layout.validation),
         out=f"../{nominal}",
     )
     failed = process.ask(request)
@@ -90,13 +105,13 @@ def _diagnose(process: DiagnoserProcess, folder: Path, nominal: str, fresh: Path
     return pack(out)
 
 
-def _recordings(folder: Path, kind: str) -> tuple[str, ...]:
-    return tuple(f"{kind}/{path.name}" for path in sorted((folder / kind).iterdir()) if path.is_dir())
+def _recordings(folder: Path, pattern: str) -> tuple[str, ...]:
+    return tuple(str(path.relative_to(folder)) for path in sorted(folder.glob(pattern)) if path.is_dir())
 
 
 def _predict_fresh(process: DiagnoserProcess, folder: Path, nominal: str, fresh: Path) -> str | None:
     """Have the first cause, as it was fitted, predict the motion that the diagnosis has not seen; None where that went well."""
-    for recording in sorted(path for path in fresh.iterdir() if path.is_dir()):
+    for recording in sorted(path for path in fresh.glob("*") if path.is_dir()):
         request = PredictRequest(
             directory=str(folder),
             model=MODELS[nominal],

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -10,18 +14,38 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from blind.answer import NOMINALS
+from blind.case import Case
 from blind.cluster import cluster
 from blind.draw import draw_cases
 from blind.key import KEY
 from blind.place import Place, code_hash
 from blind.run import Order, run
 from blind.table import terminal_table
-from blind.task import Procedure
+from blind.task import Layout, Procedure
+from blind.wide.draw import choice, draw_wide
+from blind.wide.effects import LIBRARY
+from blind.wide.families import FAMILIES
+from blind.wide.foreign import FOREIGN
+from blind.wide.record import record_wide
 from drivetwin.errors import UserError
 
 console = Console(width=max(112, Console().width))
 
 _BOTH = "both"
+
+_NAMES = (
+    f"Machines: {', '.join(FAMILIES)}, robots (with --robots). Effects: {', '.join(LIBRARY)}. "
+    f"Foreign: {', '.join(FOREIGN)}."
+)
+
+_WIDE = Layout("train_*", "validate_*", None)
+
+
+class Generator(StrEnum):
+    """What draws and records the cases."""
+
+    WIDE = "wide"
+    BUS = "bus"
 
 
 def blind_command(
@@ -36,24 +60,58 @@ def blind_command(
         str | None, typer.Option(metavar="ADDRESS", help="A running Dask scheduler, tcp://HOST:PORT, in place of --workers.")
     ] = None,
     keep_recordings: Annotated[bool, typer.Option("--keep-recordings", help="Keep the recordings of every case.")] = False,
+    generator: Annotated[
+        Generator, typer.Option(help="wide: an independent simulator of many machines; bus: a few machines over the bus.")
+    ] = Generator.WIDE,
+    family: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help=f"Of the wide generator, draw only these machines or effects; repeatable. {_NAMES}"),
+    ] = None,
+    without: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Do not draw these, by the same names; repeatable.")
+    ] = None,
+    robots: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Draw from the MJCF robot models in this folder as well.")
+    ] = None,
 ) -> None:
     """Test the diagnosis on machines whose effects it cannot know.
 
-    Draws machines, effects, sizes and noise, seals that key, records every machine over the bus, diagnoses it in a process that
-    cannot see the key, opens the key and scores. An interrupted run goes on where it was. docs/blind.md says more.
+    Draws machines, effects, sizes and noise, seals that key, records every machine, diagnoses it in a process that cannot see
+    the key, opens the key and scores. An interrupted run goes on where it was. docs/blind.md says more.
 
     Example: drivetwin blind --cases 30 --seed 1 --out out/blind_30
     """
     if nominal not in (*NOMINALS, _BOTH):
         raise UserError(f"--nominal {nominal}: expected exact, off or both")
-    order = Order(draw_cases(cases, seed), seed, NOMINALS if nominal == _BOTH else (nominal,))
+    drawn, procedure = _generated(generator, cases, seed, _Asked(family or (), without or (), robots), workers)
+    order = Order(drawn, seed, NOMINALS if nominal == _BOTH else (nominal,))
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True) as bars:
         watch = _Watch(bars, bars.add_task("cases", total=cases))
-        scored = run(order, Place(out), Procedure(code_hash(), keep_recordings), cluster(scheduler, workers), watch)
+        scored = run(order, Place(out), replace(procedure, keep_recordings=keep_recordings), cluster(scheduler, workers), watch)
     console.print(f"key opened: {out / KEY} is what was sealed", highlight=False, soft_wrap=True)
     console.print(terminal_table(scored))
     console.print(f"{cases} cases scored: {out / 'score.html'}", highlight=False, soft_wrap=True)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What the wide generator may draw."""
+
+    family: Sequence[str]
+    without: Sequence[str]
+    robots: Path | None
+
+
+def _generated(generator: Generator, cases: int, seed: int, asked: _Asked, workers: int) -> tuple[Sequence[Case], Procedure]:
+    """Cases, and how they are recorded."""
+    if generator is Generator.WIDE:
+        allowed = choice(asked.family, asked.without, asked.robots)
+        recorder = partial(record_wide, robots=asked.robots)
+        return draw_wide(cases, seed, allowed, workers), Procedure(code_hash(), record=recorder, layout=_WIDE)
+    if asked.family or asked.without or asked.robots:
+        raise UserError("--family, --without and --robots are of --generator wide; the bus generator draws its own machines")
+    return draw_cases(cases, seed), Procedure(code_hash())
 
 
 class _Watch:

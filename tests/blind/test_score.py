@@ -11,12 +11,12 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.stats import binomtest
 
-from blind.answer import Answer, Gap, first_of_steps, measure, read_answer
+from blind.answer import Answer, Gap, measure, read_answer
 from blind.case import Case, Cause
 from blind.judge import Judged
 from blind.rates import Rate
 from blind.score import Target, order_of_answers, score_nominal
-from diagnosis.report.schema import GapReport
+from blind.told import Told
 
 AXES = ("slide", "turn")
 STRIBECK = Cause("stribeck", "slide", {})
@@ -35,9 +35,9 @@ def cause(effect: str, axis: str | None = "slide", p: float = 1.0, step: int = 1
     return {"step": step, "effect": effect, "axis": axis, "probability": p, **filled, **more}
 
 
-def report(*causes: dict[str, object], selected: tuple[tuple[str, str], ...] = (), verdict: str = "explained") -> GapReport:
+def report(*causes: dict[str, object], selected: tuple[tuple[str, str], ...] = (), verdict: str = "explained") -> Told:
     levels = {"torque_rms": 1.0, "gap_rms": 1.0, "noise_rms": 0.1, "standstill_rms": 0.0, "significant": True}
-    return GapReport.model_validate(
+    return Told.model_validate(
         {
             "schema": "gap-report/1",
             "version": "0",
@@ -53,7 +53,7 @@ def report(*causes: dict[str, object], selected: tuple[tuple[str, str], ...] = (
     )
 
 
-def judged(truth: Case, told: GapReport | None, nominal: str = "exact", **gaps: Gap) -> Judged:
+def judged(truth: Case, told: Told | None, nominal: str = "exact", **gaps: Gap) -> Judged:
     return Judged(truth, Answer(told, gaps, {}, None if told else "died"), nominal)
 
 
@@ -76,7 +76,8 @@ def test_indistinguishable_effect_counts_on_the_same_axis() -> None:
 
 def test_later_steps_do_not_answer_which() -> None:
     told = report(cause("coulomb"), cause("stribeck", step=2))
-    assert first_of_steps(told)[1].effect == "coulomb"
+    assert told.first is not None
+    assert told.first.effect == "coulomb"
     assert not judged(case(STRIBECK), told).right
 
 
@@ -152,7 +153,7 @@ def test_effects_that_are_selected_and_not_there() -> None:
         (case(STRIBECK, PAYLOAD), report(cause("payload", "turn")), "exact", True),
     ],
 )
-def test_what_a_probability_speaks_of(truth: Case, told: GapReport, nominal: str, right: bool) -> None:
+def test_what_a_probability_speaks_of(truth: Case, told: Told, nominal: str, right: bool) -> None:
     assert judged(truth, told, nominal).promise_is_right is right
 
 
@@ -275,7 +276,7 @@ def test_interval_is_wilsons(hits: int, of: int) -> None:
     assert Rate(hits, of).ci90 == pytest.approx((expected.low, expected.high))
 
 
-@pytest.mark.parametrize("content", ["{", '{"schema": "gap-report/2"}'])
+@pytest.mark.parametrize("content", ["{", '{"schema": "gap-report/2"}', '{"schema": "gap-report/3"}'])
 def test_report_that_breaks_the_contract_is_no_answer(tmp_path: Path, content: str) -> None:
     (tmp_path / "report.json").write_text(content, encoding="utf-8")
     answer = read_answer(tmp_path)

@@ -89,6 +89,17 @@ def test_the_density_of_whitened_rows_is_that_of_the_dense_gaussian() -> None:
     assert told == pytest.approx(multivariate_normal(np.zeros(count), covariance).logpdf(sample), abs=1e-3)
 
 
+@pytest.mark.parametrize("memory", [0.0, 0.5, 0.8])
+def test_as_many_rows_are_independent_as_tell_a_mean_as_well(memory: float) -> None:
+    """Of a process of first order a share (1 - a) / (1 + a); its mean over stretches varies as much."""
+    rng = np.random.default_rng(8)
+    residual = autoregressive(rng, 400_000, (memory,), 1.0)
+    found = coloured(residual, (400_000,), order=1)
+    assert found.independent == pytest.approx(400_000 * (1.0 - memory) / (1.0 + memory), rel=0.03)
+    means = residual.reshape(2000, 200).mean(axis=1)
+    assert np.var(residual) / np.var(means) == pytest.approx(found.independent / 2000, rel=0.1)
+
+
 def test_each_interval_of_time_has_a_colour_of_its_own() -> None:
     """A recording at another rate: one is white noise of 2, the other swings."""
     rng = np.random.default_rng(6)

@@ -11,11 +11,11 @@ import pyarrow.parquet as pq
 import pytest
 from typer.testing import CliRunner
 
-from diagnosis.report.schema import GapReport, read_report
-from diagnosis.prepare.motion import prepare
+from diagnosis.prepare.prepared import prepared
 from diagnosis.report.prediction import Patch, predict
-from diagnosis.prepare.simulation import simulation
+from diagnosis.report.schema import GapReport, read_report
 from diagnosis.report.write import prediction_table
+from diagnosis.settings import Settings
 from drivetwin.cli import app
 from drivetwin.recording.reader import read_recording
 from emulator.effects import read_effects
@@ -147,11 +147,11 @@ def _command(*words: str | Path) -> str:
 def _predicted_training(case: Case, folder: Path) -> Path:
     """The training recording as the patched simulation predicts it, in the form of prediction/NAME.parquet."""
     recording = read_recording(case.training)[0]
-    twin = simulation(case.out / "patched.xml", recording.info.axes)
-    used = case.report.filter
-    run = prepare(twin, recording, used.cutoff_hz, used.standstill_velocity)
+    (used,) = case.report.axes.values()
+    ready = prepared(case.out / "patched.xml", [recording], [recording], Settings(cutoff_hz=used.cutoff_hz))
+    patch = Patch(read_effects(case.out / "effects.json"))
     path = folder / "training.parquet"
-    pq.write_table(prediction_table(predict(twin, run, Patch(read_effects(case.out / "effects.json")))), path)
+    pq.write_table(prediction_table(predict(ready.simulation, ready.runs[0], patch)), path)
     return path
 
 

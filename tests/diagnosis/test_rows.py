@@ -1,0 +1,112 @@
+"""Rows are the fitted samples of each axis in the order of time; blocks are contiguous; a part is spread over all of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rig_bench import PERIOD, compared, strokes
+
+from diagnosis.prepare.motion import Run
+from diagnosis.prepare.rows import ENOUGH, MUCH, Rows
+from diagnosis.report.result import Array
+from diagnosis.settings import Settings
+from drivetwin.motion.axis_motion import widen
+from drivetwin.motion.filtering import reach
+from emulator.effects.torque_offset import TorqueOffset
+
+AXES = ("turn", "lift")
+
+
+@pytest.fixture(scope="module")
+def rows(tmp_path_factory: pytest.TempPathFactory) -> Rows:
+    """Two recordings of different length."""
+    return compared(tmp_path_factory.mktemp("rig"), strokes(1, 25.0, name="one"), strokes(2, 14.0, name="other"))
+
+
+def chosen(run: Run, axis: str) -> Array:
+    """Sample numbers that are compared: every stride-th, where it is fitted."""
+    return np.array([k for k in range(0, len(run.recording.time), run.stride) if run.axes[axis].fitted[k]])
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_rows_are_the_fitted_samples_of_each_recording_in_order(rows: Rows, axis: str) -> None:
+    times = rows.rows(axis, lambda run, _: run.recording.time)
+    expected = [run.recording.time[chosen(run, axis)] for run in rows.runs]
+    np.testing.assert_array_equal(times, np.concatenate(expected))
+    assert rows.count(axis) == len(times)
+
+
+def test_target_is_measured_less_simulated(rows: Rows) -> None:
+    parts = [run.axes["lift"].torque - run.axes["lift"].base for run in rows.runs]
+    picked = [part[chosen(run, "lift")] for part, run in zip(parts, rows.runs, strict=True)]
+    np.testing.assert_array_equal(rows.target["lift"], np.concatenate(picked))
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_a_row_starts_anew_wherever_the_one_before_it_is_not_a_stride_earlier(rows: Rows, axis: str) -> None:
+    own = rows.of[axis]
+    steps = np.diff(own.sample) == rows.runs[0].stride
+    together = steps & (np.diff(own.run) == 0)
+    np.testing.assert_array_equal(own.start, np.concatenate(([True], ~together)))
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_blocks_are_contiguous_and_of_about_equal_length(rows: Rows, axis: str) -> None:
+    own = rows.of[axis]
+    steps = np.diff(own.block)
+    assert own.block[0] == 0
+    assert set(np.unique(steps)) <= {0, 1}
+    assert not np.any((steps == 0) & (np.diff(own.run) != 0)), "a block never spans two recordings"
+    sizes = np.bincount(own.block)
+    assert len(sizes) == pytest.approx(Settings().blocks, abs=2)
+    assert np.median(sizes) == pytest.approx(len(own) / Settings().blocks, rel=0.1)
+
+
+def test_an_effect_is_predicted_on_the_rows(rows: Rows) -> None:
+    """A constant goes through the filter as it is, where the axis does not stick nearby."""
+    cost = rows.cost("turn", TorqueOffset(1.3), rows.simulation.dynamics()["turn"])
+    assert set(cost) == {"turn"}
+    far = 3 * reach(PERIOD, rows.runs[0].cutoff_hz)
+    clear = rows.picked("turn", [(~widen(run.axes["turn"].sticks, far)).astype(np.float64) for run in rows.runs]) > 0.5
+    assert 0.5 < clear.mean() < 1.0
+    np.testing.assert_allclose(cost["turn"][clear], -1.3, rtol=1e-3)
+
+
+def test_motion_of_all_recordings_stands_one_after_the_other(rows: Rows) -> None:
+    whole = np.concatenate([run.axes["lift"].motion.position for run in rows.runs])
+    np.testing.assert_array_equal(rows.motion["lift"].position, whole)
+
+
+def test_what_is_short_is_searched_whole(rows: Rows) -> None:
+    assert rows.part is rows
+
+
+def test_a_part_is_pieces_spread_over_a_long_recording(tmp_path: Path) -> None:
+    long = compared(tmp_path, strokes(1, 1.2 * MUCH * ENOUGH))
+    whole, pieces = long.runs[0], long.part.runs
+    assert sum(len(piece.recording.time) for piece in pieces) * PERIOD == pytest.approx(ENOUGH, rel=0.05)
+    assert pieces[0].recording.time[0] == whole.recording.time[0]
+    assert pieces[-1].recording.time[-1] == whole.recording.time[-1]
+    begins = np.array([piece.recording.time[0] for piece in pieces])
+    np.testing.assert_allclose(np.diff(begins), np.diff(begins).mean(), rtol=1e-3)
+    for piece in pieces:
+        begin = round(float(piece.recording.time[0] - whole.recording.time[0]) / PERIOD)
+        span = slice(begin, begin + len(piece.recording.time))
+        for axis in AXES:
+            own, all_of_it = piece.axes[axis], whole.axes[axis]
+            np.testing.assert_array_equal(own.torque, all_of_it.torque[span])
+            np.testing.assert_array_equal(own.motion.position, all_of_it.motion.position[span])
+            assert not own.fitted[0]
+            assert not own.fitted[-1]
+            assert np.all(all_of_it.fitted[span] | ~own.fitted)
+
+
+def test_each_recording_has_its_share_of_a_part(tmp_path: Path) -> None:
+    long = compared(tmp_path, strokes(1, 140.0, name="1"), strokes(2, 40.0, name="2"))
+    lengths = {
+        name: sum(len(run.recording.time) for run in long.part.runs if run.recording.name == name) * PERIOD for name in "12"
+    }
+    assert lengths["1"] / lengths["2"] == pytest.approx(140.0 / 40.0, rel=0.1)
+    assert lengths["1"] + lengths["2"] == pytest.approx(ENOUGH, rel=0.1)
