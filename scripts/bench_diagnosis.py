@@ -24,17 +24,13 @@ from controller.machine import load_machine
 from controller.pacing import Lockstep
 from controller.progress import Progress
 from controller.session import session_on
-from diagnosis.prepare.rows import Comparison
 from diagnosis.diagnose import diagnose
 from diagnosis.excitation.choice import Question
 from diagnosis.excitation.limits import AxisLimits
 from diagnosis.excitation.plan import plan
-from diagnosis.prepare.motion import prepare, thresholds
-from diagnosis.prepare.noise import noise_of
-from diagnosis.propose.nominal import nominal_parameters
-from diagnosis.settings import DiagnosisSettings
-from diagnosis.prepare.simulation import simulation
-from diagnosis.state import state_with
+from diagnosis.prepare.prepared import prepared
+from diagnosis.settings import Settings
+from diagnosis.weigh.state import bench_of, first_colours, state_of
 from drive_profiles import load_profile
 from drivetwin.bus import InprocBus
 from drivetwin.motion.jerk_limited import MotionLimits
@@ -194,13 +190,13 @@ def _control(path: Array) -> Array:
 
 
 def _by_diagnosis(model: Path, recording: Recording) -> Stage:
-    """The diagnosis's way to the parameters of a model: filter, inverse dynamics, folds, ridge regression."""
-    twin = simulation(model, recording.info.axes)
-    run = prepare(twin, recording, CUTOFF, thresholds(twin, [recording], CUTOFF))
-    comparison = Comparison(twin, [run])
-    state = state_with(comparison, nominal_parameters(comparison), (), {"axis": noise_of("axis", [run]).floor})
+    """The diagnosis's way to the parameters of a model: filter, inverse dynamics, regression with priors."""
+    settings = Settings(cutoff_hz=CUTOFF)
+    ready = prepared(model, [recording], [recording], settings)
+    bench = bench_of(ready.rows, settings, ready.absolute)
+    fit = state_of(bench, (), first_colours(bench)).plain.fit()
     off = dict.fromkeys(("coulomb", "viscous", "inertia"), 0.0)
-    for nominal, amount in zip(state.nominals, state.regression.fit().coefficients, strict=True):
+    for nominal, amount in zip(bench.nominals, fit.coefficients, strict=True):
         if nominal.effect is not None:
             off[nominal.effect] += float(amount)
         elif nominal.body is not None:
@@ -253,13 +249,12 @@ def _error(model: Path, stage: Stage, recording: Recording) -> float:
     """Rms over samples in motion of measured less predicted force, both filtered, with these parameters."""
     fitted = model.with_name("fitted.xml")
     fitted.write_text(_mjcf(stage, SAMPLE), encoding="utf-8")
-    twin = simulation(fitted, recording.info.axes)
-    own = prepare(twin, recording, CUTOFF, thresholds(twin, [recording], CUTOFF)).axes["axis"]
+    own = prepared(fitted, [recording], [recording], Settings(cutoff_hz=CUTOFF)).runs[0].axes["axis"]
     return float(np.sqrt(np.mean((own.torque - own.base)[own.used] ** 2)))
 
 
 def _diagnosed(model: Path, recording: Recording) -> None:
-    diagnose(model, [recording], [], DiagnosisSettings(), lambda _what, _share: None)
+    diagnose(model, [recording], [], Settings(), lambda _what, _share: None)
 
 
 @dataclass(frozen=True)
@@ -277,7 +272,7 @@ def five_minutes() -> list[Phase]:
         model = Path(folder) / "scara.xml"
         model.write_text(_nominal_scara(), encoding="utf-8")
         told: list[tuple[str, float]] = [("reading the model", time.perf_counter())]
-        diagnose(model, [recording], [], DiagnosisSettings(), lambda what, _share: told.append((what, time.perf_counter())))
+        diagnose(model, [recording], [], Settings(), lambda what, _share: told.append((what, time.perf_counter())))
         told.append(("", time.perf_counter()))
     return [Phase(name, after - began) for (name, began), (_, after) in pairwise(told)]
 

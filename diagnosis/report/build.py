@@ -254,7 +254,19 @@ def _causes(
     for axis in open_axes:
         repeats = _repeats(ready, gaps, axis)
         causes.append(_unknown_cause(gaps, axis, divided[axis][1], ready.cutoff_hz, repeats))
-    return sorted(causes, key=lambda cause: -cause.probability * cause.share)
+    weights = _weights(gaps, open_axes)
+    told = [replace(cause, share=cause.share * weights.get(cause.axis, 0.0)) for cause in causes]
+    return sorted(told, key=lambda cause: -cause.probability * cause.share)
+
+
+def _weights(gaps: _Gaps, open_axes: Sequence[str]) -> dict[str, float]:
+    """Of each axis's gap in that of all, energies over those of their torques: axes have different units and sizes."""
+    energies = {}
+    for axis in open_axes:
+        torque = np.concatenate([each.axes[axis].measured[each.axes[axis].used] for each in gaps.unseen])
+        energies[axis] = gap_rms(gaps.unseen, axis) ** 2 / max(float(np.mean(torque**2)) if torque.size else 0.0, 1e-300)
+    whole = sum(energies.values())
+    return {axis: energy / whole if whole > 0.0 else 1.0 / len(energies) for axis, energy in energies.items()}
 
 
 def _selected(

@@ -119,7 +119,8 @@ class Shrink:
 class Cause:
     """One effect on one axis, or `unknown`, which has no parameters and no shrink.
 
-    `probability`: that it, or one of those that it is indistinguishable from, is there. `share`: of its axis's gap.
+    `probability`: that it, or one of those that it is indistinguishable from, is there. `share`: of the gaps
+    of all axes together, each axis's energy over that of its torque.
     """
 
     effect: str

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from blind.diagnoser import first_cause
-from diagnosis.report.schema import CausePart
-from diagnosis.report.prediction import Patch
 from diagnosis.prepare.simulation import Simulation, simulation
+from diagnosis.report.prediction import Patch
+from diagnosis.report.schema import CausePart
 from drivetwin.recording.recording import AxisInfo
 from emulator.effects.inertia import Inertia
 from emulator.effects.stribeck import Stribeck

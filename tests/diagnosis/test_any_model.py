@@ -11,9 +11,9 @@ import pinocchio
 import pytest
 from model_forms import FORMS, INERTIA, JOINT, Form, written
 
+from diagnosis.prepare.simulation import Kinematics, Simulation, simulation
 from diagnosis.report.patched_model import patched_xml
 from diagnosis.report.result import Array
-from diagnosis.prepare.simulation import Kinematics, Simulation, simulation
 from drivetwin.cli import main
 from drivetwin.errors import UserError
 from drivetwin.motion import compilation

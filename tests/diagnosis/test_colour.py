@@ -8,8 +8,8 @@ from scipy.linalg import solve_toeplitz
 from scipy.stats import multivariate_normal
 from weigh_bench import PERIOD, autoregressive, rows_of
 
-from diagnosis.report.result import Array
 from diagnosis.model.colour import SHRUNK, Colour, colour_of, white
+from diagnosis.report.result import Array
 
 ORDER = 6
 LAW = (1.6, -0.9, 0.2)
@@ -81,7 +81,8 @@ def test_the_density_of_whitened_rows_is_that_of_the_dense_gaussian() -> None:
     rng = np.random.default_rng(5)
     found = coloured(autoregressive(rng, long, (0.8,), 1.0), (long,), order=1)
     coefficient, variance = float(found.predictors[0][1][0]), found.scale[0] ** 2
-    covariance = variance / (1.0 - coefficient**2) * coefficient ** np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    lags = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    covariance = variance / (1.0 - coefficient**2) * coefficient**lags
     rows = rows_of((count,))
     few = Colour((np.arange(count),), found.predictors, found.deviation, found.scale, np.minimum(np.arange(count), 1))
     sample = autoregressive(rng, count, (0.8,), 1.0)

@@ -12,8 +12,8 @@ import pytest
 from rig_bench import COULOMB, PERIOD, TURNING, VISCOUS, compared, ready, recording, swing, written_model
 
 from diagnosis.diagnose import diagnose
-from diagnosis.prepare.rows import Rows
 from diagnosis.prepare.drive_law import asked_of
+from diagnosis.prepare.rows import Rows
 from diagnosis.propose.drives import DriveFound, drive_effects
 from diagnosis.report.result import Array, Diagnosis, Verdict
 from diagnosis.settings import Settings

@@ -10,8 +10,8 @@ import pytest
 from rig_bench import compared, strokes
 
 from diagnosis.prepare.rows import Rows
-from diagnosis.report.result import Array
 from diagnosis.propose.side_by_side import side_by_side
+from diagnosis.report.result import Array
 from drivetwin.errors import UserError
 from emulator.effects.backlash import Backlash
 

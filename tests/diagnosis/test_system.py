@@ -10,10 +10,10 @@ from scipy import optimize
 from scipy.stats import multivariate_normal
 from weigh_bench import PERIOD, rows_of
 
-from diagnosis.prepare.rows import Column
-from diagnosis.report.result import Array
 from diagnosis.model.colour import Colour, colour_of, white
 from diagnosis.model.system import AxisSystem, System, axis_system
+from diagnosis.prepare.rows import Column
+from diagnosis.report.result import Array
 
 COUNT = {"turn": 60, "lift": 45}
 NOISE = {"turn": 1.4, "lift": 1.1}
@@ -119,7 +119,8 @@ def test_coefficients_and_their_covariance_are_the_conditional_ones(kind: str) -
     columns, rows = stacked(COLUMNS), np.concatenate(list(target().values()))
     information = columns.T @ np.linalg.solve(given, columns) + np.diag(SPREADS**-2.0)
     np.testing.assert_allclose(fit.covariance, np.linalg.inv(information), rtol=1e-6)
-    np.testing.assert_allclose(fit.coefficients, np.linalg.solve(information, columns.T @ np.linalg.solve(given, rows)), rtol=1e-6)
+    right = columns.T @ np.linalg.solve(given, rows)
+    np.testing.assert_allclose(fit.coefficients, np.linalg.solve(information, right), rtol=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["white", "coloured"])

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from rig_bench import PERIOD, compared, strokes
 
+from diagnosis.model.unknown import Component, by_quantity, components
 from diagnosis.prepare.rows import Rows
 from diagnosis.report.result import Array
-from diagnosis.model.unknown import Component, by_quantity, components
 from drivetwin.motion.axis_motion import widen
 from drivetwin.motion.filtering import reach
 
@@ -74,7 +72,7 @@ def test_a_position_that_is_relative_has_no_curve(rows: Rows) -> None:
     assert of(rows, "position", absolute=False) == []
 
 
-def test_a_smooth_curve_over_speed_is_within_its_reach(rows: Rows, tmp_path: Path) -> None:
+def test_a_smooth_curve_over_speed_is_within_its_reach(rows: Rows) -> None:
     """A Stribeck curve with an exponent of no effect: least squares leave a hundredth of its energy."""
     velocity = rows.rows("lift", lambda _, own: own.motion.velocity)
     curve = np.sign(velocity) * np.exp(-((np.abs(velocity) / 0.05) ** 1.4))

@@ -71,7 +71,7 @@ def test_only_effects_that_may_stand_several_times_say_so() -> None:
 
 
 def test_an_order_below_half_a_wave_a_turn_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="order = 0.4 is outside 0.5"):
+    with pytest.raises(UserError, match=r"order = 0\.4 is outside 0\.5"):
         read(tmp_path, ripples(0.4))
 
 
