@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import log
 
@@ -32,6 +32,8 @@ HOPELESS = 1.0
 """Nats that a start must gain with its size free, to be moved at all."""
 FAR_OFF = 50.0
 """Nats that a start may lose whose size is not free: it may lie beside the valley."""
+RIVAL = 0.1
+"""Of what an effect gains and takes, that another must, to be asked for in its place."""
 OFF = 2.5
 """Standard deviations by which a nominal parameter is off for more than chance."""
 CLEARLY = 0.5
@@ -88,6 +90,8 @@ class Search:
     _best: dict[tuple[str, str], Effect] = field(init=False, default_factory=dict)
     """What each effect on each axis was when it was last asked for: a start for the next time."""
     _tried: dict[tuple[str, str], int] = field(init=False, default_factory=dict)
+    _rivals: dict[tuple[str, str], frozenset[str]] = field(init=False, default_factory=dict)
+    """What else gained a good part of what each effect gained when it was added."""
 
     def run(self) -> Found:
         """The set of effects that explains the recordings best."""
@@ -161,6 +165,7 @@ class Search:
             best = self.best(proposals)
             if best is None or count >= most:
                 return pair, proposals
+            self._rivals[best.effect.effect.name, best.effect.axis] = _rivals(best, proposals)
             later = self.settled((*pair.whole.effects, best.effect), proposals, pair)
             pair = self.dropped(later, best.effect)
             if (names := _names(pair.whole)) in seen:
@@ -200,7 +205,8 @@ class Search:
                 *(self._state(bench, rest, state.system.axes) for bench, state in zip(pair.benches, pair.states, strict=True))
             )
             known = self.evaluated(beside.whole, Begun(one.axis, one.effect, 0.0, 1))
-            others = [each for each in self.proposals(beside, [one.axis]) if not _same_kind(each.effect, one)]
+            rivals = self._rivals.get((one.effect.name, one.axis))
+            others = [each for each in self.proposals(beside, [one.axis], rivals) if not _same_kind(each.effect, one)]
             family = [*others, *([known] if known is not None else [])]
             best = max(family, key=lambda each: each.score, default=None)
             able = best is not None and best is not known and best.share >= self.bench.settings.least_share
@@ -262,9 +268,10 @@ class Search:
         """Kinds of effects that could have been named on an axis."""
         return max(len(self.kinds[axis]), 1)
 
-    def proposals(self, pair: Pair, axes: Sequence[str] | None = None) -> list[Proposal]:
-        """The best of every effect on every axis, given a set."""
+    def proposals(self, pair: Pair, axes: Sequence[str] | None = None, only: Collection[str] | None = None) -> list[Proposal]:
+        """The best of every effect on every axis, given a set; `only`: of some effects, by name."""
         asked = [(axis, kind) for axis in (axes if axes is not None else list(self.kinds)) for kind in self.kinds[axis]]
+        asked = [(axis, kind) for axis, kind in asked if only is None or kind.name in only]
         taken = {(one.effect.name, one.axis) for one in pair.whole.effects}
         asked = [(axis, kind) for axis, kind in asked if kind.several or (kind.name, axis) not in taken]
         found = side_by_side(lambda one: self._proposed(pair, *one), asked)
@@ -371,6 +378,15 @@ def _with(effects: Sequence[PlacedEffect], new: PlacedEffect, before: float) -> 
         for one in effects
     ]
     return (*kept, new)
+
+
+def _rivals(best: Proposal, proposals: Sequence[Proposal]) -> frozenset[str]:
+    """Effects on the same axis that could have taken its place."""
+    return frozenset(
+        one.effect.effect.name
+        for one in proposals
+        if one.effect.axis == best.effect.axis and one.score > RIVAL * best.score and one.share > RIVAL * best.share
+    )
 
 
 def _names(state: State) -> tuple[tuple[str, str], ...]:
