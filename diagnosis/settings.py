@@ -31,7 +31,7 @@ class Settings:
     nominal_spread: float = 0.04
     timing_spread: float = 5e-4
     timing_share: float = 0.2
-    misfit: float = 0.02
+    misfit: float = 0.01
     misfit_waves: float = 8.0
     colour_order: int = 8
     model_error: float = 0.012

@@ -61,6 +61,8 @@ class NotTestable:
 class Testable:
     """Effects that an axis can be asked for, and those that it cannot."""
 
+    __test__ = False
+
     kinds: tuple[type[Effect], ...]
     not_testable: tuple[NotTestable, ...]
 

@@ -146,8 +146,8 @@ class Search:
         amount, deviation = state.fit.coefficients[number], np.sqrt(max(state.fit.covariance[number, number], 0.0))
         if abs(amount) < OFF * deviation:
             return False
-        without = state.energy(held | {number})
-        return max(without[axis] - state.left[axis] for axis in without) >= self.bench.settings.least_share
+        free = state.energy(state.patched - {number})
+        return max(state.left[axis] - free[axis] for axis in free) >= self.bench.settings.least_share
 
     def added(self, pair: Pair) -> tuple[Pair, Sequence[Proposal]]:
         """The best effect added, and what it makes needless dropped, until nothing more is worth it."""
@@ -342,8 +342,8 @@ class Search:
         less, tangent = state.system.whiten(column), [state.system.whiten(each) for each in free]
         held = state.held(one.effect.name, one.axis)
         fit = state.system.fit(tangent, less, held)
-        left, before = state.energy(held, free, column), state.left if held == state.held() else state.energy(held)
-        share = max(before[axis] - left[axis] for axis in column)
+        left = state.energy(state.patched, free, column)
+        share = max(state.left[axis] - left[axis] for axis in column)
         gain = fit.evidence - state.fit.evidence
         rare = one.effect.unlikely(state.rows.motion[one.axis], state.dynamics[one.axis])
         prior = -log(self.tried(one.axis)) - log(max(one.tried, 1)) - rare

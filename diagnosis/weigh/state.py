@@ -103,11 +103,13 @@ class State:
 
     def held(self, effect: str | None = None, axis: str | None = None) -> frozenset[int]:
         """Nominal parameters that an effect, tried or in the set, takes the place of, by number."""
-        chosen = {(one.effect.name, one.axis) for one in self.effects} | {(effect, axis)}
+        chosen = {(one.effect.name, one.axis) for one in self.effects}
+        if effect is not None and axis is not None:
+            chosen.add((effect, axis))
         return frozenset(
             number
             for number, one in enumerate(self.bench.nominals)
-            if (one.effect, one.axis) in chosen or (one.timing and ("delay", one.axis) in chosen)
+            if one.axis is not None and ((one.effect, one.axis) in chosen or (one.timing and ("delay", one.axis) in chosen))
         )
 
     def fields(self, axis: str, effect: Effect) -> list[Field]:
@@ -134,9 +136,14 @@ class State:
         }
 
     @cached_property
+    def patched(self) -> frozenset[int]:
+        """Nominal parameters that a patch has as the model has them: all but the timing, which is of the recording."""
+        return frozenset(number for number, one in enumerate(self.bench.nominals) if not one.timing)
+
+    @cached_property
     def left(self) -> dict[str, float]:
-        """`energy` of the set as it stands."""
-        return self.energy(self.held())
+        """`energy` of the set as it stands, with the model's own parameters."""
+        return self.energy(self.patched)
 
 
 def state_of(bench: Bench, effects: Sequence[PlacedEffect], colours: Mapping[str, Colour | AxisSystem]) -> State:

@@ -118,7 +118,7 @@ CASES = (
 )  # fmt: skip
 OFF = (
     Case("inertia", "turn", only("turn", lambda at: 0.15 * TURNING * at.acceleration), {"difference": 0.15 * TURNING}),
-    Case("coulomb", "lift", only("lift", lambda at: COULOMB["lift"] * np.sign(at.velocity)), {"coulomb": 2.0 * COULOMB["lift"]}),
+    Case("coulomb", "lift", only("lift", lambda at: 6.0 * np.sign(at.velocity)), {"coulomb": COULOMB["lift"] + 6.0}),
 )
 LIKE_PARAMETERS = (
     Case("payload", "lift", loaded, {"mass": 0.8}),

@@ -85,9 +85,7 @@ def test_what_is_in_order_is_taken(bench: Bench) -> None:
     assert [each.name for each in inputs.training] == ["a", "b"]
     assert [each.name for each in inputs.validation] == ["held"]
     assert inputs.files == [bench.model] + [
-        bench.folder / name / file
-        for name in ("all/a", "all/b", "held")
-        for file in ("recording.json", "signals.parquet")
+        bench.folder / name / file for name in ("all/a", "all/b", "held") for file in ("recording.json", "signals.parquet")
     ]
 
 

@@ -67,9 +67,7 @@ def test_a_payload_on_the_carriage_costs_weight_and_inertia(
     np.testing.assert_allclose(told["turn"], moves["turn"] * turns, atol=1e-9)
 
 
-def test_a_coupling_costs_both_axes(
-    rows: Rows, acceleration: dict[str, dict[str, Array]], moves: dict[str, Array]
-) -> None:
+def test_a_coupling_costs_both_axes(rows: Rows, acceleration: dict[str, dict[str, Array]], moves: dict[str, Array]) -> None:
     told = known(rows, "lift", Coupling).column(Coupling(0.5, -2.0))
     shared = {axis: 0.5 * (both["lift"] - 2.0 * both["turn"]) for axis, both in acceleration.items()}
     np.testing.assert_allclose(told["lift"], moves["lift"] * shared["lift"], atol=1e-9)

@@ -48,9 +48,7 @@ def recorded(folder: Path, pull: float) -> Rows:
     """The other axis moves as it is modelled."""
     position, torque = sticking(pull)
     lift = moved(3, SECONDS)["lift"]
-    told = recording(
-        {"turn": torque, "lift": lift_torque(lift)}, {"turn": position, "lift": lift.position}, noise=1.0
-    )
+    told = recording({"turn": torque, "lift": lift_torque(lift)}, {"turn": position, "lift": lift.position}, noise=1.0)
     return compared(folder, told)
 
 
