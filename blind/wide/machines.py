@@ -134,8 +134,18 @@ def off(machine: Machine, draw: Draw) -> str:
     return mjcf(links, machine.limits, nominal)
 
 
-def equipped(draw: Draw, family: str, links: Sequence[Link], limits: Sequence[AxisLimits]) -> Machine:
-    """A machine whose motors, gears and friction are drawn for what its rigid bodies ask in its range.
+@dataclass(frozen=True)
+class Known:
+    """What is known of an axis already: Coulomb friction [N·m or N] and reflected rotor [kg·m² or kg], 0 where it is not."""
+
+    coulomb: float = 0.0
+    rotor: float = 0.0
+
+
+def equipped(
+    draw: Draw, family: str, links: Sequence[Link], limits: Sequence[AxisLimits], known: Sequence[Known] = ()
+) -> Machine:
+    """A machine whose motors, gears and friction, but for what is `known`, are drawn for what its bodies ask in its range.
 
     Rotor 0.2 to 2 times the load's inertia as reflected, Coulomb friction 5 to 50 % of what motion asks without it (industrial
     joints: Bittencourt and Gunnarsson 2012), viscous friction at full speed 0.1 to 1 times that.
@@ -143,9 +153,10 @@ def equipped(draw: Draw, family: str, links: Sequence[Link], limits: Sequence[Ax
     inertia, weight, others = _demands(draw, links, limits)
     nominal = []
     for k, limit in enumerate(limits):
-        rotor = float(inertia[k] * np.exp(draw.uniform(np.log(0.2), np.log(2.0))))
+        told = known[k] if known else Known()
+        rotor = told.rotor or float(inertia[k] * np.exp(draw.uniform(np.log(0.2), np.log(2.0))))
         asked = float((inertia[k] + rotor) * 0.5 * limit.max_acceleration + 0.5 * weight[k])
-        coulomb = asked * float(np.exp(draw.uniform(np.log(0.05), np.log(0.5))))
+        coulomb = told.coulomb or asked * float(np.exp(draw.uniform(np.log(0.05), np.log(0.5))))
         viscous = coulomb * float(np.exp(draw.uniform(np.log(0.1), 0.0))) / limit.max_speed
         most = others[k] + rotor * limit.max_acceleration + coulomb + viscous * limit.max_speed
         values = (coulomb, viscous, rotor, most * draw.uniform(0.5, 1.2))

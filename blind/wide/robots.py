@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from blind.wide.machines import AxisLimits, Draw, Link, Machine, equipped, hinge_limits, slide_limits
+from blind.wide.machines import AxisLimits, Draw, Known, Link, Machine, equipped, hinge_limits, slide_limits
 from drivetwin.errors import UserError
 
 ROBOTS = "robots"
@@ -46,15 +45,15 @@ def draw_robot(draw: Draw, family: str, directory: Path) -> Machine:
         raise UserError(f"--robots {directory}: {family} does not compile any more; leave the folder as it was")
     joints = _longest_chain(model)
     links, limits = _links(model, joints), [_limits(draw, model, joint) for joint in joints]
-    machine = equipped(draw, family, links, limits)
-    nominal = []
-    for known, joint in zip(machine.nominal, joints, strict=True):
-        dof = model.jnt_dofadr[joint]
-        friction, rotor = float(model.dof_frictionloss[dof]), float(model.dof_armature[dof])
-        nominal.append(replace(known, coulomb=friction or known.coulomb, rotor=rotor or known.rotor))
-    return replace(machine, nominal=tuple(nominal))
+    return equipped(draw, family, links, limits, [_known(model, joint) for joint in joints])
 
 
+def _known(model: mujoco.MjModel, joint: int) -> Known:
+    dof = model.jnt_dofadr[joint]
+    return Known(float(model.dof_frictionloss[dof]), float(model.dof_armature[dof]))
+
+
+@cache
 def _compiled(path: Path) -> mujoco.MjModel | None:
     """The model of a file; None where it is no model on its own (a part that others include)."""
     try:
