@@ -149,7 +149,10 @@ class System:
 
     def held_out(self, fold_of_block: Mapping[str, NDArray[np.intp]], folds: int, extra: Sequence[Column], less: Column | None,
                  held: frozenset[int] = frozenset()) -> dict[str, Array]:  # fmt: skip
-        """Log density [nats] of each axis's blocks, (B,), each predicted from the folds that it is not in."""
+        """Log density [nats] of each axis's blocks, (B,), each predicted from the folds that it is not in.
+
+        The unknown is not learned from these folds: a set is judged by what it names.
+        """
         whole, matrices = {}, {}
         count = {axis: len(own.target) for axis, own in self.axes.items()}
         p = len(self.columns)
@@ -177,13 +180,20 @@ class System:
                 if not mask.any():
                     continue
                 left = matrices[axis] @ np.append(-fit.coefficients, 1.0)
-                ratio = (fit.level[axis] / own.misfit) ** 2
-                kept = own.unknown[~mask]
-                mean = np.linalg.solve(grams[axis] + ratio * np.eye(len(own.squares)), kept.T @ left[~mask])
-                error = left[mask] - own.unknown[mask] @ mean
-                density = -0.5 * (error / fit.level[axis]) ** 2 - np.log(fit.level[axis])
-                found[axis] += np.bincount(own.blocks[mask], density, len(found[axis]))
+                for block in np.unique(own.blocks[mask]):
+                    rows = own.blocks == block
+                    found[axis][block] = _log_density(left[rows], own.unknown[rows], fit.level[axis], own.misfit)
         return found
+
+
+def _log_density(left: Array, unknown: Array, level: float, misfit: float) -> float:
+    """Of rows (n,) [nats] beside noise and an unknown that was not learned elsewhere: by its prior (Woodbury's identity)."""
+    ratio = (level / misfit) ** 2
+    inner = unknown.T @ unknown + ratio * np.eye(unknown.shape[1])
+    across = unknown.T @ left
+    square = float(left @ left - across @ np.linalg.solve(inner, across)) if len(across) else float(left @ left)
+    spread = float(np.linalg.slogdet(inner)[1]) - unknown.shape[1] * float(np.log(ratio))
+    return float(-0.5 * (square / level**2 + spread) - len(left) * np.log(level))
 
 
 @dataclass(frozen=True)
@@ -278,7 +288,7 @@ def solved(
     evidence -= 0.5 * float(np.sum(prior == 0.0)) * np.log(independent)
     coefficients, covariance = np.zeros(size), np.zeros((size, size))
     coefficients[free] = values
-    covariance[np.ix_(free, free)] = _inverse(information)
+    covariance[np.ix_(free, free)] = inverse_of(information)
     return Fit(coefficients, covariance, level, float(evidence))
 
 
@@ -293,7 +303,8 @@ def _solve(information: Array, right: Array) -> Array:
     return np.asarray(np.linalg.solve(scaled, right / scale) / scale)
 
 
-def _inverse(information: Array) -> Array:
+def inverse_of(information: Array) -> Array:
+    """Of a matrix (q, q), scaled, so that columns of different units weigh alike in the numerics."""
     scale = _scale(information)
     return np.asarray(np.linalg.inv(information / np.outer(scale, scale) + 1e-10 * np.eye(len(scale))) / np.outer(scale, scale))
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.model.system import Fit
+from diagnosis.model.system import Fit, inverse_of
 from diagnosis.weigh.state import State, moved_by_fit, state_of
 from drivetwin.errors import UserError
 from emulator.effects import PlacedEffect
@@ -99,8 +99,7 @@ def _deviations(state: State, bodies: Collection[int]) -> list[dict[str, float]]
         scores = np.zeros((int(own.blocks.max(initial=-1)) + 1, size))
         np.add.at(scores, own.blocks, columns * rows[:, None])
         middle += scores.T @ scores
-    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
-    inverse = np.linalg.inv(information / np.outer(scale, scale) + 1e-10 * np.eye(size)) / np.outer(scale, scale)
+    inverse = inverse_of(information)
     spread = np.sqrt(np.maximum(np.diag(inverse @ middle @ inverse), 0.0))
     found = []
     for number, one in enumerate(state.effects):

@@ -204,7 +204,7 @@ def test_the_unknown_s_mean_is_the_conditional_one() -> None:
 
 @pytest.mark.parametrize("kind", ["white", "coloured"])
 def test_held_out_densities_are_those_of_fits_without_the_rows(kind: str) -> None:
-    """Each fold's whitened rows given all others: coefficients fitted without them, the unknown conditioned on the rest."""
+    """Each block's whitened rows: coefficients fitted without its fold, the unknown by its prior."""
     colour = colours(kind)
     system = system_of(colour)
     folds = {axis: np.arange(8) % FOLDS for axis in COUNT}
@@ -229,11 +229,11 @@ def test_held_out_densities_are_those_of_fits_without_the_rows(kind: str) -> Non
             columns = [one.get(axis, np.zeros(COUNT[axis])) for one in [*system.columns, system.whiten(FREE)]]
             left = own.target - np.column_stack(columns) @ fit.coefficients
             shared = own.misfit**2 * own.unknown @ own.unknown.T
-            here, held = kept[axis], ~kept[axis]
-            inside = shared[np.ix_(here, here)] + fit.level[axis] ** 2 * np.eye(int(here.sum()))
-            error = left[held] - shared[np.ix_(held, here)] @ np.linalg.solve(inside, left[here])
-            density = -0.5 * (error / fit.level[axis]) ** 2 - np.log(fit.level[axis])
-            expected[axis] += np.bincount(own.blocks[held], density, 8)
+            for block in np.unique(own.blocks[~kept[axis]]):
+                here = own.blocks == block
+                spread = shared[np.ix_(here, here)] + fit.level[axis] ** 2 * np.eye(int(here.sum()))
+                full = multivariate_normal(np.zeros(len(spread)), spread).logpdf(left[here])
+                expected[axis][block] = full + 0.5 * here.sum() * np.log(2.0 * np.pi)
     for axis, densities in expected.items():
         np.testing.assert_allclose(found[axis], densities, rtol=1e-5, atol=1e-5)
 

@@ -53,12 +53,12 @@ class Case:
 
     effect: Effect
     first: Callable[[], Array]
-    mistaken_for: str
+    mistaken_for: frozenset[str]
 
 
 CASES = {
-    "a weight or a spring": Case(library()["gravity"](moment=1.5, angle=0.4), small_moves, "spring"),  # type: ignore[call-arg]
-    "a spring or a weight": Case(library()["spring"](stiffness=1.5, rest=0.3), small_moves, "gravity"),  # type: ignore[call-arg]
+    "a weight or a spring": Case(library()["gravity"](moment=1.5, angle=0.4), small_moves, frozenset({"spring"})),  # type: ignore[call-arg]
+    "a spring or a weight": Case(library()["spring"](stiffness=1.5, rest=0.3), small_moves, frozenset({"gravity", "payload"})),  # type: ignore[call-arg]
 }
 
 
@@ -68,7 +68,9 @@ def test_the_excited_motion_distinguishes_causes(case: Case, tmp_path: Path) -> 
     (tmp_path / "limits.yaml").write_text(LIMITS, encoding="utf-8")
     name = case.effect.name
     before = _diagnosed(tmp_path, "first", _recorded(case.effect, case.first()))
-    assert {name, case.mistaken_for} <= {before.causes[0].effect, *before.causes[0].indistinguishable_from}
+    open_ones = {before.causes[0].effect, *before.causes[0].indistinguishable_from}
+    assert name in open_ones
+    assert open_ones & case.mistaken_for
 
     asked = ("--report", tmp_path / "first_gap/report.json", "--axis", "axis", "--limits", tmp_path / "limits.yaml")
     _command("excite", tmp_path / "model.xml", *asked, "--out", tmp_path / "motion")
@@ -76,8 +78,8 @@ def test_the_excited_motion_distinguishes_causes(case: Case, tmp_path: Path) -> 
     after = _diagnosed(tmp_path, "second", _recorded(case.effect, path))
     assert after.causes[0].effect == name
     assert after.causes[0].probability > 0.9
-    assert case.mistaken_for not in after.causes[0].indistinguishable_from
-    assert _probability(after.causes, case.mistaken_for) < 0.05
+    assert not case.mistaken_for & set(after.causes[0].indistinguishable_from)
+    assert max(_probability(after.causes, one) for one in case.mistaken_for) < 0.05
 
 
 def _probability(causes: list[CausePart], effect: str) -> float:
