@@ -13,10 +13,14 @@ from emulator.sync_period import MILLISECOND, SyncPeriod
 
 @dataclass(frozen=True)
 class Cycle:
-    """What the drives run in one go, in servo periods; `interval` is what lies between two set-points, a SYNC from the next."""
+    """What the drives run in one go, in servo periods; `interval` is what lies between two set-points, a SYNC from the next.
+
+    `first`: it begins such an interval, so that set-points are taken; what a master writes later waits for the next.
+    """
 
     periods: int
     interval: int
+    first: bool = True
 
 
 class Clock(ABC):
@@ -163,7 +167,7 @@ class _Interval:
         self._next += 1
         periods = self.periods * self._next // self._cycles - self._run
         self._run += periods
-        return Cycle(periods, self.periods)
+        return Cycle(periods, self.periods, self._next == 1)
 
 
 CLOCKS: dict[str, type[Clock]] = {"realtime": RealtimeClock, "sync": SyncClock}

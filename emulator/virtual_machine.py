@@ -172,7 +172,7 @@ class VirtualMachine:
             self._run_cycle(cycle)
 
     def _run_cycle(self, cycle: Cycle) -> None:
-        self._servos.start_cycle(cycle.periods, cycle.interval)
+        self._servos.start_cycle(cycle.periods, cycle.interval, cycle.first)
         for drive in self.drives:
             drive.plan()
         self.plant.advance(self._servos)

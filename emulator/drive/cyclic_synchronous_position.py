@@ -20,17 +20,21 @@ class CyclicSynchronousPosition(Mode):
     def __init__(self, axis: Axis) -> None:
         super().__init__(axis)
         self._interpolator = Interpolator()
+        self._wanted = 0.0
         self._limits = PositionLimits(axis)
         self._target = axis.dictionary[0x607A]
 
     def enter(self) -> None:
-        self._interpolator.start_at(float(self.axis.servo.state["position"]))
+        self._wanted = float(self.axis.servo.state["position"])
+        self._interpolator.start_at(self._wanted)
 
     def plan(self, controlword: int) -> Loop:
         axis = self.axis
         demand = axis.servo.demand
-        target = axis.scaling.target(float(self._target.value), self._interpolator.setpoint, Rotary.SHORTEST)
-        self._interpolator.cycle(self._limits.clamp(target), axis.interpolation, demand, axis.set_point_interval)
+        if axis.servo.takes_setpoints:
+            target = axis.scaling.target(float(self._target.value), self._interpolator.setpoint, Rotary.SHORTEST)
+            self._wanted = self._limits.clamp(target)
+        self._interpolator.cycle(self._wanted, axis.interpolation, demand, axis.set_point_interval)
         demand[:, VELOCITY_OFFSET] = axis.velocity_offset()
         demand[:, TORQUE_OFFSET] = axis.torque_offset()
         return Loop.POSITION

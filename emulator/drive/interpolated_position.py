@@ -33,7 +33,7 @@ class InterpolatedPosition(Mode):
     def plan(self, controlword: int) -> Loop:
         axis = self.axis
         self._active = bool(controlword & Controlword.MODE_BIT_4)
-        if self._active:
+        if self._active and axis.servo.takes_setpoints:
             self._hold = self._limits.clamp(axis.scaling.target(float(self._setpoint.value), self._hold, Rotary.SHORTEST))
         demand = axis.servo.demand
         self._interpolator.cycle(self._hold, axis.interpolation, demand, axis.set_point_interval)

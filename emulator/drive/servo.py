@@ -207,6 +207,11 @@ class Servo:
         return view
 
     @property
+    def takes_setpoints(self) -> bool:
+        """Whether the coming cycle begins at a SYNC, or runs without any: in between set-points wait."""
+        return self._bank.first
+
+    @property
     def interval(self) -> int:
         """Servo periods from a SYNC to the next, the coming cycle being one of them or all."""
         return self._bank.interval
@@ -223,6 +228,7 @@ class ServoBank:
 
     def __init__(self, axes: int, seed: int) -> None:
         self.periods = self.interval = 8
+        self.first = True
         self.parameters = np.zeros(axes, dtype=PARAMETERS)
         self.state = np.zeros(axes, dtype=STATE)
         self.loops = np.zeros(axes, dtype=np.int64)
@@ -244,12 +250,16 @@ class ServoBank:
             self.parameters[unlimited][axis] = np.inf
         self.brakes[axis] = True
 
-    def start_cycle(self, periods: int, interval: int | None = None) -> None:
-        """Make the demand views `periods` long; `interval` is from a SYNC to the next, where that is more than a cycle."""
+    def start_cycle(self, periods: int, interval: int | None = None, first: bool = True) -> None:
+        """Make the demand views `periods` long; `interval` is from a SYNC to the next, where that is more than a cycle.
+
+        `first`: the cycle begins that interval.
+        """
         if periods > len(self.demand):
             self._make_room(periods)
         self.periods = periods
         self.interval = periods if interval is None else interval
+        self.first = first
 
     def run(self, period: int, motor_position: NDArray[np.float64], motor_torque: NDArray[np.float64]) -> None:
         """Run the loops for one period: read motor positions (n,) [rad], write motor torques (n,) [N·m]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import time
 from pathlib import Path
@@ -10,7 +11,7 @@ from pathlib import Path
 import canopen
 import pyarrow.parquet as pq
 from canopen.profiles.p402 import BaseNode402
-from processes import PATIENCE, drivetwin, emulator
+from processes import PATIENCE, drivetwin, emulator, start
 
 from controller.dictionary import object_dictionary
 from drive_profiles import load_profile
@@ -84,8 +85,11 @@ def await_true(condition) -> None:  # type: ignore[no-untyped-def]
 
 
 def test_an_interface_that_is_down_for_a_moment_does_not_end_the_emulator() -> None:
-    """`ip link set vcan0 down`, then up: as a master does that sets a bit rate."""
-    with emulator("--machine", "stage", "--profile", "cia402-full", "--clock", "realtime", bus="vcan0"):
+    """`ip link set vcan0 down`, then up: as a master does that sets a bit rate. The emulator says so and goes on."""
+    process = start("emulate", "--bus", "vcan0", "--machine", "stage", "--profile", "cia402-full", "--clock", "realtime")
+    try:
+        assert process.stdout is not None
+        assert "vcan0" in process.stdout.readline()
         for change in ("down", "up"):
             subprocess.run(["ip", "link", "set", "vcan0", change], check=True)
             time.sleep(0.2)
@@ -96,3 +100,8 @@ def test_an_interface_that_is_down_for_a_moment_does_not_end_the_emulator() -> N
             assert node.sdo[0x1000].raw & 0xFFFF == 402
         finally:
             network.disconnect()
+    finally:
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0
+    assert "is down: waiting until it is up again" in said

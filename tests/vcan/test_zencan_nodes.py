@@ -60,6 +60,7 @@ def test_store_survives_the_process(tmp_path: Path) -> None:
     """By 1010h and 1011h. Its own `save-objects` says 'evas' (73617665h) where CiA 301, 7.5.2.13, wants 'save': 0800 0020h."""
     store = ("--store", tmp_path / "store")
     with emulator("--machine", "arm", *DRIVES, *store, bus="vcan0"), Dump(tmp_path / "dump") as dump:
+        shipped = value(1, "0x6081 0", "u32")
         zencan("write 1 0x6081 0 u32 4711")
         assert zencan("save-objects 1").endswith("object 0x1010sub1: CantStore\n")
         dump.until("index: 4112, sub: 1, data: [101, 118, 97, 115]")
@@ -68,4 +69,4 @@ def test_store_survives_the_process(tmp_path: Path) -> None:
         assert value(1, "0x6081 0", "u32") == "4711"
         assert zencan("write 1 0x1011 1 u32 0x64616F6C") == "Wrote 4 bytes\n"
         zencan("nmt reset-app 1")
-        assert value(1, "0x6081 0", "u32") == "0"
+        assert value(1, "0x6081 0", "u32") == shipped
