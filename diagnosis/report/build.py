@@ -253,7 +253,8 @@ def _causes(
     causes.extend(_alternatives(answers, gaps.patch, open_axes, settings))
     for axis in open_axes:
         repeats = _repeats(ready, gaps, axis)
-        causes.append(_unknown_cause(gaps, axis, divided[axis][1], ready.cutoff_hz, repeats))
+        named = any(cause.axis == axis and cause.probability > LEAST_ALONE for cause in causes)
+        causes.append(_unknown_cause(gaps, axis, divided[axis][1], ready.cutoff_hz, repeats, named))
     weights = _weights(gaps, open_axes)
     told = [replace(cause, share=cause.share * weights.get(cause.axis, 0.0)) for cause in causes]
     return sorted(told, key=lambda cause: -cause.probability * cause.share)
@@ -365,14 +366,13 @@ def _is_in(one: PlacedEffect, patch: Patch) -> bool:
     return any(_alike(one, other) for other in patch.effects)
 
 
-def _unknown_cause(gaps: _Gaps, axis: str, divided: Sequence[Share], cutoff_hz: float, repeats: float) -> Cause:
+def _unknown_cause(gaps: _Gaps, axis: str, divided: Sequence[Share], cutoff_hz: float, repeats: float, named: bool) -> Cause:
     """What is left: how surely it is more than noise. Half of that is doubted of what does not repeat."""
     left = [_as_it_stands(each, axis) for each in gaps.unseen]
     share = next((one.share for one in divided if one.of == UNKNOWN), 0.0)
     p_value = significance(left, axis, gaps.noise[axis].floor, cutoff_hz)
     probability = float(np.clip((1.0 - p_value) * (0.5 + 0.5 * repeats), 0.01, 0.99))
-    alone = not any(one.axis == axis for one in gaps.patch.effects)
-    return Cause(UNKNOWN, axis, max(probability, LEAST_ALONE) if alone else probability, share, {}, None)
+    return Cause(UNKNOWN, axis, probability if named else max(probability, LEAST_ALONE), share, {}, None)
 
 
 def _as_it_stands(prediction: Prediction, axis: str) -> Prediction:

@@ -84,9 +84,9 @@ def weighed(family: Family, settings: Settings) -> Answer:
     members = []
     for k, one in enumerate(considered, start=1):
         better = float(np.mean(scores[:, k] > scores[:, place])) if place is not None else 0.0
-        members.append(Weighed(one, float(mean[k]), place is not None and (k == place or better >= AS_GOOD)))
+        members.append(Weighed(one, min(1.0, float(mean[k])), place is not None and (k == place or better >= AS_GOOD)))
     probability = sum(one.weight for one in members if one.as_good)
-    return Answer(chosen, float(probability), tuple(sorted(members, key=lambda one: -one.weight)))
+    return Answer(chosen, min(1.0, float(probability)), tuple(sorted(members, key=lambda one: -one.weight)))
 
 
 def _strain(family: Family, tangents: Sequence[Column], column: Column | None, held: frozenset[int]) -> float:
