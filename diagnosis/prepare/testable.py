@@ -125,13 +125,13 @@ def _turns(position: Array, least: float) -> int:
 def _feels_gravity(rows: Rows, axis: str) -> bool:
     """Whether a weight on the axis could be felt: gravity along a slide, across a hinge, as the model stands at qpos0.
 
-    A model without any gravity says nothing of it.
+    Not in a model without any gravity.
     """
     model = rows.simulation.model
     gravity = np.array(model.opt.gravity)
     size = float(np.linalg.norm(gravity))
     if size == 0.0:
-        return True
+        return False
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     along = float(abs(data.joint(rows.simulation.drives[axis].joint).xaxis @ gravity)) / size

@@ -104,7 +104,11 @@ def _not_given(run: Run, axis: str, effect: DriveEffect) -> Array:
 
 
 def gap_rms(predictions: Sequence[Prediction], axis: str, of: str = "before") -> float:
-    """Root mean square of measured less predicted (`before` or `after`) over the samples in use; 0 without any."""
-    parts = [each.axes[axis] for each in predictions]
-    gaps = np.concatenate([(part.measured - getattr(part, of))[part.used] for part in parts])
-    return float(np.sqrt(np.mean(gaps**2))) if gaps.size else 0.0
+    """Root mean square of measured less predicted (`before` or `after`) over the samples in use, by time; 0 without any."""
+    energy = seconds = 0.0
+    for each in predictions:
+        part = each.axes[axis]
+        gap = (part.measured - getattr(part, of))[part.used]
+        energy += each.period * float(gap @ gap)
+        seconds += each.period * len(gap)
+    return float(np.sqrt(energy / seconds)) if seconds else 0.0

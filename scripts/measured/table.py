@@ -46,7 +46,7 @@ def row(case: CaseScore) -> tuple[str, ...]:
 
 def percent(share: float | None) -> str:
     """A share in whole per cent; a dash for None."""
-    return "-" if share is None else f"{100.0 * share:.0f} %"
+    return "-" if share is None else "below 0" if share < 0.0 else f"{100.0 * share:.0f} %"
 
 
 def notes(score: Score) -> list[str]:
