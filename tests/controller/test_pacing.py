@@ -139,6 +139,7 @@ def test_the_names_of_the_command_line() -> None:
 
 def test_drives_that_keep_time_by_themselves_are_not_driven_in_lockstep() -> None:
     bench = VirtualBench(clock=RealtimeClock()).up()
+    bench.cycle.stop()
     with pytest.raises(UserError, match=r"keeps time by itself.*give --clock realtime"):
         Lockstep().check(bench.link, bench.drives[0])
     Realtime().check(bench.link, bench.drives[0])

@@ -186,9 +186,10 @@ def test_mbpoll_over_a_serial_line() -> None:
     with line() as (here, there), emulated("--machine", "scara", "--modbus-serial", here):
         rtu = ("-m", "rtu", "-b", "19200", "-P", "even", "-o", "10", there)
         assert mbpoll("-a", "3", "-r", "256", "-t", "4:hex", *rtu) == ["0x0250"]
+        others = mbpoll("-a", "1", "-r", "512", "-t", "4:int", "-B", *rtu)
         mbpoll("-a", "3", "-r", "512", "-t", "4:int", "-B", *rtu, "70000")
         assert mbpoll("-a", "3", "-r", "512", "-t", "4:int", "-B", *rtu) == ["70000"]
-        assert mbpoll("-a", "1", "-r", "512", "-t", "4:int", "-B", *rtu) == ["0"]
+        assert mbpoll("-a", "1", "-r", "512", "-t", "4:int", "-B", *rtu) == others != ["70000"], "one unit ID is one drive"
 
 
 @contextmanager
