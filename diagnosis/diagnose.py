@@ -15,7 +15,7 @@ from diagnosis.propose.drives import drive_effects
 from diagnosis.report.build import build
 from diagnosis.report.result import Diagnosis
 from diagnosis.settings import Settings
-from diagnosis.weigh.averaging import weighed
+from diagnosis.weigh.averaging import believed, weighed
 from diagnosis.weigh.moves import Search
 from diagnosis.weigh.refit import refitted
 from diagnosis.weigh.state import bench_of
@@ -65,6 +65,9 @@ def diagnose(
     found = Search(whole, part, kinds, progress).run()
     progress("probabilities", 0.8)
     answers = [weighed(family, settings) for family in found.families]
-    drives = [one for axis in kinds for one in drive_effects(ready.runs, axis, ready.testable[axis].kinds)]
+    drives = [
+        one for axis in kinds for one in drive_effects(ready.runs, axis, ready.testable[axis].kinds, settings.least_share)
+    ]
     progress("gap, shares, shrink", 0.9)
-    return build(ready, refitted(found.state, found.heavier), answers, drives, settings)
+    values = refitted(believed(found.state, answers), found.heavier)
+    return build(ready, values, answers, drives, settings)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from diagnosis.model.colour import Colour
 from diagnosis.prepare.rows import Column
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 LEVELS = 3
 """Times that coefficients and noise levels are found in turn."""
@@ -32,15 +34,27 @@ class AxisSystem:
     squares: Array
     misfit: float
     target: Array
-    blocks: NDArray[np.intp]
+    blocks: Index
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """Rows (N, k) of one axis: the columns that act on it, `index` (k - 1,) says which, and the target last."""
+
+    rows: Array
+    index: Index
 
 
 @dataclass(frozen=True)
 class Products:
-    """Of one axis: inner products of columns and target, A'A (q, q), and with the unknown's columns, U'A (m, q)."""
+    """Of one axis: inner products of the columns that act on it and the target, A'A (k, k), with the unknown's, U'A (m, k).
+
+    `index` (k - 1,): which of all columns they are; the target is the last.
+    """
 
     gram: Array
     across: Array
+    index: Index
 
 
 @dataclass(frozen=True)
@@ -53,7 +67,7 @@ class Fit:
     evidence: float
 
 
-def axis_system(colour: Colour, unknown: Array, misfit: float, target: Array, blocks: NDArray[np.intp]) -> AxisSystem:
+def axis_system(colour: Colour, unknown: Array, misfit: float, target: Array, blocks: Index) -> AxisSystem:
     """`unknown` (N, m): its columns as they are felt, for coefficients of rms `misfit` [N·m or N]."""
     columns = colour.whiten(unknown)
     values, vectors = np.linalg.eigh(columns.T @ columns) if columns.shape[1] else (np.zeros(0), np.zeros((0, 0)))
@@ -68,14 +82,13 @@ class System:
     axes: Mapping[str, AxisSystem]
     columns: Sequence[Column]
     spreads: Array
-    _whitened: dict[str, Array] = field(init=False, default_factory=dict)
+    _matrices: dict[str, Matrix] = field(init=False, default_factory=dict)
     _products: dict[str, Products] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         for axis, own in self.axes.items():
-            none = np.zeros(len(own.target))
-            self._whitened[axis] = np.column_stack([*(column.get(axis, none) for column in self.columns), own.target])
-            self._products[axis] = _products(own, self._whitened[axis])
+            self._matrices[axis] = _matrix(axis, self.columns, 0, own.target)
+            self._products[axis] = _products(own, self._matrices[axis])
 
     @property
     def rows(self) -> int:
@@ -89,57 +102,57 @@ class System:
     def fit(self, extra: Sequence[Column] = (), less: Column | None = None, held: frozenset[int] = frozenset()) -> Fit:
         """With further free columns, and `less` taken off the target; both whitened already. `held` columns are 0."""
         parts = {axis: self._with(axis, extra, less) for axis in self.axes}
-        spreads = np.concatenate([self.spreads, np.full(len(extra), np.inf)])
-        return solved(self.axes, parts, spreads, held)
+        return solved(self.axes, parts, self._spreads(extra), held)
 
     def strain(self, fit: Fit) -> float:
         """What the priors of the columns cost [nats]: how far nominal parameters are off."""
         return 0.5 * float(np.sum((fit.coefficients[: len(self.spreads)] / self.spreads) ** 2))
 
+    def _spreads(self, extra: Sequence[Column]) -> Array:
+        return np.concatenate([self.spreads, np.full(len(extra), np.inf)])
+
+    def _further(self, axis: str, extra: Sequence[Column], less: Column | None) -> Matrix:
+        """The further columns that act on an axis, and its target without what is taken off it."""
+        target = self.axes[axis].target
+        return _matrix(axis, extra, len(self.columns), target - less[axis] if less is not None and axis in less else target)
+
     def _with(self, axis: str, extra: Sequence[Column], less: Column | None) -> Products:
-        known = self._products[axis]
-        touched = any(axis in column for column in extra) or (less is not None and axis in less)
-        count = len(self.axes[axis].target)
-        if not extra and not touched:
+        known, further = self._products[axis], self._further(axis, extra, less)
+        if not len(further.index) and (less is None or axis not in less):
             return known
-        p = len(self.columns)
-        q = p + len(extra) + 1
-        gram, across = np.zeros((q, q)), np.zeros((len(known.across), q))
-        base = [*range(p), q - 1]
-        gram[np.ix_(base, base)], across[:, base] = known.gram, known.across
-        if not touched:
-            return Products(gram, across)
-        own, whitened = self.axes[axis], self._whitened[axis]
-        further = np.column_stack([column.get(axis, np.zeros(count)) for column in extra]) if extra else np.zeros((count, 0))
-        target = whitened[:, -1] - (less[axis] if less is not None and axis in less else 0.0)
-        new = np.column_stack([further, target])
-        at = [*range(p, q - 1), q - 1]
-        cross = whitened[:, :p].T @ new
-        gram[np.ix_(range(p), at)], gram[np.ix_(at, range(p))] = cross, cross.T
-        gram[np.ix_(at, at)] = new.T @ new
-        across[:, at] = own.unknown.T @ new
-        return Products(gram, across)
+        own, rows, new = self.axes[axis], self._matrices[axis].rows, further.rows
+        p, q = len(known.index), new.shape[1]
+        gram, across = np.empty((p + q, p + q)), np.empty((len(known.across), p + q))
+        gram[:p, :p], across[:, :p] = known.gram[:p, :p], known.across[:, :p]
+        cross = rows[:, :p].T @ new
+        gram[:p, p:], gram[p:, :p] = cross, cross.T
+        gram[p:, p:] = new.T @ new
+        across[:, p:] = own.unknown.T @ new
+        return Products(gram, across, np.concatenate([known.index, further.index]))
 
     def projector(self, axes: Sequence[str], level: Mapping[str, float], held: frozenset[int]) -> Projector:
         """Takes off some axes' rows what the columns, with their priors, and the unknown explain of them."""
         own = [axis for axis in self.axes if axis in axes]
-        keep = [k for k in range(len(self.columns)) if k not in held]
+        used = sorted({int(k) for axis in own for k in self._matrices[axis].index} - held)
+        place = {k: at for at, k in enumerate(used)}
+        columns, products = {}, {}
+        for axis in own:
+            keep = [at for at, k in enumerate(self._matrices[axis].index) if int(k) in place]
+            index = np.array([place[int(k)] for k in self._matrices[axis].index[keep]], dtype=np.intp)
+            known = self._products[axis]
+            columns[axis] = self._matrices[axis].rows[:, keep]
+            products[axis] = Products(known.gram[np.ix_(keep, keep)], known.across[:, keep], index)
         return Projector(
-            {axis: self.axes[axis] for axis in own},
-            {axis: self._whitened[axis][:, keep] for axis in own},
-            self.spreads[keep],
-            {axis: level[axis] for axis in own},
+            {axis: self.axes[axis] for axis in own}, columns, products, self.spreads[used], {axis: level[axis] for axis in own}
         )
 
     def residual(self, fit: Fit, extra: Sequence[Column] = (), less: Column | None = None) -> dict[str, Array]:
         """Whitened rows that the columns leave, unknown included in what is left, by axis."""
         found = {}
         for axis in self.axes:
-            rows = self._whitened[axis]
-            left = rows[:, -1] - rows[:, :-1] @ fit.coefficients[: len(self.columns)]
-            for column, value in zip(extra, fit.coefficients[len(self.columns) :], strict=True):
-                left = left - column.get(axis, 0.0) * value
-            found[axis] = left - (less[axis] if less is not None and axis in less else 0.0)
+            own, further = self._matrices[axis], self._further(axis, extra, less)
+            left = further.rows[:, -1] - own.rows[:, :-1] @ fit.coefficients[own.index]
+            found[axis] = left - further.rows[:, :-1] @ fit.coefficients[further.index]
         return found
 
     def unknown_of(self, axis: str, left: Array, level: float) -> Array:
@@ -147,39 +160,32 @@ class System:
         own = self.axes[axis]
         return own.unknown @ ((own.unknown.T @ left) / (own.squares + (level / own.misfit) ** 2))
 
-    def held_out(self, fold_of_block: Mapping[str, NDArray[np.intp]], folds: int, extra: Sequence[Column], less: Column | None,
+    def held_out(self, fold_of_block: Mapping[str, Index], folds: int, extra: Sequence[Column], less: Column | None,
                  held: frozenset[int] = frozenset()) -> dict[str, Array]:  # fmt: skip
         """Log density [nats] of each axis's blocks, (B,), each predicted from the folds that it is not in.
 
         The unknown is not learned from these folds: a set is judged by what it names.
         """
         whole, matrices = {}, {}
-        count = {axis: len(own.target) for axis, own in self.axes.items()}
-        p = len(self.columns)
-        for axis, own in self.axes.items():
-            further = [column.get(axis, np.zeros(count[axis])) for column in extra]
-            rows = self._whitened[axis]
-            target = rows[:, -1] - (less[axis] if less is not None and axis in less else 0.0)
-            matrices[axis] = (
-                np.column_stack([rows[:, :p], *further, target]) if further else np.column_stack([rows[:, :p], target])
-            )
-            whole[axis] = _products(own, matrices[axis])
-        spreads = np.concatenate([self.spreads, np.full(len(extra), np.inf)])
+        for axis in self.axes:
+            known, further = self._matrices[axis], self._further(axis, extra, less)
+            index = np.concatenate([known.index, further.index])
+            matrices[axis] = Matrix(np.column_stack([known.rows[:, :-1], further.rows]), index)
+            whole[axis] = self._with(axis, extra, less)
         found = {axis: np.zeros(int(own.blocks.max(initial=-1)) + 1) for axis, own in self.axes.items()}
         for fold in range(folds):
-            parts, squares, masks, grams = {}, {}, {}, {}
+            parts, masks, grams = {}, {}, {}
             for axis, own in self.axes.items():
                 masks[axis] = fold_of_block[axis][own.blocks] == fold
-                a, u = matrices[axis][masks[axis]], own.unknown[masks[axis]]
-                parts[axis] = Products(whole[axis].gram - a.T @ a, whole[axis].across - u.T @ a)
+                a, u = matrices[axis].rows[masks[axis]], own.unknown[masks[axis]]
+                parts[axis] = Products(whole[axis].gram - a.T @ a, whole[axis].across - u.T @ a, whole[axis].index)
                 grams[axis] = np.diag(own.squares) - u.T @ u
-                squares[axis] = own
-            fit = solved(self.axes, parts, spreads, held, grams, {axis: ~mask for axis, mask in masks.items()})
+            fit = solved(self.axes, parts, self._spreads(extra), held, grams, {axis: ~mask for axis, mask in masks.items()})
             for axis, own in self.axes.items():
                 mask = masks[axis]
                 if not mask.any():
                     continue
-                left = matrices[axis] @ np.append(-fit.coefficients, 1.0)
+                left = matrices[axis].rows @ np.append(-fit.coefficients[matrices[axis].index], 1.0)
                 for block in np.unique(own.blocks[mask]):
                     rows = own.blocks == block
                     found[axis][block] = _log_density(left[rows], own.unknown[rows], fit.level[axis], own.misfit)
@@ -198,48 +204,59 @@ def _log_density(left: Array, unknown: Array, level: float, misfit: float) -> fl
 
 @dataclass(frozen=True)
 class Projector:
-    """Least squares with the columns and the unknown taken out: what a local search for an effect minimises."""
+    """Least squares with the columns and the unknown taken out: what a local search for an effect minimises.
+
+    `products` are those of `columns`, by axis: nothing of the size of the rows is computed twice.
+    """
 
     axes: Mapping[str, AxisSystem]
     columns: Mapping[str, Array]
+    products: Mapping[str, Products]
     spreads: Array
     level: Mapping[str, float]
 
-    def __post_init__(self) -> None:
-        size = len(self.spreads)
+    @cached_property
+    def _inverse(self) -> Array:
         information = np.diag(1.0 / self.spreads**2)
-        for axis, own in self.axes.items():
-            information += self._inner(axis, own, self.columns[axis], self.columns[axis])
-        scale = _scale(information)
-        inverse = np.linalg.inv(information / np.outer(scale, scale) + 1e-10 * np.eye(size)) / np.outer(scale, scale)
-        object.__setattr__(self, "_inverse", inverse)
+        for axis, part in self.products.items():
+            inner = (part.gram - (part.across.T * self._shrink[axis]) @ part.across) / self.level[axis] ** 2
+            information[np.ix_(part.index, part.index)] += inner
+        return inverse_of(information)
 
-    def _inner(self, axis: str, own: AxisSystem, left: Array, right: Array) -> Array:
-        shrink = 1.0 / (own.squares + (self.level[axis] / own.misfit) ** 2)
-        through = (own.unknown.T @ left).T * shrink @ (own.unknown.T @ right)
-        return np.asarray((left.T @ right - through) / self.level[axis] ** 2)
+    @cached_property
+    def _shrink(self) -> dict[str, Array]:
+        return {axis: 1.0 / (own.squares + (self.level[axis] / own.misfit) ** 2) for axis, own in self.axes.items()}
 
     def left(self, rows: Mapping[str, Array]) -> Array:
-        """Whitened rows (N,) of each axis, in units of the noise, less what is explained; all axes one after the other.
+        """Whitened rows (N,) or (N, k) of each axis, in units of the noise, less what is explained; axis after axis.
 
         The unknown is taken off by half of what its prior lets through, so that the sum of squares is that of the evidence.
         """
-        names = list(self.axes)
-        right = sum(self._inner(axis, self.axes[axis], self.columns[axis], rows[axis][:, None])[:, 0] for axis in names)
-        b = self._inverse @ right  # type: ignore[attr-defined]
+        unknown = {axis: own.unknown.T @ rows[axis] for axis, own in self.axes.items()}
+        right = np.zeros((len(self.spreads), *next(iter(rows.values())).shape[1:]))
+        for axis, part in self.products.items():
+            own_right = self.columns[axis].T @ rows[axis] - (part.across.T * self._shrink[axis]) @ unknown[axis]
+            right[part.index] += own_right / self.level[axis] ** 2
+        b = self._inverse @ right
         parts = []
-        for axis in names:
-            own = self.axes[axis]
-            rest = rows[axis] - self.columns[axis] @ b
+        for axis, own in self.axes.items():
             ratio = (self.level[axis] / own.misfit) ** 2
-            gain = 1.0 - np.sqrt(ratio / (own.squares + ratio))
-            amount = own.unknown.T @ rest
-            parts.append((rest - own.unknown @ (gain * amount / np.maximum(own.squares, 1e-300))) / self.level[axis])
-        return np.concatenate([*parts, b / self.spreads])
+            gain = (1.0 - np.sqrt(ratio / (own.squares + ratio))) / np.maximum(own.squares, 1e-300)
+            part, own_b = self.products[axis], b[self.products[axis].index]
+            amount = (gain * (unknown[axis] - part.across @ own_b).T).T
+            parts.append((rows[axis] - self.columns[axis] @ own_b - own.unknown @ amount) / self.level[axis])
+        return np.concatenate([*parts, (b.T / self.spreads).T])
 
 
-def _products(own: AxisSystem, columns: Array) -> Products:
-    return Products(columns.T @ columns, own.unknown.T @ columns)
+def _matrix(axis: str, columns: Sequence[Column], first: int, target: Array) -> Matrix:
+    """`first`: number of the first of the columns."""
+    at = [k for k, column in enumerate(columns) if axis in column]
+    rows = np.column_stack([*(columns[k][axis] for k in at), target])
+    return Matrix(rows, np.array(at, dtype=np.intp) + first)
+
+
+def _products(own: AxisSystem, matrix: Matrix) -> Products:
+    return Products(matrix.rows.T @ matrix.rows, own.unknown.T @ matrix.rows, matrix.index)
 
 
 def solved(
@@ -253,6 +270,10 @@ def solved(
     """Coefficients and noise levels in turn, and the evidence; `grams` of the unknown's columns where rows are held out."""
     size = len(spreads)
     free = np.array([k for k in range(size) if k not in held], dtype=np.intp)
+    place = np.full(size, -1, dtype=np.intp)
+    place[free] = np.arange(len(free))
+    local = {axis: np.flatnonzero(place[part.index] >= 0) for axis, part in parts.items()}
+    into = {axis: place[part.index[local[axis]]] for axis, part in parts.items()}
     prior = 1.0 / spreads[free] ** 2
     count = {axis: float(kept[axis].sum() if kept else len(own.target)) for axis, own in axes.items()}
     level = dict.fromkeys(axes, 1.0)
@@ -266,12 +287,10 @@ def solved(
             roots, across = rotated[axis] if grams else (own.squares, part.across)
             shrink = 1.0 / (roots + (level[axis] / own.misfit) ** 2)
             reduced[axis] = part.gram - (across.T * shrink) @ across
-            information += reduced[axis][np.ix_(free, free)] / level[axis] ** 2
-            right += reduced[axis][free, -1] / level[axis] ** 2
+            information[np.ix_(into[axis], into[axis])] += reduced[axis][np.ix_(local[axis], local[axis])] / level[axis] ** 2
+            right[into[axis]] += reduced[axis][local[axis], -1] / level[axis] ** 2
         values = _solve(information, right)
-        vector = np.zeros(size + 1)
-        vector[free], vector[-1] = -values, 1.0
-        squares = {axis: max(float(vector @ reduced[axis] @ vector), 0.0) for axis in axes}
+        squares = {axis: _square(reduced[axis], local[axis], values[into[axis]]) for axis in axes}
         if turn < LEVELS - 1:
             level = {axis: max(1.0, float(np.sqrt(squares[axis] / max(count[axis], 1.0)))) for axis in axes}
     evidence = -0.5 * float(np.sum(values**2 * prior))
@@ -290,6 +309,13 @@ def solved(
     coefficients[free] = values
     covariance[np.ix_(free, free)] = inverse_of(information)
     return Fit(coefficients, covariance, level, float(evidence))
+
+
+def _square(reduced: Array, local: Index, values: Array) -> float:
+    """Sum of squares that columns with some values leave of the target."""
+    vector = np.zeros(len(reduced))
+    vector[local], vector[-1] = -values, 1.0
+    return max(float(vector @ reduced @ vector), 0.0)
 
 
 def _rotated(gram: Array, across: Array) -> tuple[Array, Array]:

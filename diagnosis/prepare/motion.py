@@ -38,6 +38,9 @@ HARDLY_COUPLED = 1e-3
 """Of the inertias of two axes, that the one between them must be to count."""
 ENOUGH_FITTED = 0.25
 """Of the samples in motion, that must be far from a standstill to be fitted alone; an axis may dwell everywhere."""
+PREDICTED_RATE = 8.0
+"""Samples from which effects are predicted while they are searched, a period of the motion's own cut-off: derivatives of them
+err by 0.2 %."""
 COMPARED_RATE = 2.5
 """Samples that are compared, a period of the cut-off: no more is in them."""
 
@@ -58,10 +61,8 @@ class AxisRun:
     used: Mask
     fitted: Mask
 
-    def piece(self, span: slice, edge: int) -> AxisRun:
-        """A part of it, of which `edge` samples at both ends are not fitted."""
-        fitted = self.fitted[span].copy()
-        fitted[:edge] = fitted[-edge:] = False
+    def part(self, span: slice) -> AxisRun:
+        """Some samples of it, at equal steps."""
         own = {name: getattr(self.motion, name)[span] for name in SAMPLED}
         return replace(
             self,
@@ -70,29 +71,49 @@ class AxisRun:
             base=self.base[span],
             sticks=self.sticks[span],
             used=self.used[span],
-            fitted=fitted,
+            fitted=self.fitted[span],
         )
+
+    def without_edges(self, edge: int) -> AxisRun:
+        """The same, of which `edge` samples at both ends are not fitted."""
+        fitted = self.fitted.copy()
+        fitted[:edge] = fitted[-edge:] = False
+        return replace(self, fitted=fitted)
 
 
 @dataclass(frozen=True)
 class Run:
     """One recording, prepared: every `stride`-th sample is compared; `kinematics` (n, k) of all axes through that filter.
 
+    `period` [s]: between samples; `cutoff_hz`, `motion_hz` [Hz]: of the filters of the comparison, and of the motion.
     `coupling` (n,), by two axes: d torque of the second / d acceleration of the first, where there is any.
     """
 
     recording: Recording
     period: float
     cutoff_hz: float
+    motion_hz: float
     stride: int
     kinematics: Kinematics
     axes: Mapping[str, AxisRun]
     coupling: Mapping[tuple[str, str], Array]
 
     def piece(self, span: slice) -> Run:
-        """A part of it; what the filter cannot know at the two cuts is not fitted."""
+        """A stretch of it; what the filter cannot know at the two cuts is not fitted."""
         edge = reach(self.period, self.cutoff_hz)
-        axes = {name: axis.piece(span, edge) for name, axis in self.axes.items()}
+        stretch = self._part(span)
+        return replace(stretch, axes={name: axis.without_edges(edge) for name, axis in stretch.axes.items()})
+
+    def thinned(self) -> Run:
+        """No more samples than effects need to be predicted from: those of a torque are not in what is filtered."""
+        step = max(1, int(1.0 / (PREDICTED_RATE * self.motion_hz * self.period)))
+        if step == 1:
+            return self
+        period = step * self.period
+        return replace(self._part(slice(None, None, step)), period=period, stride=stride_of(period, self.cutoff_hz))
+
+    def _part(self, span: slice) -> Run:
+        axes = {name: axis.part(span) for name, axis in self.axes.items()}
         recording = replace(self.recording, time=self.recording.time[span])
         coupling = {pair: inertia[span] for pair, inertia in self.coupling.items()}
         return replace(self, recording=recording, kinematics=self.kinematics.part(span), axes=axes, coupling=coupling)
@@ -182,21 +203,27 @@ def prepare(
         )
         chosen = select(narrow[axis], standstill[axis], 0.0)
         fitted = chosen.fitted if chosen.fitted.sum() >= ENOUGH_FITTED * chosen.moving.sum() else chosen.moving
-        sticks = _sticks(motion, standstill[axis], fitted, round(STANDSTILL_REACH * reach(period, cutoff)))
+        sticks = _sticks(motion, standstill[axis], chosen.moving, round(STANDSTILL_REACH * reach(period, cutoff)))
         simulated = rigid[:, k] + dynamics[axis].friction.resistance(motion)
         base = zero_phase(np.where(sticks, motion.torque, simulated), period, cutoff)
         torque = zero_phase(motion.torque, period, cutoff)
-        axes[axis] = AxisRun(axis, motion, torque, base, sticks, chosen.moving, fitted)
-    stride = max(1, int(1.0 / (COMPARED_RATE * cutoff * period)))
-    return Run(recording, period, cutoff, stride, compared, axes, _coupling(simulation.axes, inertia))
+        axes[axis] = AxisRun(axis, motion, torque, base, sticks, fitted, fitted)
+    coupling = _coupling(simulation.axes, inertia)
+    return Run(recording, period, cutoff, wide, stride_of(period, cutoff), compared, axes, coupling)
 
 
-def _sticks(motion: Motion, threshold: float, fitted: Mask, near: int) -> Mask:
-    """Where an axis stands within so many samples of some that are fitted, into which the filter smears what it holds then.
+def stride_of(period: float, cutoff_hz: float) -> int:
+    """Samples, one of which is compared: no more is in what passed the filter."""
+    return max(1, int(1.0 / (COMPARED_RATE * cutoff_hz * period)))
 
-    As it reverses: for the milliseconds in which friction turns round, any torque between its two levels holds.
+
+def _sticks(motion: Motion, threshold: float, moving: Mask, near: int) -> Mask:
+    """Where an axis stands within so many samples of some that count, into which the filter smears what it holds then.
+
+    Before and after a rest, and as it reverses: for the milliseconds in which friction turns round, any torque between its two
+    levels holds.
     """
-    return np.asarray((np.abs(motion.velocity) <= threshold) & widen(fitted, near))
+    return np.asarray((np.abs(motion.velocity) <= threshold) & widen(moving, near))
 
 
 def _kinematics(simulation: Simulation, recording: Recording, cutoff: float) -> Kinematics:

@@ -24,16 +24,20 @@ LOWER_QUARTILE = 0.25
 
 @dataclass(frozen=True)
 class Noise:
-    """Of one axis, rms in the compared band [N·m or N]: noise alone, how it was found, and what a model is expected to miss."""
+    """Of one axis, rms in the compared band [N·m or N]: noise alone, how it was found, and what a model is expected to miss.
+
+    `channel`: noise of the torque as it was recorded, over its whole band.
+    """
 
     rms: float
     found_by: str
     model_error: float
+    channel: float
 
     @property
     def floor(self) -> float:
-        """Both together: what is no gap of the machine."""
-        return float(np.hypot(self.rms, self.model_error))
+        """What is no gap of the machine: noise and model error together, and what the recorded torque's own noise hides."""
+        return max(float(np.hypot(self.rms, self.model_error)), self.channel)
 
 
 def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error: float) -> Noise:
@@ -43,12 +47,14 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
     density in the compared band is what no cause makes, for none is spread evenly over frequency. `model_error`: share of the
     torque that the comparison errs by.
     """
-    powers, floors, weights, timing = [], [], [], []
+    powers, channels, floors, weights, timing = [], [], [], [], []
     quantum = 0.0
     for run, rest in zip(runs, left, strict=True):
         torque = run.axes[axis].motion.torque
         quantum = max(quantum, run.recording.info.axes[axis].torque_resolution or 0.0)
-        powers.append(_density(torque, run) * _bandwidth(run))
+        density = _density(torque, run)
+        powers.append(density * _bandwidth(run))
+        channels.append(density * 0.5 / run.period)
         floors.append(_floor(rest, run))
         weights.append(len(torque) * run.period)
         slope = derivative(run.axes[axis].torque, run.period)[run.axes[axis].used]
@@ -59,14 +65,16 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
     resolution = quantum**2 / 12.0 * band
     of_time = float(np.average(timing, weights=weights))
     rms = float(np.sqrt(max(sensor, resolution, floor) + of_time))
+    channel = float(np.sqrt(max(np.average(channels, weights=weights), quantum**2 / 12.0)))
     told = (
         f"spectrum of the torque above {ABOVE:g} cut-offs, taken as white, through the filter: {np.sqrt(sensor):.3g}; "
         f"lower quartile of the spectrum of what is left in the band: {np.sqrt(floor):.3g}; "
-        f"resolution: {np.sqrt(resolution):.3g}; {TIMING:g} of a sample between position and torque: {np.sqrt(of_time):.3g}"
+        f"resolution: {np.sqrt(resolution):.3g}; {TIMING:g} of a sample between position and torque: {np.sqrt(of_time):.3g}; "
+        f"torque as recorded, over its whole band: {channel:.3g}"
     )
     compared = np.concatenate([run.axes[axis].torque[run.axes[axis].used] for run in runs])
     error = model_error * float(np.sqrt(np.mean(compared**2))) if compared.size else 0.0
-    return Noise(rms, told, error)
+    return Noise(rms, told, error, channel)
 
 
 def _floor(left: Array, run: Run) -> float:

@@ -10,6 +10,7 @@ from diagnosis.prepare.cutoff import chosen_cutoff, motion_cutoff
 from diagnosis.prepare.drive_law import law_holds
 from diagnosis.prepare.hold_back import hold_back
 from diagnosis.prepare.motion import Run, begins, prepare, standstill_of
+from diagnosis.prepare.positions import positions
 from diagnosis.prepare.rows import Rows
 from diagnosis.prepare.simulation import Simulation, simulation
 from diagnosis.prepare.testable import Testable, is_absolute, testable
@@ -22,7 +23,8 @@ from drivetwin.recording.recording import Recording
 class Prepared:
     """What is fitted (`runs`, `rows`) and what is not (`checks`); `held_back`: they are of the same recordings.
 
-    `standstill` [rad/s or m/s]: of each axis, the middle one of its recordings'.
+    `standstill` [rad/s or m/s]: of each axis, the middle one of its recordings'. `notes`: what a reader needs to
+    know of what was used.
     """
 
     simulation: Simulation
@@ -34,14 +36,17 @@ class Prepared:
     absolute: Mapping[str, bool]
     testable: Mapping[str, Testable]
     held_back: bool
+    notes: tuple[str, ...]
 
 
 def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Recording], settings: Settings) -> Prepared:
     """Raises UserError where a recording's axes do not fit the model, or no axis moves in what is fitted."""
     held_back = not validation
     twin = simulation(model, training[0].info.axes)
+    cutoff = settings.cutoff_hz or chosen_cutoff([*training, *validation])
+    train, check = positions(twin, training, cutoff), positions(twin, validation, cutoff)
+    training, validation = train.recordings, check.recordings
     recordings = [*training, *validation]
-    cutoff = settings.cutoff_hz or chosen_cutoff(recordings)
     fitted, held = hold_back(training, cutoff) if held_back else (list(training), list(validation))
     if held_back and not held:
         raise UserError(
@@ -53,7 +58,7 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     told = zip([*fitted, *held], standstill, begins([*fitted, *held]), strict=True)
     every = [prepare(twin, one, cutoff, motion, still, began) for one, still, began in told]
     runs, checks = every[: len(fitted)], every[len(fitted) :]
-    rows = Rows(twin, runs, settings.blocks)
+    rows = Rows(twin, [run.thinned() for run in runs], settings.blocks)
     if not any(rows.count(axis) for axis in twin.axes):
         raise UserError(
             f"{', '.join(one.name for one in fitted)}: no axis moves faster than its position's noise: nothing can be asked of "
@@ -62,4 +67,4 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     absolute = {axis: is_absolute(runs, axis) for axis in twin.axes}
     asked = {axis: testable(rows, axis, absolute[axis], law_holds(runs, axis)) for axis in twin.axes}
     middle = {axis: sorted(each[axis] for each in standstill)[len(standstill) // 2] for axis in twin.axes}
-    return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back)
+    return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, (*train.notes, *check.notes))

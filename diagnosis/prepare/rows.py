@@ -21,11 +21,11 @@ Index = NDArray[np.intp]
 Column = Mapping[str, Array]
 """Torque on the rows of each axis that it acts on."""
 
-ENOUGH = 60.0
+ENOUGH = 30.0
 """Time of motion [s] on which a search begins where there is much more."""
 PIECES = 3
 """Of each recording, in a part of it: where a piece begins, the state of play and bristles is not known."""
-MUCH = 2.5
+MUCH = 1.5
 """Times that, from which a part is worth while."""
 
 

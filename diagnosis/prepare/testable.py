@@ -24,6 +24,8 @@ LEAST_INERTIAL = 0.02
 LEAST_REVERSALS = 2
 LEAST_WAY = 0.01
 """Of the travel, that counts as motion one way."""
+LEVEL = 0.02
+"""Share of gravity along a slide, below which it is level."""
 LEAST_TIME = 20.0
 """That a slow drift needs, in one recording or from one to another [s]."""
 
@@ -123,7 +125,7 @@ def _turns(position: Array, least: float) -> int:
 
 
 def _feels_gravity(rows: Rows, axis: str) -> bool:
-    """Whether a weight on the axis could be felt: gravity along a slide, across a hinge, as the model stands at qpos0.
+    """Whether a weight on the axis could be felt: along a slide that is not level, about any hinge, for a base may stand askew.
 
     Not in a model without any gravity.
     """
@@ -135,7 +137,7 @@ def _feels_gravity(rows: Rows, axis: str) -> bool:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     along = float(abs(data.joint(rows.simulation.drives[axis].joint).xaxis @ gravity)) / size
-    return along > 0.02 if rows.simulation.slides(axis) else along < 0.9998
+    return not rows.simulation.slides(axis) or along > LEVEL
 
 
 def _time_told(runs: Sequence[Run]) -> bool:

@@ -6,15 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from diagnosis.prepare.drive_law import Asked, asked_of
+from diagnosis.prepare.drive_law import Asked, asked_of, drive_candidates, left_by
 from diagnosis.prepare.motion import Run
 from emulator.effects import DriveEffect, Effect
 from emulator.effects.current_bandwidth import CurrentBandwidth
-
-Array = NDArray[np.float64]
 
 USUAL_BANDWIDTHS = (200.0, 300.0, 450.0, 700.0, 1000.0)
 """Of a sound servo drive's current loop [Hz]."""
@@ -39,55 +36,42 @@ class DriveFound:
         return 0.5 * count * float(np.log(max(self.without, 1e-300) / max(self.left, 1e-300))) - 0.5 * float(np.log(count))
 
 
-def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]]) -> list[DriveFound]:
-    """The best of each effect on an axis whose law holds."""
+def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]], least_share: float) -> list[DriveFound]:
+    """The best effect on an axis whose law holds, and after it the best of the others beside those that were found.
+
+    `least_share`: of what the law alone leaves, that an effect must take.
+    """
     known = [(run, asked) for run in runs if (asked := asked_of(run, axis)) is not None and run.axes[axis].used.any()]
-    if not known:
-        return []
-    without, count = min(_left(known, axis, usual) for usual in _as_commissioned())
-    found = []
-    for kind in kinds:
-        if issubclass(kind, DriveEffect):
-            tried = [
-                effect for run, asked in known for effect in kind.candidates(asked.lagged, run.smooth(asked.given), run.period)
-            ]
-            if kind is CurrentBandwidth:
-                tried = [effect for effect in tried if _value(effect) < SLOW * USUAL_BANDWIDTHS[0]]
-            if tried:
-                best = min(tried, key=lambda effect: _left(known, axis, effect)[0])
-                best = _moved(known, axis, best)
-                found.append(DriveFound(axis, best, without, _left(known, axis, best)[0], count))
+    tried = [effect for effect in (drive_candidates(known) if known else []) if type(effect) in kinds and not _usual(effect)]
+    found: list[DriveFound] = []
+    whole, count = min(_left(known, axis, usual) for usual in _as_commissioned()) if tried else (0.0, 0)
+    without = whole
+    while tried:
+        beside = tuple(one.effect for one in found)
+        best = min(tried, key=lambda effect: _left(known, axis, (*beside, effect))[0])
+        best = _moved(known, axis, best, beside)
+        left = _left(known, axis, (*beside, best))[0]
+        if without - left < least_share * whole:
+            break
+        found.append(DriveFound(axis, best, without, left, count))
+        without = left
+        tried = [effect for effect in tried if type(effect) is not type(best)]
     return found
 
 
-def _as_commissioned() -> list[DriveEffect | None]:
+def _usual(effect: DriveEffect) -> bool:
+    return isinstance(effect, CurrentBandwidth) and effect.bandwidth > SLOW * USUAL_BANDWIDTHS[0]
+
+
+def _as_commissioned() -> list[tuple[DriveEffect, ...]]:
     """What a sound drive may be: as recorded, or any usual current loop, which no recording tells to a fraction of a sample."""
-    return [None, *(CurrentBandwidth(bandwidth) for bandwidth in USUAL_BANDWIDTHS)]
+    return [(), *((CurrentBandwidth(bandwidth),) for bandwidth in USUAL_BANDWIDTHS)]
 
 
-def given_with(asked: Asked, effect: DriveEffect, period: float) -> Array:
-    """Torque that the law and the effect give; a bandwidth takes the place of the commissioned lag."""
-    return effect.respond(asked.fast if isinstance(effect, CurrentBandwidth) else asked.lagged, period)
-
-
-def _left(known: Sequence[tuple[Run, Asked]], axis: str, effect: DriveEffect | None) -> tuple[float, int]:
-    """Mean square of given less predicted after what timing and the unknown state of the integral may be: 1, t, q, v, a."""
-    total, rows = 0.0, 0
-    for run, asked in known:
-        predicted = asked.lagged if effect is None else given_with(asked, effect, run.period)
-        own = run.axes[axis]
-        pick = np.flatnonzero(own.used[:: run.stride]) * run.stride
-        if len(pick) < 20:
-            continue
-        y = run.smooth(asked.given - predicted)[pick]
-        motion = own.motion
-        samples = (motion.time, motion.position, motion.velocity, motion.acceleration)
-        free = np.column_stack([np.ones(len(y)), *(values[pick] for values in samples)])
-        free = (free - free.mean(axis=0) * (np.arange(5) > 0)) / np.maximum(np.abs(free).max(axis=0), 1e-12)
-        coefficients = np.linalg.lstsq(free, y, rcond=None)[0]
-        total += float(np.sum((y - free @ coefficients) ** 2))
-        rows += len(y)
-    return (total / rows if rows else 0.0), rows
+def _left(known: Sequence[tuple[Run, Asked]], axis: str, effects: Sequence[DriveEffect]) -> tuple[float, int]:
+    """Mean square of what the law and effects leave, and its rows."""
+    rows = np.concatenate([left_by(run, axis, asked, effects) for run, asked in known])
+    return (float(np.mean(rows**2)) if len(rows) else 0.0), len(rows)
 
 
 def _value(effect: DriveEffect) -> float:
@@ -95,12 +79,12 @@ def _value(effect: DriveEffect) -> float:
     return float(getattr(effect, type(effect).parameters[0].name))
 
 
-def _moved(known: Sequence[tuple[Run, Asked]], axis: str, effect: DriveEffect) -> DriveEffect:
+def _moved(known: Sequence[tuple[Run, Asked]], axis: str, effect: DriveEffect, beside: Sequence[DriveEffect]) -> DriveEffect:
     """The one parameter moved to where least is left, a little to either side."""
     name, value = type(effect).parameters[0].name, _value(effect)
 
     def left(logarithm: float) -> float:
-        return _left(known, axis, replace(effect, **{name: float(np.exp(logarithm))}))[0]
+        return _left(known, axis, (*beside, replace(effect, **{name: float(np.exp(logarithm))})))[0]
 
     solved = minimize_scalar(left, bounds=(np.log(value / 1.6), np.log(value * 1.3)), method="bounded", options={"xatol": 2e-3})
     bounds = type(effect).parameters[0]

@@ -23,3 +23,11 @@ def placed(rows: Rows, axis: str, effect: Effect) -> PlacedEffect:
     joint = rows.simulation.model.joint(rows.simulation.drives[axis].joint)
     units = {parameter.name: parameter.unit.on(int(joint.type[0])) for parameter in type(effect).parameters}
     return PlacedEffect(axis, effect, units)
+
+
+def alike(one: PlacedEffect, other: PlacedEffect) -> bool:
+    """The same effect on the same axis, its parameters settled since; of those that repeat, the same order."""
+    if (one.effect.name, one.axis) != (other.effect.name, other.axis):
+        return False
+    order = getattr(one.effect, "order", None)
+    return order is None or abs(order - getattr(other.effect, "order", 0.0)) < 0.05 * order

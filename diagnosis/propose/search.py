@@ -103,16 +103,24 @@ def moved(
         return effect
     project = system.projector(axes, fit.level, held)
 
+    def torque(values: Array) -> Column:
+        return system.whiten(predict(at(effect, movable, values)))
+
     def left(values: Array) -> Array:
-        column = system.whiten(predict(at(effect, movable, values)))
+        column = torque(values)
         rows = project.left({axis: system.axes[axis].target - column[axis] for axis in axes})
         return rows if np.isfinite(rows).all() else np.full(len(rows), FAR)
 
     def slopes(values: Array) -> Array:
         """Differences to one side, away from a bound; a relative step would be none for a parameter at 0."""
         ways = np.where(values + STEP <= high, STEP, -STEP)
-        rows = side_by_side(left, [values, *(values + way * unit for way, unit in zip(ways, np.eye(len(values)), strict=True))])
-        return np.column_stack([(row - rows[0]) / way for row, way in zip(rows[1:], ways, strict=True)])
+        here, *there = side_by_side(torque, [values, *(values + np.diag(ways))])
+        differences = {
+            axis: np.column_stack([(here[axis] - each[axis]) / way for each, way in zip(there, ways, strict=True)])
+            for axis in axes
+        }
+        able = all(np.isfinite(rows).all() for rows in differences.values())
+        return project.left(differences if able else {axis: np.zeros_like(rows) for axis, rows in differences.items()})
 
     start = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))
     try:

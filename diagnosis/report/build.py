@@ -13,7 +13,7 @@ from diagnosis.prepare.noise import Noise, noise_of
 from diagnosis.prepare.prepared import Prepared
 from diagnosis.prepare.rows import Rows
 from diagnosis.propose.drives import DriveFound
-from diagnosis.propose.placing import in_order, placed
+from diagnosis.propose.placing import alike, in_order, placed
 from diagnosis.report.distinguish import sensor_that_tells, tell_apart
 from diagnosis.report.gap_test import NAME, GapFound, gap_of, significance
 from diagnosis.report.patched_model import patched_xml
@@ -96,6 +96,7 @@ def build(
         model_xml=patched_xml(ready.simulation, gaps.patch.heavier or {}),
         held_back=ready.held_back,
         units={axis: "N" if ready.simulation.slides(axis) else "N·m" for axis in ready.simulation.axes},
+        notes=ready.notes,
     )
 
 
@@ -145,7 +146,7 @@ def _without_harm(ready: Prepared, patch: Patch) -> Patch:
 def _shares(ready: Prepared, gaps: _Gaps, axis: str, settings: Settings) -> tuple[tuple[PlacedEffect, ...], tuple[Share, ...]]:
     """Effects that act on an axis, its own first, and the shares of its gap."""
     parts = [contributions(ready.simulation, run, gaps.patch) for run in ready.checks]
-    named = [k for k, one in enumerate(gaps.patch.effects) if one.axis == axis and not isinstance(one.effect, DriveEffect)]
+    named = [k for k, one in enumerate(gaps.patch.effects) if one.axis == axis]
     own = [each.axes[axis] for each in gaps.unseen]
     gap = [(each.measured - each.before)[each.used] for each in own]
     torque = [
@@ -247,10 +248,10 @@ def _causes(
     for number, one in enumerate(gaps.patch.effects):
         if isinstance(one.effect, DriveEffect):
             drive = next(each for each in drives if each.axis == one.axis and type(each.effect) is type(one.effect))
-            causes.append(_drive_cause(one, drive, gaps))
+            causes.append(_drive_cause(one, drive, _share_of(one, divided[one.axis])))
         elif one.axis in open_axes:
             causes.append(_selected(ready, values, answers, gaps, number, divided[one.axis], settings))
-    causes.extend(_alternatives(answers, gaps.patch, open_axes, settings))
+    causes.extend(_alternatives(answers, gaps.patch, open_axes, divided, settings))
     for axis in open_axes:
         repeats = _repeats(ready, gaps, axis)
         named = any(cause.axis == axis and cause.probability > LEAST_ALONE for cause in causes)
@@ -280,8 +281,8 @@ def _selected(
     settings: Settings,
 ) -> Cause:
     one = gaps.patch.effects[number]
-    answer = next((each for each in answers if each.chosen is not None and _alike(each.chosen, one)), None)
-    share = next(part.share for own, part in zip(*divided, strict=False) if own is one)
+    answer = next((each for each in answers if each.chosen is not None and alike(each.chosen, one)), None)
+    share = _share_of(one, divided)
     others = answer.indistinguishable if answer is not None else ()
     rest = Patch(tuple(each for each in gaps.patch.effects if each is not one), gaps.patch.heavier)
     return Cause(
@@ -297,12 +298,9 @@ def _selected(
     )
 
 
-def _alike(one: PlacedEffect, other: PlacedEffect) -> bool:
-    """The same effect, its parameters settled since."""
-    if (one.effect.name, one.axis) != (other.effect.name, other.axis):
-        return False
-    order = getattr(one.effect, "order", None)
-    return order is None or abs(order - getattr(other.effect, "order", 0.0)) < 0.05 * order
+def _share_of(one: PlacedEffect, divided: tuple[Sequence[PlacedEffect], Sequence[Share]]) -> float:
+    """Of the gap of its axis, what goes to an effect."""
+    return next(part.share for own, part in zip(*divided, strict=False) if alike(own, one))
 
 
 def _estimates(values: Refitted, one: PlacedEffect) -> dict[str, Estimate]:
@@ -325,20 +323,27 @@ def _closed(ready: Prepared, gaps: _Gaps, rest: Patch, axis: str, settings: Sett
     return shrink(before, gaps.unseen, axis, gaps.noise[axis].floor, settings.seed)
 
 
-def _drive_cause(one: PlacedEffect, drive: DriveFound, gaps: _Gaps) -> Cause:
-    """A drive's effect shrinks no gap of the measured motion: its share is of what the law does not tell, over the gap."""
+def _drive_cause(one: PlacedEffect, drive: DriveFound, share: float) -> Cause:
+    """A drive's effect shrinks no gap of the measured motion, only that between what the loops asked for and were given."""
     value = float(getattr(one.effect, one.effect.parameters[0].name))
     name = one.effect.parameters[0].name
     half = TWO_SIDED_90 * value / np.sqrt(max(drive.rows / 10.0, 1.0))
     probability = float(1.0 / (1.0 + np.exp(-min(drive.gain - np.log(25.0), 50.0))))
     estimate = Estimate(value, one.units[name], (value - half, value + half))
-    gap = gap_rms(gaps.unseen, one.axis) ** 2
-    share = float(np.clip((drive.without - drive.left) / max(gap, 1e-300), 0.0, 1.0))
     return Cause(one.effect.name, one.axis, probability, share, {name: estimate}, None)
 
 
-def _alternatives(answers: Sequence[Answer], patch: Patch, open_axes: Sequence[str], settings: Settings) -> list[Cause]:
-    """Effects that were not selected and may be there all the same, once each."""
+def _alternatives(
+    answers: Sequence[Answer],
+    patch: Patch,
+    open_axes: Sequence[str],
+    divided: Mapping[str, tuple[Sequence[PlacedEffect], Sequence[Share]]],
+    settings: Settings,
+) -> list[Cause]:
+    """Effects that were not selected and may be there all the same, once each.
+
+    What may stand in a selected effect's place would take what that takes.
+    """
     taken = {(one.effect.name, one.axis) for one in patch.effects}
     told: dict[tuple[str, str], Cause] = {}
     for answer in answers:
@@ -351,6 +356,8 @@ def _alternatives(answers: Sequence[Answer], patch: Patch, open_axes: Sequence[s
                 continue
             if key not in told or told[key].probability < member.weight:
                 share = float(np.clip(member.proposal.share, 0.0, 1.0))
+                if answer.chosen is not None and one.axis == answer.chosen.axis:
+                    share = _share_of(answer.chosen, divided[one.axis])
                 told[key] = Cause(one.effect.name, one.axis, member.weight, share, {}, None)
     return list(told.values())
 
@@ -363,7 +370,7 @@ def _repeats(ready: Prepared, gaps: _Gaps, axis: str) -> float:
 
 
 def _is_in(one: PlacedEffect, patch: Patch) -> bool:
-    return any(_alike(one, other) for other in patch.effects)
+    return any(alike(one, other) for other in patch.effects)
 
 
 def _unknown_cause(gaps: _Gaps, axis: str, divided: Sequence[Share], cutoff_hz: float, repeats: float, named: bool) -> Cause:

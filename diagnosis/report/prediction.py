@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.prepare.drive_law import asked_of
+from diagnosis.prepare.drive_law import asked_of, given_with
 from diagnosis.prepare.motion import Run, between
 from diagnosis.prepare.simulation import Simulation
-from diagnosis.propose.drives import given_with
 from diagnosis.report.result import AxisPrediction, Prediction
 from emulator.dynamics import AxisDynamics
 from emulator.effects import AxisEffect, DriveEffect, ModelEffect, PlacedEffect
@@ -33,22 +32,21 @@ class Patch:
 def predict(simulation: Simulation, run: Run, patch: Patch) -> Prediction:
     """Torque of every axis over one prepared recording, before and after the patch, through the comparison's filter.
 
-    Effects between the torque asked and the torque given are no matter of the measured motion: their difference, which the
-    drive's law tells, stands in what is predicted without them.
+    What the drive's loops asked for and did not get is no matter of the measured motion: it stands in what is predicted without
+    the effects of the drive.
     """
-    unlimited = {axis: np.zeros(len(run.recording.time)) for axis in simulation.axes}
-    for placed in patch.effects:
-        if isinstance(placed.effect, DriveEffect):
-            unlimited[placed.axis] = unlimited[placed.axis] + _not_given(run, placed.axis, placed.effect)
     changes = {axis: np.zeros(len(run.recording.time)) for axis in simulation.axes}
-    for part in contributions(simulation, run, patch):
+    not_given = {axis: np.zeros(len(run.recording.time)) for axis in simulation.axes}
+    effects: Sequence[PlacedEffect | None] = (*patch.effects, *(None for _ in patch.heavier or {}))
+    for placed, part in zip(effects, contributions(simulation, run, patch), strict=True):
+        into = not_given if placed is not None and isinstance(placed.effect, DriveEffect) else changes
         for axis, torque in part.items():
-            changes[axis] = changes[axis] + torque
+            into[axis] = into[axis] + torque
     axes = {}
     for k, axis in enumerate(simulation.axes):
         own = run.axes[axis]
         axes[axis] = AxisPrediction(
-            before=own.base + unlimited[axis],
+            before=own.base - not_given[axis],
             after=own.base + changes[axis],
             measured=own.torque,
             used=own.used,
@@ -63,8 +61,11 @@ def contributions(simulation: Simulation, run: Run, patch: Patch) -> list[dict[s
     """Torque (n,) that each effect of a patch adds, by axis, in their order, and then each heavier body."""
     parts = []
     for number, placed in enumerate(patch.effects):
-        drives = isinstance(placed.effect, DriveEffect)
-        parts.append({} if drives else cost(simulation, run, placed, simulation.dynamics(patch.effects[:number])))
+        before = patch.effects[:number]
+        if isinstance(placed.effect, DriveEffect):
+            parts.append({placed.axis: _less_given(run, placed.axis, placed.effect, before)})
+        else:
+            parts.append(cost(simulation, run, placed, simulation.dynamics(before)))
     for body, share in (patch.heavier or {}).items():
         parts.append({axis: share * torque for axis, torque in _of_body(simulation, run, body).items()})
     return parts
@@ -95,12 +96,14 @@ def _by_axis(simulation: Simulation, run: Run, torque: Array, stride: int) -> di
     return {axis: whole[:, k] * run.moves(run.axes[axis]) for k, axis in enumerate(simulation.axes)}
 
 
-def _not_given(run: Run, axis: str, effect: DriveEffect) -> Array:
-    """What the loops asked for and did not get."""
+def _less_given(run: Run, axis: str, effect: DriveEffect, before: Sequence[PlacedEffect]) -> Array:
+    """What an effect of the drive changes of the torque that is given for what the loops ask."""
     asked = asked_of(run, axis)
     if asked is None:
         return np.zeros(len(run.recording.time))
-    return run.smooth(asked.lagged - given_with(asked, effect, run.period))
+    others = [one.effect for one in before if one.axis == axis and isinstance(one.effect, DriveEffect)]
+    with_it, without = given_with(asked, (*others, effect), run.period), given_with(asked, others, run.period)
+    return run.smooth(with_it - without)
 
 
 def gap_rms(predictions: Sequence[Prediction], axis: str, of: str = "before") -> float:

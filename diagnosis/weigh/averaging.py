@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.prepare.rows import Column
+from diagnosis.propose.placing import alike
 from diagnosis.settings import Settings
 from diagnosis.weigh.moves import Family, Proposal
-from diagnosis.weigh.state import PARAMETERS
+from diagnosis.weigh.state import PARAMETERS, State, state_of
+from drivetwin.errors import UserError
 from emulator.effects import PlacedEffect
 
 Array = NDArray[np.float64]
@@ -25,6 +27,7 @@ AS_GOOD = 0.05
 """Share of the draws in which another effect predicts better, from which the two are not distinguished."""
 SUBSTITUTES = 0.5
 """Of the share that the chosen effect takes, that another must take to stand in its place: what takes less is one beside it."""
+PROBABLE = 0.5
 CONSIDERED = 8
 """Members of a family, the best by evidence, that are predicted with."""
 
@@ -87,6 +90,21 @@ def weighed(family: Family, settings: Settings) -> Answer:
         members.append(Weighed(one, min(1.0, float(mean[k])), place is not None and (k == place or better >= AS_GOOD)))
     probability = sum(one.weight for one in members if one.as_good)
     return Answer(chosen, min(1.0, float(probability)), tuple(sorted(members, key=lambda one: -one.weight)))
+
+
+def believed(state: State, answers: Sequence[Answer]) -> State:
+    """The set without the effects that are less probable than not: the median probability model, which predicts best.
+
+    Barbieri and Berger, Annals of Statistics 32(3), 2004. As it was where the others make no mechanism without them.
+    """
+    doubted = [one.chosen for one in answers if one.chosen is not None and one.probability < PROBABLE]
+    kept = [one for one in state.effects if not any(alike(one, each) for each in doubted)]
+    if len(kept) == len(state.effects):
+        return state
+    try:
+        return state_of(state.bench, kept, state.system.axes)
+    except UserError:
+        return state
 
 
 def _strain(family: Family, tangents: Sequence[Column], column: Column | None, held: frozenset[int]) -> float:

@@ -185,10 +185,9 @@ class Search:
         for one in pair.whole.effects:
             if (one.effect.name, one.axis) == (newest.effect.name, newest.axis):
                 continue
-            rest = tuple(each for each in pair.whole.effects if each is not one)
-            less = Pair(
-                *(self._state(bench, rest, state.system.axes) for bench, state in zip(pair.benches, pair.states, strict=True))
-            )
+            less = self._without(pair, one)
+            if less is None:
+                continue
             if less.whole.fit.evidence + log(self.tried(one.axis)) > pair.whole.fit.evidence:
                 return self.dropped(less, newest)
         return pair
@@ -200,10 +199,9 @@ class Search:
             if one not in pair.whole.effects:
                 continue
             self.progress(f"what else than {one.effect.name} on {one.axis}", 0.7)
-            rest = tuple(each for each in pair.whole.effects if each is not one)
-            beside = Pair(
-                *(self._state(bench, rest, state.system.axes) for bench, state in zip(pair.benches, pair.states, strict=True))
-            )
+            beside = self._without(pair, one)
+            if beside is None:
+                continue
             known = self.evaluated(beside.whole, Begun(one.axis, one.effect, 0.0, 1))
             rivals = self._rivals.get((one.effect.name, one.axis))
             others = [each for each in self.proposals(beside, [one.axis], rivals) if not _same_kind(each.effect, one)]
@@ -211,10 +209,20 @@ class Search:
             best = max(family, key=lambda each: each.score, default=None)
             able = best is not None and best is not known and best.share >= self.bench.settings.least_share
             if best is not None and able and (known is None or best.score > known.score + CLEARLY):
-                pair, changed = self.settled((*rest, best.effect), proposals, pair), True
+                pair, changed = self.settled((*beside.whole.effects, best.effect), proposals, pair), True
                 continue
             families.append(Family(one, beside.whole, family))
         return pair, families, changed
+
+    def _without(self, pair: Pair, one: PlacedEffect) -> Pair | None:
+        """The set less one effect, the noise coloured as it was; None where the others make no mechanism without it."""
+        rest = tuple(each for each in pair.whole.effects if each is not one)
+        try:
+            return Pair(
+                *(state_of(bench, rest, state.system.axes) for bench, state in zip(pair.benches, pair.states, strict=True))
+            )
+        except UserError:
+            return None
 
     def settled(self, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal], before: Pair) -> Pair:
         """The set with all its parameters moved together, and the noise coloured as it leaves it."""
@@ -285,14 +293,12 @@ class Search:
         if begun and known is not None and not kind.several:
             begun = [replace(begun[0], effect=known), *begun[: REFINED - 1]]
         tried = [self._moved(state, one, held) for one in begun[:REFINED]]
-        if self.part is not self.bench:
-            tried = [self._moved(pair.whole, one, held, BRIEFLY) for one in tried]
         whole = [
             replace(one, effect=natural, tried=1)
             for one in tried
             if (natural := one.effect.natural(state.dynamics[axis])) is not None
         ]
-        tried += [self._moved(pair.whole, one, held, BRIEFLY) for one in whole]
+        tried += [self._moved(state, one, held, BRIEFLY) for one in whole]
         judged = [self.evaluated(pair.whole, one) for one in tried]
         best = max((one for one in judged if one is not None), key=lambda one: one.score, default=None)
         if best is not None:

@@ -1,0 +1,169 @@
+"""Recordings whose position has a zero of its own: left out where others are enough, else their zero is found by the torque."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from diagnosis.prepare.simulation import Kinematics, Simulation
+from drivetwin.motion.axis_motion import measured_position
+from drivetwin.motion.filtering import effective_cutoff, fine_derivative, zero_phase
+from drivetwin.recording.recording import Recording
+
+Array = NDArray[np.float64]
+
+ENOUGH = 1.0 / 3.0
+"""Share of the recorded time that absolute recordings must hold, for the relative ones to be left out."""
+PLACES = 24
+"""Zeros that are tried over an axis's range, before the best is moved."""
+SAMPLES = 1500
+"""Of a recording, on which a zero is found."""
+SLOW_HZ = 10.0
+"""Weight and inertia are told below it."""
+DEPENDS = 0.01
+"""Share of the torque by which the model's torque must change with a position for its zero to matter."""
+MOVED = 1e-4
+"""Relative difference of a zero for slopes."""
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Recordings in the model's coordinates as far as that can be told, and what a reader needs to know of it."""
+
+    recordings: tuple[Recording, ...]
+    notes: tuple[str, ...]
+
+
+def positions(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz: float) -> Placed:
+    """Leaves relative recordings out, or moves each relative axis to where the model needs the measured torque."""
+    relative = {recording.name: _relative(recording) for recording in recordings}
+    absolute = [recording for recording in recordings if not relative[recording.name]]
+    left_out = [recording.name for recording in recordings if relative[recording.name]]
+    if not left_out:
+        return Placed(tuple(recordings), ())
+    if _seconds(absolute) >= ENOUGH * _seconds(recordings):
+        note = f"{', '.join(left_out)}: left out, for the position is relative; {len(absolute)} with an absolute one are used."
+        return Placed(tuple(absolute), (note,))
+    placed, notes = [], []
+    for recording in recordings:
+        found = _zeros(simulation, recording, relative[recording.name], cutoff_hz)
+        placed.append(_moved(recording, found) if found else recording)
+        unit = {axis: "m" if simulation.slides(axis) else "rad" for axis in found}
+        if found:
+            told = ", ".join(f"{axis} {value:+.3g} {unit[axis]}" for axis, value in found.items())
+            notes.append(f"{recording.name}: the position is relative; by the model's torque its zero is at {told}.")
+    return Placed(tuple(placed), tuple(notes))
+
+
+def _relative(recording: Recording) -> tuple[str, ...]:
+    return tuple(axis for axis, info in recording.info.axes.items() if info.position_relative)
+
+
+def _seconds(recordings: Sequence[Recording]) -> float:
+    return sum(len(one.time) * one.info.sample_period for one in recordings)
+
+
+def _moved(recording: Recording, zeros: dict[str, float]) -> Recording:
+    columns = {
+        axis: {
+            name: values + zeros[axis] if axis in zeros and name in ("position", "position_demand") else values
+            for name, values in own.items()
+        }
+        for axis, own in recording.columns.items()
+    }
+    return replace(recording, columns=columns)
+
+
+def _zeros(simulation: Simulation, recording: Recording, axes: Sequence[str], cutoff_hz: float) -> dict[str, float]:
+    """Zero of each axis whose position the model's torque depends on: least squares over all axes, friction free.
+
+    Torque = model(q + zero) + coulomb sign(v) + viscous v on every axis, in shares of its rms.
+    """
+    seen = _Seen.of(simulation, recording, min(SLOW_HZ, cutoff_hz))
+    names = list(simulation.axes)
+    told = [names.index(axis) for axis in axes]
+    bounds = {k: _range(simulation, names[k], seen.kinematics.position[:, k]) for k in told}
+    told = [k for k in told if seen.depends_on(k, bounds[k])]
+    if not told:
+        return {}
+    zeros = np.zeros(len(names))
+    for k in told:
+        zeros[k] = 0.5 * sum(bounds[k])
+    for _ in range(2 if len(told) > 1 else 1):
+        for k in told:
+            tried = np.linspace(*bounds[k], PLACES)
+            left = [float(np.sum(seen.left(_with(zeros, k, value)) ** 2)) for value in tried]
+            zeros[k] = tried[int(np.argmin(left))]
+
+    def left_at(values: Array) -> Array:
+        at = zeros.copy()
+        at[told] = values
+        return seen.left(at)
+
+    low, high = np.array([bounds[k] for k in told]).T
+    first, step = np.clip(zeros[told], low, high), np.array([MOVED])
+    found = least_squares(left_at, first, bounds=(low, high), diff_step=step, max_nfev=20)
+    return {names[k]: float(value) for k, value in zip(told, found.x, strict=True)}
+
+
+def _with(zeros: Array, k: int, value: float) -> Array:
+    changed = zeros.copy()
+    changed[k] = value
+    return changed
+
+
+def _range(simulation: Simulation, axis: str, position: Array) -> tuple[float, float]:
+    """Zeros that keep the motion within the joint's range; a whole turn, or ten times the travel, of a joint without one."""
+    joint = simulation.model.joint(simulation.drives[axis].joint)
+    if joint.limited[0]:
+        low, high = float(joint.range[0]) - float(position.min()), float(joint.range[1]) - float(position.max())
+        if high > low:
+            return low, high
+    half = 10.0 * float(np.ptp(position)) if int(joint.type[0]) == int(mujoco.mjtJoint.mjJNT_SLIDE) else np.pi
+    return -max(half, 1e-6), max(half, 1e-6)
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """A recording's slow motion and torque (n, k) of all axes, and rms of each axis's torque (k,)."""
+
+    simulation: Simulation
+    kinematics: Kinematics
+    torque: Array
+    size: Array
+
+    @classmethod
+    def of(cls, simulation: Simulation, recording: Recording, cutoff_hz: float) -> _Seen:
+        period = recording.info.sample_period
+        cutoff = effective_cutoff(period, cutoff_hz)
+        every = max(1, len(recording.time) // SAMPLES)
+        raw = [measured_position(recording.columns[axis], period) for axis in simulation.axes]
+        position = np.column_stack([zero_phase(samples, period, cutoff) for samples in raw])
+        velocity = np.column_stack([fine_derivative(samples, period) for samples in position.T])
+        acceleration = np.column_stack([fine_derivative(samples, period) for samples in velocity.T])
+        torque = np.column_stack([zero_phase(recording.columns[axis]["torque"], period, cutoff) for axis in simulation.axes])
+        size = np.maximum(np.sqrt(np.mean(torque**2, axis=0)), 1e-12)
+        return cls(simulation, Kinematics(position, velocity, acceleration).every(every), torque[::every], size)
+
+    def _model(self, zeros: Array) -> Array:
+        own = self.kinematics
+        return self.simulation.torques(Kinematics(own.position + zeros, own.velocity, own.acceleration))
+
+    def depends_on(self, k: int, span: tuple[float, float]) -> bool:
+        """Whether any axis's torque changes with the zero of the k-th axis."""
+        few = [self._model(_with(np.zeros(len(self.size)), k, value)) for value in np.linspace(*span, 5)]
+        return bool(np.any(np.sqrt(np.mean(np.ptp(few, axis=0) ** 2, axis=0)) > DEPENDS * self.size))
+
+    def left(self, zeros: Array) -> Array:
+        """Torque that model and friction leave, in shares of each axis's rms; axes one after the other."""
+        parts = []
+        for k, rest in enumerate((self.torque - self._model(zeros)).T):
+            velocity = self.kinematics.velocity[:, k]
+            free = np.column_stack([np.sign(velocity), velocity])
+            parts.append((rest - free @ np.linalg.lstsq(free, rest, rcond=None)[0]) / self.size[k])
+        return np.concatenate(parts)
