@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from diagnosis.model.colour import Colour
 from diagnosis.model.system import AxisSystem
 from diagnosis.prepare.rows import Column
-from diagnosis.propose.placing import placed
+from diagnosis.propose.placing import in_order, placed
 from diagnosis.propose.rigid import rigid_starts
 from diagnosis.propose.search import BRIEFLY, REFINED, REFINED_REPLAYS, Begun, coarse, moved, tangents
 from diagnosis.propose.side_by_side import side_by_side
-from diagnosis.weigh.state import Bench, State, colours_of, first_colours, moved_by_fit, state_of
+from diagnosis.weigh.state import SHARES, Bench, State, colours_of, first_colours, moved_by_fit, state_of
 from drivetwin.errors import UserError
 from emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
 from emulator.effects.stribeck import Stribeck
@@ -38,6 +38,8 @@ OFF = 2.5
 """Standard deviations by which a nominal parameter is off for more than chance."""
 CLEARLY = 0.5
 """Nats by which another effect must be better to take a place."""
+TOGETHER = 5
+"""Proposals of an axis, the best, that are tried two at a time."""
 EXCHANGES = 3
 """Rounds of exchanges, each of which may change every effect once."""
 
@@ -162,28 +164,48 @@ class Search:
                 if axis not in known:
                     known[axis] = self.proposals(pair, [axis])
             proposals = [one for each in known.values() for one in each]
-            best = self.best(proposals)
-            if best is None or count >= most:
+            best = self.best(proposals, pair.whole)
+            if not best or count >= most:
                 return pair, proposals
-            self._rivals[best.effect.effect.name, best.effect.axis] = _rivals(best, proposals)
-            later = self.settled((*pair.whole.effects, best.effect), proposals, pair)
-            pair = self.dropped(later, best.effect)
+            for one in best:
+                self._rivals[one.effect.effect.name, one.effect.axis] = _rivals(one, proposals)
+            newest = [one.effect for one in best]
+            pair = self.dropped(self.settled((*pair.whole.effects, *newest), proposals, pair), newest)
             if (names := _names(pair.whole)) in seen:
                 return pair, proposals
             seen.add(names)
-            known = (
-                {} if isinstance(best.effect.effect, ModelEffect) else {k: v for k, v in known.items() if k != best.effect.axis}
-            )
+            felt = any(isinstance(one.effect, ModelEffect) for one in newest)
+            known = {} if felt else {k: v for k, v in known.items() if k not in {one.axis for one in newest}}
 
-    def best(self, proposals: Sequence[Proposal]) -> Proposal | None:
-        """The proposal with the best score, if it gains anything and takes a share of the gap."""
+    def best(self, proposals: Sequence[Proposal], state: State) -> list[Proposal]:
+        """The proposal with the best score, if it gains anything and takes a share of the gap; or the best two together.
+
+        Of two causes on an axis that overlap, one alone takes what is the other's, and is bent by it for good.
+        """
         able = [one for one in proposals if one.score > 0.0 and one.share >= self.bench.settings.least_share]
-        return max(able, key=lambda one: one.score, default=None)
+        able.sort(key=lambda one: -one.score)
+        if not able:
+            return []
+        together: list[tuple[float, list[Proposal]]] = []
+        for axis in self.kinds:
+            own = [one for one in able if one.effect.axis == axis][:TOGETHER]
+            pairs = [[one, other] for k, one in enumerate(own) for other in own[k + 1 :]]
+            scores = side_by_side(lambda two: self._of_both(state, *two), pairs)
+            together += [(score, two) for score, two in zip(scores, pairs, strict=True) if _makes_sense(state, two)]
+        score, two = max(together, key=lambda one: one[0], default=(-np.inf, []))
+        return two if score > able[0].score + CLEARLY else able[:1]
 
-    def dropped(self, pair: Pair, newest: PlacedEffect) -> Pair:
+    def _of_both(self, state: State, one: Proposal, other: Proposal) -> float:
+        """What a set gains by two effects, the torque of each as if the other were not there."""
+        axes = {*one.column, *other.column}
+        column = {axis: np.asarray(one.column.get(axis, 0.0) + other.column.get(axis, 0.0)) for axis in axes}
+        fit = state.system.fit([*one.tangents, *other.tangents], column, one.held | other.held)
+        return fit.evidence - state.fit.evidence + one.prior + other.prior
+
+    def dropped(self, pair: Pair, newest: Sequence[PlacedEffect]) -> Pair:
         """Without the effects that say no more than they cost, beside the newest."""
         for one in pair.whole.effects:
-            if (one.effect.name, one.axis) == (newest.effect.name, newest.axis):
+            if any(_same_kind(one, each) for each in newest):
                 continue
             less = self._without(pair, one)
             if less is None:
@@ -233,19 +255,26 @@ class Search:
             )
         )
         for _ in range(SETTLED):
-            try:
-                ahead = Pair(*(
-                    self._state(bench, moved_by_fit(pair.whole, pair.whole.fit), state.system.axes)
-                    for bench, state in zip(pair.benches, pair.states, strict=True)
-                ))  # fmt: skip
-            except UserError:
+            ahead = self._ahead(pair)
+            if ahead is None:
                 break
-            gained = ahead.whole.fit.evidence - pair.whole.fit.evidence
-            if gained > 0.0:
-                pair = ahead
-            if gained < 0.1:
+            done = ahead.whole.fit.evidence - pair.whole.fit.evidence < 0.1
+            pair = ahead
+            if done:
                 break
         return self.pair(pair.whole.effects, proposals)
+
+    def _ahead(self, pair: Pair) -> Pair | None:
+        """The set a Gauss-Newton step on, as far as that is better; None where no share of the step is."""
+        for share in SHARES:
+            try:
+                effects = moved_by_fit(pair.whole, pair.whole.fit, share)
+                whole = state_of(pair.whole.bench, effects, pair.whole.system.axes)
+                if whole.fit.evidence > pair.whole.fit.evidence:
+                    return Pair(whole, state_of(pair.part.bench, effects, pair.part.system.axes))
+            except UserError:
+                continue
+        return None
 
     def pair(self, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal]) -> Pair:
         """The set's states, the noise coloured as what is left by the set and everything that could be asked beside it."""
@@ -384,6 +413,15 @@ def _with(effects: Sequence[PlacedEffect], new: PlacedEffect, before: float) -> 
         for one in effects
     ]
     return (*kept, new)
+
+
+def _makes_sense(state: State, two: Sequence[Proposal]) -> bool:
+    """Whether two effects make a mechanism together with those of a set."""
+    try:
+        state.rows.simulation.dynamics(in_order([*state.effects, *(one.effect for one in two)]))
+    except UserError:
+        return False
+    return True
 
 
 def _rivals(best: Proposal, proposals: Sequence[Proposal]) -> frozenset[str]:

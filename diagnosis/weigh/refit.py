@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.model.system import Fit, inverse_of
-from diagnosis.weigh.state import State, moved_by_fit, state_of
+from diagnosis.weigh.state import SHARES, State, moved_by_fit, state_of
 from drivetwin.errors import UserError
 from emulator.effects import PlacedEffect
 
@@ -38,16 +38,10 @@ class Refitted:
 
 
 def refitted(state: State, bodies: Collection[int]) -> Refitted:
-    """Gauss-Newton from the set's values; a step that leaves more energy ends it. `bodies`: whose mass is free."""
+    """Gauss-Newton from the set's values, until no share of a step leaves less energy. `bodies`: whose mass is free."""
     left = _left(state, _fit(state, bodies))
     for _ in range(TURNS if state.effects else 0):
-        try:
-            ahead = state_of(state.bench, moved_by_fit(state, _fit(state, bodies)), state.system.axes)
-        except UserError:
-            break
-        energy = _left(ahead, _fit(ahead, bodies))
-        if not energy < left:
-            break
+        ahead, energy = _ahead(state, bodies, left)
         done = energy > (1.0 - 1e-4) * left
         state, left = ahead, energy
         if done:
@@ -57,6 +51,20 @@ def refitted(state: State, bodies: Collection[int]) -> Refitted:
         one.body: float(values[k]) for k, one in enumerate(state.bench.nominals) if one.body is not None and one.body in bodies
     }
     return Refitted(state, state.effects, _deviations(state, bodies), heavier)
+
+
+def _ahead(state: State, bodies: Collection[int], left: float) -> tuple[State, float]:
+    """A Gauss-Newton step on, as far as less energy is left, and that energy; as it was where none is better."""
+    fit = _fit(state, bodies)
+    for share in SHARES:
+        try:
+            ahead = state_of(state.bench, moved_by_fit(state, fit, share), state.system.axes)
+        except UserError:
+            continue
+        energy = _left(ahead, _fit(ahead, bodies))
+        if energy < left:
+            return ahead, energy
+    return state, left
 
 
 def _held(state: State, bodies: Collection[int]) -> frozenset[int]:

@@ -27,6 +27,11 @@ Array = NDArray[np.float64]
 PARAMETERS = ("coulomb", "viscous", "inertia")
 """Effects that are a nominal parameter, free instead of held near its value."""
 
+FARTHEST = 1.0
+"""Steps that matter to a parameter, by which it is moved at most at once: a linear fit holds near by."""
+SHARES = (1.0, 0.5, 0.25, 0.1)
+"""Of a Gauss-Newton step, tried in turn until one is better: Nocedal and Wright, Numerical Optimization, 2006, sec. 3.1."""
+
 
 @dataclass(frozen=True)
 class Bench:
@@ -204,8 +209,8 @@ def _floor(bench: Bench, axis: str) -> float:
     return max(0.25 * bench.settings.model_error * bench.rows.size[axis], 1e-12)
 
 
-def moved_by_fit(state: State, fit: Fit) -> tuple[PlacedEffect, ...]:
-    """The effects, their parameters where a linear fit about them has them, within their bounds."""
+def moved_by_fit(state: State, fit: Fit, share: float) -> tuple[PlacedEffect, ...]:
+    """The effects, their parameters by a share of the way to where a linear fit about them has them, within their bounds."""
     found, first = [], len(state.bench.nominals)
     for number, one in enumerate(state.effects):
         fields = movable_fields(one.effect, state.rows.motion[one.axis], state.dynamics[one.axis])
@@ -213,7 +218,7 @@ def moved_by_fit(state: State, fit: Fit) -> tuple[PlacedEffect, ...]:
         values = {}
         for field, k in zip(fields, at, strict=True):
             value = float(getattr(one.effect, field.name))
-            step = float(np.clip(fit.coefficients[k], -0.5, 0.5)) * field.size
+            step = share * float(np.clip(fit.coefficients[k], -FARTHEST, FARTHEST)) * field.size
             values[field.name] = float(np.clip(value + step, field.low, field.high))
         found.append(placed(state.rows, one.axis, replace(one.effect, **values)))
     return tuple(found)

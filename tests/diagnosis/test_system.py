@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 from scipy import optimize
-from scipy.stats import multivariate_normal
+from scipy.stats import multivariate_normal, multivariate_t
 from weigh_bench import PERIOD, rows_of
 
 from diagnosis.model.colour import Colour, colour_of, white
-from diagnosis.model.system import AxisSystem, System, axis_system
+from diagnosis.model.system import FREEDOM, AxisSystem, System, axis_system
 from diagnosis.prepare.rows import Column
 from diagnosis.report.result import Array
 
@@ -204,7 +204,7 @@ def test_the_unknown_s_mean_is_the_conditional_one() -> None:
 
 @pytest.mark.parametrize("kind", ["white", "coloured"])
 def test_held_out_densities_are_those_of_fits_without_the_rows(kind: str) -> None:
-    """Each block's whitened rows: coefficients fitted without its fold, the unknown by its prior."""
+    """Each block's whitened rows: coefficients fitted without its fold, the unknown by its prior; t with four degrees."""
     colour = colours(kind)
     system = system_of(colour)
     folds = {axis: np.arange(8) % FOLDS for axis in COUNT}
@@ -232,7 +232,7 @@ def test_held_out_densities_are_those_of_fits_without_the_rows(kind: str) -> Non
             for block in np.unique(own.blocks[~kept[axis]]):
                 here = own.blocks == block
                 spread = shared[np.ix_(here, here)] + fit.level[axis] ** 2 * np.eye(int(here.sum()))
-                full = multivariate_normal(np.zeros(len(spread)), spread).logpdf(left[here])
+                full = multivariate_t(np.zeros(len(spread)), spread * (FREEDOM - 2.0) / FREEDOM, FREEDOM).logpdf(left[here])
                 expected[axis][block] = full + 0.5 * here.sum() * np.log(2.0 * np.pi)
     for axis, densities in expected.items():
         np.testing.assert_allclose(found[axis], densities, rtol=1e-5, atol=1e-5)

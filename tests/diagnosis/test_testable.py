@@ -18,7 +18,7 @@ from emulator.effects import DriveEffect, library
 TIME = np.arange(round(15.0 / PERIOD)) * PERIOD
 TO_AND_FRO = 0.6 * np.sin(1.7 * TIME) + 0.3 * np.sin(4.1 * TIME)
 DEMAND = {name for name, kind in library().items() if issubclass(kind, DriveEffect)}
-ALWAYS = DEMAND | {"temperature_drift", "gravity"}
+ALWAYS = DEMAND | {"temperature_drift"}
 """Of a column that stands upright, 15 s, whose drive is not told."""
 
 
@@ -47,7 +47,6 @@ def why(found: Testable, effect: str) -> tuple[str, str]:
 def test_of_strokes_to_and_fro_every_effect_of_the_motion_can_be_asked(tmp_path: Path) -> None:
     found = asked(tmp_path, moved(TO_AND_FRO))
     assert refused(found) == ALWAYS
-    assert why(found, "gravity")[0] == "gravity does not act along this axis in the model"
     assert why(found, "torque_saturation")[1] == "`position_demand` and `drive`"
 
 

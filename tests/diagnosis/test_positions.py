@@ -1,0 +1,92 @@
+"""Recordings with a zero of their own, of a pendulum whose torque is a formula: left out, or put where the weight says."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from diagnosis.prepare.positions import positions
+from diagnosis.prepare.prepared import prepared
+from diagnosis.prepare.simulation import simulation
+from diagnosis.settings import Settings
+from drivetwin.recording.recording import Recording, RecordingInfo
+
+PERIOD, MASS, LENGTH, COULOMB, CUTOFF = 0.002, 2.0, 0.3, 0.4, 48.0
+WEIGHT = MASS * 9.81 * LENGTH
+INERTIA = MASS * LENGTH**2 + 0.01
+MODEL = """<mujoco model="pendulum"><option gravity="0 0 {gravity}"/><worldbody><body>
+<joint name="swing" axis="0 1 0" range="-180 180" limited="true" frictionloss="0.4"/>
+<inertial pos="0 0 -0.3" mass="2" diaginertia="0.01 0.01 0.01"/></body></worldbody>
+<actuator><motor name="swing" joint="swing"/></actuator></mujoco>"""
+
+
+def model(folder: Path, gravity: float = -9.81) -> Path:
+    path = folder / "model.xml"
+    path.write_text(MODEL.format(gravity=gravity), encoding="utf-8")
+    return path
+
+
+def swinging(name: str, zero: float | None, seed: int, weight: float = WEIGHT, seconds: float = 20.0) -> Recording:
+    """Of which the position is told from `zero` [rad] on and said to be relative; None: as it is."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(round(seconds / PERIOD)) * PERIOD
+    slow, fast = rng.uniform(1.5, 2.0), rng.uniform(4.0, 5.0)
+    position = 0.9 * np.sin(slow * time) + 0.2 * np.sin(fast * time)
+    velocity = 0.9 * slow * np.cos(slow * time) + 0.2 * fast * np.cos(fast * time)
+    acceleration = -0.9 * slow**2 * np.sin(slow * time) - 0.2 * fast**2 * np.sin(fast * time)
+    torque = INERTIA * acceleration + weight * np.sin(position) + COULOMB * np.sign(velocity)
+    torque = torque + 0.01 * rng.standard_normal(len(time))
+    told = {"joint": "swing", "position_resolution": 1e-7, "torque_resolution": 1e-3, "position_relative": zero is not None}
+    info = RecordingInfo.model_validate(
+        {"schema": "recording/1", "machine": "pendulum", "sample_period": PERIOD, "axes": {"swing": told}}
+    )
+    columns = {"position": position - (zero or 0.0), "position_demand": position - (zero or 0.0), "torque": torque}
+    return Recording(name, info, time, {"swing": columns})
+
+
+def test_relative_recordings_are_left_out_where_others_are_enough(tmp_path: Path) -> None:
+    given = [swinging("one", None, 1), swinging("two", 0.7, 2), swinging("three", None, 3)]
+    found = positions(simulation(model(tmp_path), given[0].info.axes), given, CUTOFF)
+    assert [one.name for one in found.recordings] == ["one", "three"]
+    assert found.notes == ("two: left out, for the position is relative; 2 with an absolute one are used.",)
+
+
+@pytest.mark.parametrize("zero", [-1.2, 0.0, 0.7, 2.0])
+def test_a_zero_is_where_the_weight_says(zero: float, tmp_path: Path) -> None:
+    """Demand and position are both moved; to a thousandth of a radian, some tenths of which are the velocity's filter."""
+    given = swinging("only", zero, 4)
+    (found,) = positions(simulation(model(tmp_path), given.info.axes), [given], CUTOFF).recordings
+    for name in ("position", "position_demand"):
+        np.testing.assert_allclose(found.columns["swing"][name] - given.columns["swing"][name], zero, atol=1e-3)
+
+
+def test_many_relative_recordings_are_placed_beside_a_short_absolute_one(tmp_path: Path) -> None:
+    given = [swinging("short", None, 1, seconds=4.0), swinging("long", 0.5, 2)]
+    found = positions(simulation(model(tmp_path), given[0].info.axes), given, CUTOFF)
+    assert [one.name for one in found.recordings] == ["short", "long"]
+    assert found.recordings[0] is given[0]
+    assert found.notes == ("long: the position is relative; by the model's torque its zero is at swing +0.5 rad.",)
+
+
+def test_a_position_that_no_torque_depends_on_stays(tmp_path: Path) -> None:
+    given = swinging("level", 0.7, 4, weight=0.0)
+    found = positions(simulation(model(tmp_path, gravity=0.0), given.info.axes), [given], CUTOFF)
+    assert (found.recordings, found.notes) == ((given,), ())
+
+
+def test_a_relative_validation_has_the_gap_of_an_absolute_one(tmp_path: Path) -> None:
+    """What the model lacks is noise alone: a tenth of a radian off would be half a newton metre."""
+    fitted, held = swinging("fitted", None, 1), swinging("held", 0.7, 2)
+    ready = prepared(model(tmp_path), [fitted], [held], Settings())
+    (check,) = ready.checks
+    own = check.axes["swing"]
+    assert np.sqrt(np.mean((own.torque - own.base)[own.used] ** 2)) < 0.02
+    assert len(ready.notes) == 1
+    moved = replace(held, columns={"swing": {**held.columns["swing"], "position": held.columns["swing"]["position"] + 0.6}})
+    told = held.info.axes["swing"].model_copy(update={"position_relative": False})
+    wrong = replace(moved, info=held.info.model_copy(update={"axes": {"swing": told}}))
+    own = prepared(model(tmp_path), [fitted], [wrong], Settings()).checks[0].axes["swing"]
+    assert np.sqrt(np.mean((own.torque - own.base)[own.used] ** 2)) > 0.2
