@@ -62,7 +62,8 @@ def diagnose(
         for axis, each in ready.testable.items()
         if rows.count(axis)
     }
-    found = Search(whole, part, kinds, progress).run()
+    askew = {axis: ready.testable[axis].askew for axis in kinds}
+    found = Search(whole, part, kinds, askew, progress).run()
     progress("probabilities", 0.8)
     answers = [weighed(family, settings) for family in found.families]
     drives = [

@@ -21,6 +21,7 @@ class Settings:
     colour_order: order of the autoregression that describes the noise.
     model_error: share of the torque that the comparison itself errs by (filters, derivatives, resampling).
     least_share: share of an axis's gap energy that an effect has to take, to be worth a name.
+    askew: probability that a hinge that is plumb in the model feels a weight: a tilted base, an unbalanced load.
     blocks: stretches of contiguous time in which motion is held out.
     folds: parts of which each is held out in turn (Geisser 1975).
     rounds: effects that are added at most, axis by axis.
@@ -36,6 +37,7 @@ class Settings:
     colour_order: int = 8
     model_error: float = 0.012
     least_share: float = 0.01
+    askew: float = 0.01
     blocks: int = 40
     folds: int = 5
     rounds: int = 6

@@ -24,8 +24,8 @@ LEAST_INERTIAL = 0.02
 LEAST_REVERSALS = 2
 LEAST_WAY = 0.01
 """Of the travel, that counts as motion one way."""
-LEVEL = 0.02
-"""Share of gravity along a slide, below which it is level."""
+LEVEL, PLUMB = 0.02, 0.9998
+"""Cosines: of a slide's angle to gravity below which it is level, of a hinge's above which it is plumb."""
 LEAST_TIME = 20.0
 """That a slow drift needs, in one recording or from one to another [s]."""
 
@@ -61,12 +61,13 @@ class NotTestable:
 
 @dataclass(frozen=True)
 class Testable:
-    """Effects that an axis can be asked for, and those that it cannot."""
+    """Effects that an axis can be asked for, those that it cannot, and by name those that the model speaks against."""
 
     __test__ = False
 
     kinds: tuple[type[Effect], ...]
     not_testable: tuple[NotTestable, ...]
+    askew: frozenset[str]
 
 
 def testable(rows: Rows, axis: str, absolute: bool, drive_told: bool) -> Testable:
@@ -81,7 +82,8 @@ def testable(rows: Rows, axis: str, absolute: bool, drive_told: bool) -> Testabl
             kinds.append(kind)
         else:
             refused.append(NotTestable(kind.name, *WHY[missing]))
-    return Testable(tuple(kinds), tuple(refused))
+    weights = [kind.name for kind in kinds if Need.WEIGHT in kind.needs]
+    return Testable(tuple(kinds), tuple(refused), frozenset(weights if _stands_plumb(rows, axis) else ()))
 
 
 def _met(rows: Rows, axis: str, absolute: bool, drive_told: bool) -> frozenset[Need]:
@@ -99,7 +101,7 @@ def _met(rows: Rows, axis: str, absolute: bool, drive_told: bool) -> frozenset[N
         Need.REVERSALS: _reversals(rows, axis) >= LEAST_REVERSALS,
         Need.ACCELERATION: float(np.sqrt(np.mean(inertial**2))) >= LEAST_INERTIAL * rows.size[axis],
         Need.ABSOLUTE_POSITION: absolute,
-        Need.WEIGHT: _feels_gravity(rows, axis),
+        Need.WEIGHT: _could_feel_gravity(rows, axis),
         Need.TIME: _time_told(rows.runs),
         Need.DEMAND: drive_told,
     }
@@ -124,20 +126,26 @@ def _turns(position: Array, least: float) -> int:
     return turns
 
 
-def _feels_gravity(rows: Rows, axis: str) -> bool:
-    """Whether a weight on the axis could be felt: along a slide that is not level, about any hinge, for a base may stand askew.
+def _could_feel_gravity(rows: Rows, axis: str) -> bool:
+    """Along a slide that is not level, about any hinge, for a base may stand askew; not in a model without any gravity."""
+    return bool(np.any(rows.simulation.model.opt.gravity)) and (
+        not rows.simulation.slides(axis) or _gravity_along(rows, axis) > LEVEL
+    )
 
-    Not in a model without any gravity.
-    """
+
+def _stands_plumb(rows: Rows, axis: str) -> bool:
+    """Whether an axis is a hinge along gravity, as the model stands at qpos0: no weight turns it."""
+    return not rows.simulation.slides(axis) and _gravity_along(rows, axis) > PLUMB
+
+
+def _gravity_along(rows: Rows, axis: str) -> float:
+    """Cosine of the angle between the axis and gravity; 0 without gravity."""
     model = rows.simulation.model
     gravity = np.array(model.opt.gravity)
-    size = float(np.linalg.norm(gravity))
-    if size == 0.0:
-        return False
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    along = float(abs(data.joint(rows.simulation.drives[axis].joint).xaxis @ gravity)) / size
-    return not rows.simulation.slides(axis) or along > LEVEL
+    along = data.joint(rows.simulation.drives[axis].joint).xaxis @ gravity
+    return float(abs(along) / max(np.linalg.norm(gravity), 1e-300))
 
 
 def _time_told(runs: Sequence[Run]) -> bool:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from diagnosis.prepare.rows import Column
 from diagnosis.propose.placing import alike
 from diagnosis.settings import Settings
-from diagnosis.weigh.moves import Family, Proposal
+from diagnosis.weigh.moves import CLEARLY, Family, Proposal
 from diagnosis.weigh.state import PARAMETERS, State, state_of
 from drivetwin.errors import UserError
 from emulator.effects import PlacedEffect
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 DRAWS = 400
 AS_GOOD = 0.05
-"""Share of the draws in which another effect predicts better, from which the two are not distinguished."""
+"""Share of the draws in which another effect predicts no worse, from which the two are not distinguished."""
 SUBSTITUTES = 0.5
 """Of the share that the chosen effect takes, that another must take to stand in its place: what takes less is one beside it."""
 PROBABLE = 0.5
@@ -86,7 +86,7 @@ def weighed(family: Family, settings: Settings) -> Answer:
     place = next((k for k, one in enumerate(considered, start=1) if chosen is not None and _same(one, chosen)), None)
     members = []
     for k, one in enumerate(considered, start=1):
-        better = float(np.mean(scores[:, k] > scores[:, place])) if place is not None else 0.0
+        better = float(np.mean(scores[:, k] > scores[:, place] - CLEARLY)) if place is not None else 0.0
         members.append(Weighed(one, min(1.0, float(mean[k])), place is not None and (k == place or better >= AS_GOOD)))
     probability = sum(one.weight for one in members if one.as_good)
     return Answer(chosen, min(1.0, float(probability)), tuple(sorted(members, key=lambda one: -one.weight)))

@@ -88,6 +88,8 @@ class Search:
     bench: Bench
     part: Bench
     kinds: Kinds
+    askew: Mapping[str, frozenset[str]]
+    """Effects that the model speaks against, by axis: rare ones."""
     progress: Progress
     _best: dict[tuple[str, str], Effect] = field(init=False, default_factory=dict)
     """What each effect on each axis was when it was last asked for: a start for the next time."""
@@ -381,6 +383,8 @@ class Search:
         share = max(state.left[axis] - left[axis] for axis in column)
         gain = fit.evidence - state.fit.evidence
         rare = one.effect.unlikely(state.rows.motion[one.axis], state.dynamics[one.axis])
+        if one.effect.name in self.askew.get(one.axis, ()):
+            rare -= log(self.bench.settings.askew)
         prior = -log(self.tried(one.axis)) - log(max(one.tried, 1)) - rare
         return Proposal(placed(state.rows, one.axis, one.effect), gain + prior, prior, share, less, tangent, held)
 

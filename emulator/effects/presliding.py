@@ -44,16 +44,21 @@ class Presliding(AxisEffect):
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return motor_torque(motion, self._on(axis)) - needed_torque(motion, axis)
 
+    def bounds(self, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
+        """What gives way over more than twice the largest way of real friction is play or a spring."""
+        bounds = super().bounds(axis)
+        return bounds | {"stiffness": (max(bounds["stiffness"][0], _level(axis) / (2.0 * _largest_way(axis))), np.inf)}
+
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         """Friction gives way over some 10 um to 1 mm, 0.1 to 10 mrad: Armstrong-Helouvry et al., Automatica 30(7), 1994."""
-        way = max(axis.friction.coulomb, axis.friction.static_torque) / self.stiffness
-        return 0.5 * (max(0.0, log(max(way, 1e-12) / (1e-3 if axis.slide else 1e-2))) / log(2.0)) ** 2
+        way = _level(axis) / self.stiffness
+        return 0.5 * (max(0.0, log(max(way, 1e-12) / _largest_way(axis))) / log(2.0)) ** 2
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
-        level = max(axis.friction.coulomb, axis.friction.static_torque)
-        ways = np.geomspace(1e-4, 0.1, 12) * travel(motion)
-        return [cls._start(1.6 * level / float(way)) for way in ways if level * way > 0.0]
+        level = _level(axis)
+        ways = np.minimum(np.geomspace(1e-4, 0.1, 12) * travel(motion), 1.6 * _largest_way(axis))
+        return [cls._start(1.6 * level / float(way)) for way in np.unique(ways) if level * way > 0.0]
 
     @classmethod
     def _start(cls, stiffness: float) -> Start:
@@ -67,3 +72,12 @@ class Presliding(AxisEffect):
     def _on(self, axis: AxisDynamics) -> AxisDynamics:
         law = replace(axis.friction, presliding_stiffness=self.stiffness, presliding_damping=self.damping)
         return replace(axis, friction=law)
+
+
+def _level(axis: AxisDynamics) -> float:
+    return max(axis.friction.coulomb, axis.friction.static_torque)
+
+
+def _largest_way(axis: AxisDynamics) -> float:
+    """On which real friction gives way [m or rad]."""
+    return 1e-3 if axis.slide else 1e-2
