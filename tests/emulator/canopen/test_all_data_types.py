@@ -7,6 +7,7 @@ from pathlib import Path
 
 import canopen
 import pytest
+from all_types import FIRST, INTEGERS, REALS, SEVEN_O_CLOCK, TIMES, least_and_most, write_eds
 from canopen_bench import NODE, Bench, Master
 
 from drive_profiles import load_profile
@@ -14,34 +15,10 @@ from drive_profiles.eds_profile import profile_from_eds
 from drive_profiles.eds_writer import eds_text
 from emulator.canopen import AbortCode, SdoAbort
 
-INTEGERS = {
-    0x02: (8, True), 0x03: (16, True), 0x10: (24, True), 0x04: (32, True),
-    0x12: (40, True), 0x13: (48, True), 0x14: (56, True), 0x15: (64, True),
-    0x05: (8, False), 0x06: (16, False), 0x16: (24, False), 0x07: (32, False),
-    0x18: (40, False), 0x19: (48, False), 0x1A: (56, False), 0x1B: (64, False),
-}  # fmt: skip
-"""Length in bits and sign by the type's code."""
-
-REALS = {0x08: "<f", 0x11: "<d"}
-TIMES = {0x0C: "TIME_OF_DAY", 0x0D: "TIME_DIFFERENCE"}
-FIRST = 0x2F00
-"""The object of a type is FIRST plus the type's code."""
-
-SEVEN_O_CLOCK = bytes.fromhex("40 87 80 01 39 3A")
-"""25,200,000 ms after midnight, 14,905 days."""
-
 
 @pytest.fixture(scope="module")
 def eds(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    codes = (*INTEGERS, *REALS, *TIMES)
-    sections = [
-        f"[{FIRST + code:04X}]\nParameterName=Object {code:02X}\nObjectType=0x7\nDataType=0x{code:04X}\n"
-        f"AccessType=rw\nDefaultValue={1 if code in INTEGERS else ''}\nPDOMapping=1\n\n"
-        for code in codes
-    ]
-    path = tmp_path_factory.mktemp("eds") / "types.eds"
-    path.write_text(eds_text(load_profile("cia402-full"), path.name) + "".join(sections), encoding="utf-8")
-    return path
+    return write_eds(tmp_path_factory.mktemp("eds") / "types.eds")
 
 
 @pytest.fixture
@@ -58,8 +35,7 @@ def node(bench: Bench, eds: Path) -> canopen.RemoteNode:
 @pytest.mark.parametrize("end", ["least", "most"])
 def test_integers_to_their_ends(node: canopen.RemoteNode, code: int, end: str) -> None:
     bits, signed = INTEGERS[code]
-    least, most = (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) if signed else (0, (1 << bits) - 1)
-    value = least if end == "least" else most
+    value = least_and_most(code)[end == "most"]
     assert node.sdo[FIRST + code].raw == 1
     node.sdo[FIRST + code].raw = value
     assert node.sdo[FIRST + code].raw == value
