@@ -1,26 +1,35 @@
 // A master of lely-core (AsyncMaster) on the configuration that dcfgen made of a bus.yml, as ros2_canopen starts it.
 //
-//   async_master INTERFACE MASTER.DCF SECONDS NODE...
+//   async_master SOCKET MASTER.DCF SECONDS NODE...
 //
+// SOCKET is that of `drivetwin emulate --bus unix:SOCKET`, whose packets are SocketCAN frames, so that no kernel with CAN is needed.
 // Boots its slaves, runs for SECONDS after the last of them has booted, and says one line an event:
 //   boot NODE OK | boot NODE ERROR TEXT; statuswords NODE COUNT; heartbeats NODE lost; cycle NODE 1006H; emcy NODE CODE
 // Exit status 0: every slave has booted and answered.
 
+#include <linux/can.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <functional>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <lely/coapp/driver.hpp>
 #include <lely/coapp/master.hpp>
 #include <lely/ev/loop.hpp>
-#include <lely/io2/linux/can.hpp>
 #include <lely/io2/posix/poll.hpp>
 #include <lely/io2/sys/io.hpp>
 #include <lely/io2/sys/timer.hpp>
+#include <lely/io2/user/can.hpp>
 
 using namespace std::chrono_literals;
 using lely::canopen::AsyncMaster;
@@ -31,6 +40,7 @@ namespace {
 
 constexpr uint16_t CYCLE_PERIOD = 0x1006, STATUSWORD = 0x6041;
 constexpr auto PATIENCE = 60s, ANSWER_WITHIN = 2s;
+constexpr std::size_t WAITING = 4096, MOST_FRAMES = 64;
 
 class Slave : public BasicDriver {
  public:
@@ -71,11 +81,46 @@ class Slave : public BasicDriver {
   int statuswords_ = 0;
 };
 
+int connect_to(const char* path) {
+  const int socket = ::socket(AF_UNIX, SOCK_SEQPACKET, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strncpy(address.sun_path, path, sizeof(address.sun_path) - 1);
+  if (socket < 0 || ::connect(socket, reinterpret_cast<sockaddr*>(&address), sizeof(address)) != 0) {
+    std::perror(path);
+    std::exit(2);
+  }
+  return socket;
+}
+
+int send_frame(const can_msg* message, int, void* socket) {
+  can_frame frame{};
+  frame.can_id = message->id | (message->flags & CAN_FLAG_RTR ? CAN_RTR_FLAG : 0);
+  frame.can_dlc = message->len;
+  std::memcpy(frame.data, message->data, message->len);
+  return ::send(*static_cast<int*>(socket), &frame, sizeof(frame), MSG_NOSIGNAL) == sizeof(frame) ? 0 : -1;
+}
+
+// Hands what comes on the socket to the channel.
+void read_frames(int socket, lely::io::UserCanChannel& channel) {
+  can_frame frames[MOST_FRAMES];
+  for (ssize_t bytes; (bytes = ::recv(socket, frames, sizeof(frames), 0)) > 0;)
+    for (std::size_t place = 0; place < bytes / sizeof(can_frame); ++place) {
+      can_msg message = CAN_MSG_INIT;
+      message.id = frames[place].can_id & CAN_SFF_MASK;
+      message.flags = frames[place].can_id & CAN_RTR_FLAG ? CAN_FLAG_RTR : 0;
+      message.len = frames[place].can_dlc;
+      std::memcpy(message.data, frames[place].data, message.len);
+      std::error_code full;
+      channel.on_read(&message, -1, full);
+    }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc < 5) {
-    std::fprintf(stderr, "async_master INTERFACE MASTER.DCF SECONDS NODE...\n");
+    std::fprintf(stderr, "async_master SOCKET MASTER.DCF SECONDS NODE...\n");
     return 2;
   }
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
@@ -86,17 +131,19 @@ int main(int argc, char** argv) {
   lely::io::Poll poll(context);
   lely::ev::Loop loop(poll.get_poll());
   lely::io::Timer timer(poll, loop.get_executor(), CLOCK_MONOTONIC);
-  lely::io::CanController controller(argv[1]);
-  lely::io::CanChannel channel(poll, loop.get_executor());
-  channel.open(controller);
+  int socket = connect_to(argv[1]);
+  lely::io::UserCanChannel channel(context, loop.get_executor(), lely::io::CanBusFlag::NONE, WAITING, 0, send_frame, &socket);
+  std::thread(read_frames, socket, std::ref(channel)).detach();
   AsyncMaster master(timer, channel, argv[2], "");
   master.SetTimeout(ANSWER_WITHIN);  // of an SDO transfer: 100 ms is less than a loaded host needs
 
   std::vector<std::unique_ptr<Slave>> slaves;
-  std::size_t booted = 0;
+  bool all_booted = false;
   const auto stop = [&](std::error_code) { loop.stop(); };
   const auto on_booted = [&] {
-    if (++booted == slaves.size()) master.SubmitWait(seconds, stop);
+    const bool now = std::all_of(slaves.begin(), slaves.end(), [](const auto& slave) { return slave->has_booted; });
+    if (now && !all_booted) master.SubmitWait(seconds, stop);
+    all_booted = now;
   };
   for (int place = 4; place < argc; ++place)
     slaves.push_back(std::make_unique<Slave>(loop.get_executor(), master, std::atoi(argv[place]), on_booted));
@@ -109,5 +156,6 @@ int main(int argc, char** argv) {
     slave->report();
     well = well && slave->has_booted && slave->has_answered;
   }
-  return well ? 0 : 1;
+  std::fflush(stdout);
+  std::_Exit(well ? 0 : 1);  // the reader may be waiting for a channel that nobody empties any more
 }

@@ -1,6 +1,7 @@
-"""lely-core's AsyncMaster with a configuration by dcfgen, written as ros2_canopen's examples write it, boots drives on vcan0.
+"""lely-core's AsyncMaster with a configuration by dcfgen, written as ros2_canopen's examples write it, boots three drives.
 
-lely-core is in no package registry: where pkg-config does not know it the tests are skipped. dcfgen is PyPI's.
+It takes its frames from `--bus unix:PATH`. lely-core is in no package registry: where pkg-config does not know it the tests are
+skipped. dcfgen is PyPI's.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ from pathlib import Path
 import can
 import pytest
 from foreign import installed
-from processes import PATIENCE, emulator
+from processes import PATIENCE, drivetwin, emulator
+
+from drivetwin.bus import open_bus
 
 SOURCE = Path(__file__).parents[1] / "interoperability" / "lely" / "async_master.cpp"
 MASTER, NODES = 10, (1, 2, 3)
@@ -88,6 +91,14 @@ class Outcome:
 
 
 @pytest.fixture(scope="module")
+def eds(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The EDS that `drivetwin eds` writes."""
+    path = tmp_path_factory.mktemp("eds") / "drive.eds"
+    assert drivetwin("eds", "--profile", "cia402-full", "--out", path).status == 0
+    return path
+
+
+@pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The master, compiled against the lely-core of this machine."""
     told = None
@@ -99,7 +110,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     flags = told.stdout.split()
     places = [f"-Wl,-rpath,{flag[2:]}" for flag in flags if flag.startswith("-L")]
     path = tmp_path_factory.mktemp("lely") / "async_master"
-    subprocess.run(["g++", "-std=c++17", "-O1", "-o", path, SOURCE, *flags, *places], check=True)
+    subprocess.run(["g++", "-std=c++17", "-O1", "-o", path, SOURCE, *flags, *places, "-lpthread"], check=True)
     return path
 
 
@@ -116,9 +127,9 @@ def configuration(folder: Path, eds: Path, period: int) -> Path:
 
 
 @contextmanager
-def master(program: Path, dcf: Path) -> Iterator[subprocess.Popen[str]]:
+def master(program: Path, dcf: Path, bus: str) -> Iterator[subprocess.Popen[str]]:
     """The master on a configuration."""
-    command = [str(part) for part in (program, "vcan0", dcf, SECONDS, *NODES)]
+    command = [str(part) for part in (program, bus.removeprefix("unix:"), dcf, SECONDS, *NODES)]
     process = subprocess.Popen(command, cwd=dcf.parent, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     try:
         yield process
@@ -137,11 +148,11 @@ def outcome(process: subprocess.Popen[str]) -> Outcome:
 def test_three_of_three_nodes_boot(program: Path, eds: Path, tmp_path: Path, period: int) -> None:
     """1006h of the slaves is written by nobody, and their heartbeats are in time."""
     dcf = configuration(tmp_path, eds, period)
-    with emulator(*DRIVES, bus="vcan0"), master(program, dcf) as process:
+    with emulator(*DRIVES, bus=f"unix:{tmp_path}/bus") as bus, master(program, dcf, bus) as process:
         done = outcome(process)
     assert done.status == 0, done.text
-    assert done.of("boot") == {node: ["OK"] for node in NODES}
-    assert done.of("cycle") == {node: ["0"] for node in NODES}
+    assert {node: set(told) for node, told in done.of("boot").items()} == {node: {"OK"} for node in NODES}
+    assert {node: set(told) for node, told in done.of("cycle").items()} == {node: {"0"} for node in NODES}
     assert done.of("heartbeats") == {}
     assert done.of("emcy") == {}
     counts = {node: int(told[0]) for node, told in done.of("statuswords").items()}
@@ -151,25 +162,27 @@ def test_three_of_three_nodes_boot(program: Path, eds: Path, tmp_path: Path, per
 
 def test_a_master_that_boots_before_the_drives(program: Path, eds: Path, tmp_path: Path) -> None:
     """It asks and nobody answers; each drive is booted when its boot-up message comes."""
-    dcf = configuration(tmp_path, eds, 20_000)
-    with can.Bus("vcan0", interface="socketcan") as bus, master(program, dcf) as process:
-        asked: set[int] = set()
-        while asked != {0x600 + node for node in NODES}:
-            frame = bus.recv(PATIENCE)
-            assert frame is not None
-            asked |= {frame.arbitration_id} & {0x600 + node for node in NODES}
-        with emulator(*DRIVES, bus="vcan0"):
+    dcf, control = configuration(tmp_path, eds, 10_000), tmp_path / "control"
+    with emulator(*DRIVES, "--control", control, bus=f"unix:{tmp_path}/bus") as bus:
+        for node in NODES:
+            strike(control, {"fault": "node_dies", "node": node})
+        witness = open_bus(bus)
+        with master(program, dcf, bus) as process:
+            await_frames(witness, {0x80})
+            for node in NODES:
+                strike(control, {"fault": "power_cycle", "node": node, "off": 0.1})
             done = outcome(process)
+        witness.shutdown()
     assert done.status == 0, done.text
     assert {node: told[-1] for node, told in done.of("boot").items()} == dict.fromkeys(NODES, "OK")
 
 
 def test_a_slave_that_appears_late(program: Path, eds: Path, tmp_path: Path) -> None:
     """One drive has no power while the others boot."""
-    dcf, control = configuration(tmp_path, eds, 20_000), tmp_path / "control"
-    with emulator(*DRIVES, "--control", control, bus="vcan0"):
+    dcf, control = configuration(tmp_path, eds, 10_000), tmp_path / "control"
+    with emulator(*DRIVES, "--control", control, bus=f"unix:{tmp_path}/bus") as bus:
         strike(control, {"fault": "node_dies", "node": 3})
-        with master(program, dcf) as process:
+        with master(program, dcf, bus) as process:
             assert process.stdout is not None
             seen = ""
             while seen.count("OK") < 2:
@@ -181,6 +194,15 @@ def test_a_slave_that_appears_late(program: Path, eds: Path, tmp_path: Path) -> 
             done = outcome(process)
     assert done.status == 0, seen + done.text
     assert done.of("boot")[3][-1] == "OK"
+
+
+def await_frames(bus: can.BusABC, identifiers: set[int]) -> None:
+    """Read a bus until each of some identifiers has been on it."""
+    awaited = set(identifiers)
+    while awaited:
+        frame = bus.recv(PATIENCE)
+        assert frame is not None, awaited
+        awaited.discard(frame.arbitration_id)
 
 
 def strike(control: Path, fault: dict[str, object]) -> None:
