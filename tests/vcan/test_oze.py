@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import can
+import canopen
 import pytest
 from all_types import FIRST, INTEGERS, REALS, SEVEN_O_CLOCK, TIMES, least_and_most
 from oze import oze, read, write
@@ -30,22 +31,44 @@ def test_sdo_expedited_and_segmented() -> None:
     assert read(3, 0x607A) == bytes(4)
 
 
-@pytest.mark.parametrize("code", [*INTEGERS, *REALS, *TIMES])
-def test_each_data_type(code: int) -> None:
-    """It hands over bytes; of up to four bytes expedited, longer ones in segments."""
+def a_value(code: int) -> bytes:
     if code in INTEGERS:
         bits, signed = INTEGERS[code]
-        data = least_and_most(code)[0 if signed else 1].to_bytes(bits // 8, "little", signed=signed)
-    else:
-        data = SEVEN_O_CLOCK if code in TIMES else struct.pack(REALS[code], -1.5)
-    assert write(NODE, FIRST + code, data) == "done"
+        return least_and_most(code)[0 if signed else 1].to_bytes(bits // 8, "little", signed=signed)
+    return SEVEN_O_CLOCK if code in TIMES else struct.pack(REALS[code], -1.5)
+
+
+@pytest.mark.parametrize("code", [*INTEGERS, *REALS, *TIMES])
+def test_each_data_type_is_read(code: int) -> None:
+    """It hands over bytes; of up to four bytes expedited, longer ones in segments."""
+    data = a_value(code)
+    with can.Bus("vcan0", interface="socketcan") as bus:
+        network = canopen.Network(bus)
+        network.connect()
+        node = network.add_node(NODE, canopen.ObjectDictionary())
+        node.sdo.RESPONSE_TIMEOUT = PATIENCE
+        node.sdo.download(FIRST + code, 0, data)
+        network.notifier.stop()
     assert read(NODE, FIRST + code) == data
+
+
+@pytest.mark.parametrize("code", [code for code in (*INTEGERS, *REALS) if len(a_value(code)) <= 4])
+def test_each_data_type_of_up_to_four_bytes_is_written(code: int) -> None:
+    assert write(NODE, FIRST + code, a_value(code)) == "done"
+    assert read(NODE, FIRST + code) == a_value(code)
+
+
+def test_its_download_in_segments_never_ends() -> None:
+    """Its proto/sdo.rs, download_segment, never sets bit c, 'no more segments' (CiA 301, 7.2.4.3.4): nothing is written."""
+    before = read(NODE, FIRST + 0x15)
+    assert write(NODE, FIRST + 0x15, bytes(range(8))) == "done"
+    assert read(NODE, FIRST + 0x15) == before != bytes(range(8))
 
 
 @pytest.mark.parametrize(
     ("words", "abort"),
     [
-        (("read", "7000", "0"), "ObjectDoesNotExistInTheObjectDictionary"),
+        (("read", "7000", "0"), "ObjectDoesNotExistInObjectDictionary"),
         (("write", "1018", "1", "00000000"), "AttemptToWriteReadOnlyObject"),
     ],
 )
