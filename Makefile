@@ -7,7 +7,7 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 .DEFAULT_GOAL := run
 
-.PHONY: run test test-vcan seeds bench paper fuzz fuzz-files blind measured accept accept-repeats mutants lock clean
+.PHONY: run test test-vcan interoperability seeds bench paper fuzz fuzz-files blind measured accept accept-repeats mutants lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -21,6 +21,15 @@ test: .venv/.installed
 # The bus tests on a real vcan0: of this kernel, or of a small User-Mode Linux booted from Debian packages.
 test-vcan: .venv/.installed
 	scripts/vcan/test-vcan
+
+# Every foreign stack that is on this machine, those of no package registry too: lely-core (by pkg-config), and canopend and
+# cocomm (on the PATH). out/interoperability/*.xml says which tests ran and which client was missing.
+interoperability: .venv/.installed
+	scripts/vcan/install-foreign
+	$(BIN)/pytest tests/integration/test_lely.py tests/integration/test_boot_order.py tests/integration/test_modbus_clients.py \
+		tests/integration/test_foreign_master_402.py tests/integration/test_foreign_master_modes.py -rs \
+		--junitxml=out/interoperability/integration.xml
+	scripts/vcan/test-vcan -rs --junitxml=out/interoperability/vcan.xml
 
 seeds: .venv/.installed
 	$(BIN)/python scripts/seeds.py --seeds 20 --out out/seeds

@@ -11,7 +11,10 @@ from pathlib import Path
 from drive_profiles.eds_reader import EdsFile, EdsObject, parse_number, read_eds
 from drive_profiles.eds_sections import Complaints
 from drive_profiles.profile import (
+    BITS,
     BYTE_TYPES,
+    FLOATS,
+    SIGNED,
     TEXT_TYPES,
     Access,
     DataType,
@@ -23,35 +26,6 @@ from drive_profiles.profile import (
 )
 from drive_profiles.requirements import MANDATORY, Address, mode_objects, required_objects
 from drivetwin.errors import UserError
-
-_BITS = {
-    DataType.BOOL: 1,
-    DataType.I8: 8,
-    DataType.I16: 16,
-    DataType.I32: 32,
-    DataType.I64: 64,
-    DataType.U8: 8,
-    DataType.U16: 16,
-    DataType.U32: 32,
-    DataType.U64: 64,
-    DataType.R32: 32,
-}
-_SIGNED = frozenset({DataType.I8, DataType.I16, DataType.I32, DataType.I64})
-
-_UNSUPPORTED = {
-    0x0C: "TIME_OF_DAY",
-    0x0D: "TIME_DIFFERENCE",
-    0x10: "INTEGER24",
-    0x11: "REAL64",
-    0x12: "INTEGER40",
-    0x13: "INTEGER48",
-    0x14: "INTEGER56",
-    0x16: "UNSIGNED24",
-    0x18: "UNSIGNED40",
-    0x19: "UNSIGNED48",
-    0x1A: "UNSIGNED56",
-}
-"""Types of CiA 301, table 44, that the virtual drive does not have."""
 
 # AccessType of CiA 306-1: access by SDO, and which PDOs may carry the object where PDOMapping says that one may.
 _ACCESS = {
@@ -112,18 +86,14 @@ def profile_from_eds(path: Path, base: DriveProfile) -> DriveProfile:
 def _objects(file: EdsFile, standard: Objects, complaints: Complaints) -> Objects:
     found: Objects = {}
     for entry in file.objects:
-        data_type = _data_type(file.path, entry, complaints)
+        data_type = _data_type(file.path, entry)
         _check_type(file.path, entry, standard)
-        if data_type is not None:
-            found[entry.index, entry.subindex] = _object(file, entry, data_type, complaints)
+        found[entry.index, entry.subindex] = _object(file, entry, data_type, complaints)
     return found
 
 
-def _data_type(path: Path, entry: EdsObject, complaints: Complaints) -> DataType | None:
+def _data_type(path: Path, entry: EdsObject) -> DataType:
     code = entry.data_type
-    if code is not None and code in _UNSUPPORTED:
-        complaints.note("the virtual drive has no type for {}; left out", f"{entry.section} ({_UNSUPPORTED[code]})")
-        return None
     try:
         return DataType(-1 if code is None else code)
     except ValueError:
@@ -232,23 +202,25 @@ def _text(text: str, data_type: DataType, entry: EdsObject, complaints: Complain
 
 def _number(text: str, data_type: DataType) -> int | float | None:
     """The number that a text says for a type, None where it is none or beyond the type."""
-    if data_type is DataType.R32:
-        return _real(text)
+    if data_type in FLOATS:
+        return _real(text, data_type)
     told = parse_number(text)
     if told is None or data_type in TEXT_TYPES:
         return None
-    value, bits = told.value, _BITS[data_type]
-    if data_type in _SIGNED:
+    value, bits = told.value, BITS[data_type]
+    if data_type in SIGNED:
         if value >> (bits - 1) == 1:  # two's complement, as vendors write negative numbers in hexadecimal
             value -= 1 << bits
         return value if -(1 << (bits - 1)) <= value < 1 << (bits - 1) else None
     return value if 0 <= value < 1 << bits else None
 
 
-def _real(text: str) -> float | None:
-    """A REAL32 as a number, or as the bit pattern that some tools write in hexadecimal."""
+def _real(text: str, data_type: DataType) -> float | None:
+    """A REAL32 or REAL64 as a number, or as the bit pattern that some tools write in hexadecimal."""
+    real, pattern = ("!f", "!I") if data_type is DataType.R32 else ("!d", "!Q")
     try:
-        value = struct.unpack("!f", struct.pack("!I", int(text, 16)))[0] if text.lower().startswith("0x") else float(text)
+        is_pattern = text.lower().startswith("0x")
+        value = struct.unpack(real, struct.pack(pattern, int(text, 16)))[0] if is_pattern else float(text)
     except (ValueError, struct.error):
         return None
     return float(value) if isfinite(value) else None
@@ -439,7 +411,7 @@ def _mapped_bits(path: Path, objects: Objects, index: int, subindex: int) -> int
         return bits
     target = objects.get(mapped)
     carried = target is not None and (target.rpdo if index in _RPDO_MAPPING else target.tpdo)
-    if target is None or not carried or bits != max(8, _BITS.get(target.data_type, 0)):
+    if target is None or not carried or bits != max(8, BITS.get(target.data_type, 0)):
         raise UserError(
             f"{path}, [{index:04X}sub{subindex:X}]: maps {_spell(mapped)} with {bits} bits; expected an object of the file "
             f"that may stand in such a PDO, with its own length: correct the mapping, PDOMapping or the object"

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import groupby
 
-from drive_profiles.profile import BYTE_TYPES, TEXT_TYPES, Access, DataType, DriveProfile, ObjectEntry
+from drive_profiles.profile import BYTE_TYPES, FLOATS, SIGNED, TEXT_TYPES, Access, DataType, DriveProfile, ObjectEntry
 
 BIT_RATES = (10, 20, 50, 125, 250, 500, 800, 1000)
 """[kbit/s] of CiA 306-1, table 'DeviceInfo'."""
@@ -163,10 +163,9 @@ def _default(entry: ObjectEntry) -> str:
 
 def _number(entry: ObjectEntry, value: int | float | str | None) -> str:
     """Unsigned numbers are hexadecimal, signed ones decimal; a float is left out."""
-    if not isinstance(value, int) or entry.data_type is DataType.R32:
+    if not isinstance(value, int) or entry.data_type in FLOATS:
         return ""
-    unsigned = entry.data_type in (DataType.U8, DataType.U16, DataType.U32, DataType.U64)
-    return f"0x{value:X}" if unsigned else str(value)
+    return str(value) if entry.data_type in SIGNED or entry.data_type is DataType.BOOL else f"0x{value:X}"
 
 
 def _plain(text: str) -> str:

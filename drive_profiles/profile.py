@@ -37,10 +37,36 @@ class DataType(IntEnum):
     VSTR = 0x09
     OSTR = 0x0A
     USTR = 0x0B
+    TIME_OF_DAY = 0x0C
+    TIME_DIFFERENCE = 0x0D
     DOMAIN = 0x0F
+    I24 = 0x10
+    R64 = 0x11
+    I40 = 0x12
+    I48 = 0x13
+    I56 = 0x14
     I64 = 0x15
+    U24 = 0x16
+    U40 = 0x18
+    U48 = 0x19
+    U56 = 0x1A
     U64 = 0x1B
 
+
+BITS: dict[DataType, int] = {
+    DataType.BOOL: 1,
+    **{DataType[f"{sign}{bits}"]: bits for sign in "IU" for bits in range(8, 72, 8)},
+    DataType.R32: 32,
+    DataType.R64: 64,
+    DataType.TIME_OF_DAY: 48,
+    DataType.TIME_DIFFERENCE: 48,
+}
+"""Length of a value; the other types have none of their own. A time is a number of 48 bits as it stands on the bus: in the
+lower 28 milliseconds, in the upper 16 days (CiA 301, 7.1.6.5 and 7.1.6.6).
+"""
+
+SIGNED = frozenset(data_type for data_type in BITS if data_type.name.startswith("I"))
+FLOATS = frozenset({DataType.R32, DataType.R64})
 
 TEXT_TYPES = frozenset({DataType.VSTR, DataType.OSTR, DataType.USTR, DataType.DOMAIN})
 """Types of any length; a value is text, one ISO 8859-1 character a byte: UNICODE_STRING is those of its UTF-16, low byte first
@@ -290,7 +316,7 @@ def _value(data_type: DataType, text: str) -> int | float | str | None:
 def _limit(data_type: DataType, text: str) -> int | float | None:
     if not text:
         return None
-    return float(text) if data_type is DataType.R32 else int(text, 0)
+    return float(text) if data_type in FLOATS else int(text, 0)
 
 
 def _check(entry: ObjectEntry) -> None:

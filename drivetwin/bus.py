@@ -7,6 +7,7 @@ import ipaddress
 import itertools
 import logging
 import re
+import socket
 import threading
 import time
 from collections import deque
@@ -19,6 +20,7 @@ from urllib.parse import urlsplit
 
 import can
 from can.interfaces import virtual
+from can.interfaces.socketcan import SocketcanBus
 from can_remote import RemoteBus, RemoteServer
 from can_remote.server import ClientRequestHandler, RemoteServerError, RemoteServerProtocol
 from can_remote.websocket import WebSocket, WebsocketClosed, get_accept_key
@@ -32,6 +34,12 @@ SOCKETCAN = re.compile(r"(v?can|vxcan|slcan)\d+")
 COPPER = re.compile(r"(can|slcan)\d+")
 
 INPROC = "inproc"
+
+SO_RCVBUFFORCE = 33
+"""Of asm-generic/socket.h; the module `socket` has no name for it."""
+
+RECEIVE_BUFFER = 8 * 1024 * 1024
+"""Of a SocketCAN socket, some 10,000 frames [bytes]."""
 
 MOST_WAITING = 65_536
 """Frames that a ws server keeps for a client that does not read (some 20 MB); further ones are lost to it, as on SocketCAN."""
@@ -385,12 +393,25 @@ def _is_loopback(host: str) -> bool:
 
 def _socketcan(name: str) -> can.BusABC:
     try:
-        return can.Bus(interface="socketcan", channel=name, ignore_config=True)
+        bus = SocketcanBus(channel=name)
+        _let_wait(bus.socket)
+        return bus
     except (OSError, can.CanError, AttributeError, NotImplementedError) as error:
         raise UserError(
             f"cannot open {name} ({error}); see `ip link show {name}`, or where the kernel has no CAN use "
             "--bus ws://127.0.0.1:54701"
         ) from None
+
+
+def _let_wait(channel: socket.socket) -> None:
+    """Make room for what comes while the process does not run: some 300 frames are all that a socket holds by default.
+
+    With the right to (CAP_NET_ADMIN) beyond net.core.rmem_max, else up to it.
+    """
+    try:
+        channel.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, RECEIVE_BUFFER)
+    except PermissionError:
+        channel.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
 
 
 def _unknown(name: str) -> UserError:

@@ -24,7 +24,12 @@ class Cycle:
 
 
 class Clock(ABC):
-    """Decides which cycles the plant is to run now. `told` is 1006h in servo periods, 0 where it tells nothing."""
+    """Decides which cycles the plant is to run now. `told` is 1006h in servo periods, 0 where it tells nothing.
+
+    `runs_alone`: time goes on without a SYNC of the bus, so that a drive can produce SYNC and TIME.
+    """
+
+    runs_alone: bool
 
     def before_sync(self) -> Iterable[Cycle]:
         """What is still to run before the drives see a SYNC that has come: it came earlier than it was expected."""
@@ -50,6 +55,8 @@ class Clock(ABC):
 class SyncClock(Clock):
     """A SYNC advances the plant by one cycle and nothing else does: two runs are bit-identical."""
 
+    runs_alone = False
+
     def at_sync(self, told: int) -> Iterable[Cycle]:
         periods = told or MILLISECOND
         return (Cycle(periods, periods),)
@@ -72,6 +79,8 @@ class RealtimeClock(Clock):
     plant go on by itself. What was missed for longer than `MAKE_UP` is dropped: no jump after a master that was slow or a host
     that slept. The drives' timers are the wall clock's, whatever SYNC does.
     """
+
+    runs_alone = True
 
     HOLD_OFF = 0.05
     """How late a SYNC may be before the drives run free [s]: a loaded host stalls a process for some 10 ms."""

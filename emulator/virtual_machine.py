@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 
 import can
@@ -65,6 +66,7 @@ class VirtualMachine:
         self._time = 0.0
         self._ticked = clock.timers(0.0)
         self._requests: list[Callable[[], None]] = []
+        self._produced: list[can.Message] = []
         self.wires = [FaultyWire(self._send, self.now) for _ in machine.axes]
         self.drives = [self._drive(number) for number in range(len(machine.axes))]
         self.plant.equip(self._servos)
@@ -95,6 +97,10 @@ class VirtualMachine:
 
         SYNC is for each drive what its 1005h says; that of the first drive moves time.
         """
+        self._hear(message)
+        self._hear_own()
+
+    def _hear(self, message: can.Message) -> None:
         if message.is_error_frame or message.is_extended_id or message.is_fd:
             return
         cob_id, data, remote = message.arbitration_id, bytes(message.data), message.is_remote_frame
@@ -120,6 +126,7 @@ class VirtualMachine:
             answer()
         self._run(self._clock.due(self._told()))
         self._look_at_timers()
+        self._hear_own()
 
     def wait(self) -> float | None:
         """Seconds until `poll` is to be called again, None if it need not be."""
@@ -147,6 +154,8 @@ class VirtualMachine:
         )
         if node_id is not None and drive.device.lss is not None:
             drive.device.lss.node_id = node_id
+        if self._clock.runs_alone:
+            drive.device.add_producers(partial(self._produce, number))
         return drive
 
     def _exchange(self, number: int, node_id: int | None) -> None:
@@ -182,6 +191,16 @@ class VirtualMachine:
         self._tick()
         if self._time >= self.alarms.due:
             self.alarms.tick(self._time)
+
+    def _produce(self, number: int, cob_id: int, data: bytes) -> None:
+        """A drive sends SYNC or TIME: on the bus, and for the drives of this machine."""
+        self.wires[number].transmit(cob_id, data)
+        self._produced.append(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False))
+
+    def _hear_own(self) -> None:
+        produced, self._produced = self._produced, []
+        for message in produced:
+            self._hear(message)
 
     def _look_at_timers(self) -> None:
         if self._timers() >= self._ticked + TICK:

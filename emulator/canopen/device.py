@@ -13,9 +13,11 @@ from emulator.canopen.heartbeat_consumer import HeartbeatConsumer
 from emulator.canopen.lss import REQUEST_COB_ID as LSS_COB_ID
 from emulator.canopen.lss import UNCONFIGURED, LssSlave
 from emulator.canopen.nmt import Nmt, NmtState
+from emulator.canopen.nmt_startup import NmtStartup
 from emulator.canopen.node_guarding import NodeGuarding
 from emulator.canopen.object_dictionary import ObjectDictionary, Variable
 from emulator.canopen.parameter_store import Group, ParameterStore
+from emulator.canopen.producer import Produce
 from emulator.canopen.rpdo import Rpdo
 from emulator.canopen.sdo_server import REQUEST_COB_ID, SdoServer
 from emulator.canopen.storage import Storage
@@ -63,6 +65,7 @@ class Device:
         dictionary.power_on()
         self._alarms = alarms = Alarms()
         self.nmt = nmt = Nmt(node_id)
+        self._startup = NmtStartup(dictionary)
         self.emergency = emergency = Emergency(dictionary, nmt, transmit, now, alarms)
         self.sdo = SdoServer(dictionary, nmt, transmit, now, alarms)
         self.time_stamp = TimeStamp(dictionary, now, self._connect)
@@ -92,6 +95,11 @@ class Device:
         """Make it an LSS slave (CiA 305), with the node-ID that LSS stored; a device with node-ID 255 does nothing but LSS."""
         self.lss = LssSlave(self.od, self.nmt, self._store, self._transmit, self._reset_communication)
         self.nmt.node_id = self.lss.node_id
+
+    def add_producers(self, produce: Produce) -> None:
+        """Let it produce SYNC and TIME where 1005h and 1012h say so; `produce` gets each frame, for this node as well."""
+        self._sync.add_producer(self.nmt, produce, self._alarms)
+        self.time_stamp.add_producer(self.nmt, produce, self._alarms)
 
     def add_sync_timeout(self, kind: Variable, time: Variable, lost: Callable[[int], None]) -> None:
         """Supervise SYNC by two objects of the drive type; `lost` gets the error code when it stays away."""
@@ -167,6 +175,8 @@ class Device:
             return
         self.heartbeat.boot_up()
         self.nmt.enter(NmtState.PRE_OPERATIONAL)
+        if self._startup.self_starting:
+            self.nmt.enter(NmtState.OPERATIONAL)
 
     def _take_node_id(self) -> None:
         if self.lss is not None:

@@ -8,7 +8,8 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Iterable, Iterator
 
-from drive_profiles import DataType, DriveProfile, ObjectEntry
+from drive_profiles import DriveProfile, ObjectEntry
+from drive_profiles.profile import FLOATS
 from emulator.canopen.abort_codes import AbortCode, SdoAbort
 from emulator.canopen.data_types import Value, decode, encode, is_number, saturate, size, type_range
 
@@ -121,7 +122,7 @@ class Variable:
     def writer(self) -> Callable[[Value], None]:
         """How a PDO writes this variable: `write`, without the range check where no value of the type can fail it."""
         least_and_most = type_range(self.data_type)
-        unlimited = (self._low, self._high) == least_and_most and self.data_type is not DataType.R32
+        unlimited = (self._low, self._high) == least_and_most and self.data_type not in FLOATS
         return self._store if unlimited else self.write
 
     def _store(self, value: Value) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from drive_profiles import DataType
 from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.data_types import FORMATS, size
+from emulator.canopen.data_types import Layout, layout, size
 from emulator.canopen.object_dictionary import ObjectDictionary, Variable
 
 MAX_LENGTH = 8
@@ -26,13 +25,13 @@ class Mapping:
     """Objects of a PDO in their order, and how their values lie in its data (padding where a dummy is mapped)."""
 
     variables: tuple[Variable, ...]
-    layout: struct.Struct
+    layout: Layout
 
 
 @dataclass(frozen=True)
 class _Entry:
     variable: Variable | None
-    code: str
+    part: DataType | int
 
 
 def maps_to_rpdo(variable: Variable) -> bool:
@@ -54,10 +53,10 @@ def check_entry(od: ObjectDictionary, value: int, rule: MappingRule) -> None:
 def parse_mapping(od: ObjectDictionary, values: Iterable[int], rule: MappingRule) -> Mapping:
     """The mapping that entries :01.. describe. Raises SdoAbort."""
     entries = [_parse(od, value, rule) for value in values]
-    layout = struct.Struct("<" + "".join(entry.code for entry in entries))
-    if layout.size > MAX_LENGTH:
+    place = layout([entry.part for entry in entries])
+    if place.size > MAX_LENGTH:
         raise SdoAbort(AbortCode.PDO_LENGTH)
-    return Mapping(tuple(entry.variable for entry in entries if entry.variable is not None), layout)
+    return Mapping(tuple(entry.variable for entry in entries if entry.variable is not None), place)
 
 
 def _parse(od: ObjectDictionary, value: int, rule: MappingRule) -> _Entry:
@@ -66,14 +65,13 @@ def _parse(od: ObjectDictionary, value: int, rule: MappingRule) -> _Entry:
     if rule is maps_to_rpdo and index in _DUMMIES:
         return _dummy(DataType(index), subindex, bits)
     variable = od.find(index, subindex)
-    code = FORMATS.get(variable.data_type)
-    if code is None or not rule(variable) or variable.size is None or bits != 8 * variable.size:
+    if not rule(variable) or variable.size is None or bits != 8 * variable.size:
         raise SdoAbort(AbortCode.NOT_MAPPABLE)
-    return _Entry(variable, code)
+    return _Entry(variable, variable.data_type)
 
 
 def _dummy(data_type: DataType, subindex: int, bits: int) -> _Entry:
     length = _DUMMIES[data_type] or 0
     if subindex or bits != 8 * length:
         raise SdoAbort(AbortCode.NOT_MAPPABLE)
-    return _Entry(None, f"{length}x")
+    return _Entry(None, length)

@@ -15,6 +15,9 @@ from emulator.canopen.pdo_mapping import MAX_LENGTH, Mapping, MappingRule, check
 
 logger = logging.getLogger(__name__)
 
+INHIBIT_UNIT = 100e-6
+"""Of sub-index 3 [s]."""
+
 SYNCHRONOUS = range(241)
 """Transmission types that act at a SYNC: 0 acyclic, 1..240 cyclic (CiA 301, table 66 and 72)."""
 

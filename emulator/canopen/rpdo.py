@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterable
+from math import inf
 
 from emulator.canopen.abort_codes import SdoAbort
 from emulator.canopen.alarms import Alarms
@@ -11,8 +12,9 @@ from emulator.canopen.data_types import Value
 from emulator.canopen.emergency import PDO_TOO_LONG, PDO_TOO_SHORT, RPDO_TIME_OUT, Emergency, ErrorRegister
 from emulator.canopen.object_dictionary import ObjectDictionary, Variable
 from emulator.canopen.pdo_mapping import maps_to_rpdo
-from emulator.canopen.pdo_parameters import SYNCHRONOUS, PdoParameters
+from emulator.canopen.pdo_parameters import INHIBIT_UNIT, SYNCHRONOUS, PdoParameters
 from emulator.canopen.sync import Sync
+from emulator.canopen.timing import TOLERANCE
 
 logger = logging.getLogger(__name__)
 
@@ -53,6 +55,10 @@ class Rpdo:
             rule=maps_to_rpdo,
             changed=self._configure,
         )
+        self._inhibit_time = od.get((0x13FF + number, 3))
+        if self._inhibit_time is not None:
+            self._inhibit_time.on_write = self.parameters.refuse_while_existing
+        self._inhibit_alarm = alarms.add(self._release)
         self._event_timer = od.get((0x13FF + number, 5))
         if self._event_timer is not None:
             self._event_timer.on_write = self._set_deadline
@@ -66,13 +72,16 @@ class Rpdo:
     @property
     def _take(self) -> Callable[[bytes], None]:
         if not self.parameters.synchronous:
-            return self._act
+            return self._act_unless_inhibited if self._inhibit else self._act
         return self._keep_in_window if self._sync.windowed else self._keep
 
     def start(self) -> None:
         """Begin anew with the parameters as they stand: nothing is waiting for a SYNC."""
         mapping = self.parameters.mapping
         self._pending = None
+        self._inhibit = self._inhibit_time.number * INHIBIT_UNIT if self._inhibit_time is not None else 0.0
+        self._inhibited_until = -inf
+        self._inhibit_alarm.stop()
         self._deadline = self._event_timer.number * EVENT_UNIT if self._event_timer is not None else 0.0
         self._alarm.stop()
         self._writers = tuple((place, variable.writer()) for place, variable in _commands_last(mapping.variables))
@@ -80,11 +89,12 @@ class Rpdo:
         self._unpack = mapping.layout.unpack_from
 
     def stop(self) -> None:
-        """PDOs are not allowed any more: none is missed."""
+        """PDOs are not allowed any more: none is missed, none waits."""
         self._alarm.stop()
+        self._inhibit_alarm.stop()
 
     def take_effect(self) -> None:
-        """A SYNC came: act on what was received since the last one."""
+        """It is time, by SYNC or by the inhibit time: act on what was received last."""
         data = self._pending
         if data is not None:
             self._pending = None
@@ -101,6 +111,21 @@ class Rpdo:
         """After the synchronous window (1007h) an RPDO is discarded; the next SYNC opens it again (CiA 301, 7.5.2.7)."""
         if self._sync.window_is_open():
             self._pending = data
+
+    def _act_unless_inhibited(self, data: bytes) -> None:
+        """Event-driven frames act no more often than the inhibit time (:03) allows; of those that wait the newest acts."""
+        now = self._now()
+        if now < self._inhibited_until - TOLERANCE:
+            self._pending = data
+            self._inhibit_alarm.set(self._inhibited_until)
+            return
+        self._inhibit_alarm.stop()
+        self._inhibited_until = now + self._inhibit
+        self._act(data)
+
+    def _release(self, now: float) -> None:
+        self._inhibited_until = now + self._inhibit
+        self.take_effect()
 
     def _watch(self, data: bytes) -> None:
         """Deadline monitoring: the next frame is due within the event timer from now (CiA 301, 7.5.2.35, :05)."""

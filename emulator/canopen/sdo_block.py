@@ -25,7 +25,7 @@ from emulator.canopen.sdo_frame import (
     block_upload_ended,
     block_upload_initiated,
 )
-from emulator.canopen.sdo_segmented import MAX_DOWNLOAD, check_announced
+from emulator.canopen.sdo_segmented import check_announced, room
 
 BLOCK_SIZE = 127
 """Segments of a sub-block that the server takes, the most that the protocol has."""
@@ -93,7 +93,7 @@ class BlockDownload:
         most = self._indicated if self._indicated is not None else self._variable.size
         if most is not None and len(self._data) >= most + SEGMENT_LENGTH:
             raise SdoAbort(AbortCode.LENGTH_TOO_HIGH)
-        if len(self._data) >= MAX_DOWNLOAD + SEGMENT_LENGTH:
+        if len(self._data) >= room(self._variable) + SEGMENT_LENGTH:
             raise SdoAbort(AbortCode.OUT_OF_MEMORY)
 
     def _end(self, frame: bytes) -> tuple[bytes, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from drive_profiles import DataType
 from emulator.canopen.abort_codes import AbortCode, SdoAbort
 from emulator.canopen.object_dictionary import Variable, check_length
 from emulator.canopen.sdo_frame import (
@@ -14,8 +15,15 @@ from emulator.canopen.sdo_frame import (
     upload_segment,
 )
 
-MAX_DOWNLOAD = 65536
+MAX_TEXT, MAX_DOMAIN = 65536, 16 * 1024 * 1024
 """Bytes that a client may write to an object without a length of its own."""
+
+
+def room(variable: Variable) -> int:
+    """Bytes that an object takes at most."""
+    if variable.size is not None:
+        return variable.size
+    return MAX_DOMAIN if variable.data_type is DataType.DOMAIN else MAX_TEXT
 
 
 def check_announced(variable: Variable, indicated: int | None) -> None:
@@ -24,7 +32,7 @@ def check_announced(variable: Variable, indicated: int | None) -> None:
         return
     if variable.size is not None:
         check_length(indicated, variable.size)
-    if indicated > MAX_DOWNLOAD:
+    if indicated > room(variable):
         raise SdoAbort(AbortCode.OUT_OF_MEMORY)
 
 
@@ -61,7 +69,7 @@ class SegmentedDownload:
         most = self._indicated if self._indicated is not None else self._variable.size
         if most is not None and len(self._data) > most:
             raise SdoAbort(AbortCode.LENGTH_TOO_HIGH)
-        if len(self._data) > MAX_DOWNLOAD:
+        if len(self._data) > room(self._variable):
             raise SdoAbort(AbortCode.OUT_OF_MEMORY)
 
     def _write(self) -> None:
@@ -78,7 +86,8 @@ class SegmentedUpload:
         self.index = variable.index
         self.subindex = variable.subindex
         self.finished = False
-        self._rest = data
+        self._data = data
+        self._at = 0
         self._toggle = 0
 
     def expects(self, frame: bytes) -> bool:
@@ -91,6 +100,7 @@ class SegmentedUpload:
         if toggle != self._toggle:
             raise SdoAbort(AbortCode.TOGGLE_BIT)
         self._toggle ^= TOGGLE
-        segment, self._rest = self._rest[:SEGMENT_LENGTH], self._rest[SEGMENT_LENGTH:]
-        self.finished = not self._rest
+        segment = self._data[self._at : self._at + SEGMENT_LENGTH]
+        self._at += SEGMENT_LENGTH
+        self.finished = self._at >= len(self._data)
         return (upload_segment(toggle, segment, LAST_SEGMENT if self.finished else 0),)

@@ -1,14 +1,17 @@
-"""The beat that all nodes share: the SYNC consumer (CiA 301, 7.2.5; 1005h, 1006h, 1007h, 1019h)."""
+"""The beat that all nodes share: SYNC, consumed and produced (CiA 301, 7.2.5; 1005h, 1006h, 1007h, 1019h)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from emulator.canopen.abort_codes import AbortCode, SdoAbort
+from emulator.canopen.alarms import Alarms
 from emulator.canopen.can_identifier import BIT_30, CAN_ID, check_cob_id
 from emulator.canopen.data_types import Value
 from emulator.canopen.emergency import SYNC_LENGTH, Emergency, ErrorRegister
+from emulator.canopen.nmt import Nmt, NmtState
 from emulator.canopen.object_dictionary import ObjectDictionary
+from emulator.canopen.producer import Produce, Producer
 from emulator.canopen.timing import TOLERANCE
 
 MICROSECOND = 1e-6
@@ -21,7 +24,7 @@ COUNTER_OVERFLOWS = frozenset((0, *range(2, 241)))
 
 
 class Sync:
-    """SYNC consumer of one node: `sample`, then `actuate`, is what its PDOs do at a SYNC (CiA 301, 7.2.2.2).
+    """SYNC of one node: `sample`, then `actuate`, is what its PDOs do at a SYNC (CiA 301, 7.2.2.2).
 
     `cob_id` is the CAN-ID of the SYNC that this node listens to, `counter` that of the SYNC which came last, None where it had
     none. `changed` is called after 1007h has changed.
@@ -45,6 +48,8 @@ class Sync:
         self.sample: tuple[Callable[[], None], ...] = ()
         self.actuate: tuple[Callable[[], None], ...] = ()
         self.counter: int | None = None
+        self._producer: Producer | None = None
+        self._last_sent = 0
         self.load()
 
     @property
@@ -57,9 +62,16 @@ class Sync:
         """Whether SYNC carries a counter (1019h is not 0)."""
         return self._counted
 
+    def add_producer(self, nmt: Nmt, produce: Produce, alarms: Alarms) -> None:
+        """Let it send SYNC where 1005h bit 30 says so, every 1006h, as nobody else moves time (CiA 301, 7.5.2.5)."""
+        self._producer = Producer(nmt, produce, self._now, alarms, self._next_frame)
+        self._cycle.on_write = lambda value: self._produce(self._parameter.number, int(value))
+        nmt.on_change.append(self._begin_counting)
+
     def load(self) -> None:
         """Take everything as it stands in the dictionary, and forget what has come."""
         self.cob_id = self._parameter.number & CAN_ID
+        self._produce(self._parameter.number, self._cycle.number)
         self.counter = None
         self._came = self._now()
         self._length_is_wrong = False
@@ -96,11 +108,31 @@ class Sync:
         self._length_is_wrong = wrong
 
     def _check_cob_id(self, value: Value) -> None:
-        # a drive is no SYNC producer; bit 31 has no meaning here and is kept as written
-        if int(value) & BIT_30:
+        """Bit 30: the node produces SYNC, and its CAN-ID is fixed meanwhile; bit 31 has no meaning and is kept as written."""
+        new, old = int(value), self._parameter.number
+        if new & BIT_30 and self._producer is None:
             raise SdoAbort(AbortCode.INVALID_VALUE)
-        check_cob_id(int(value))
-        self.cob_id = int(value) & CAN_ID
+        check_cob_id(new & ~BIT_30)
+        if new & old & BIT_30 and (new ^ old) & CAN_ID:
+            raise SdoAbort(AbortCode.DEVICE_STATE)
+        self.cob_id = new & CAN_ID
+        self._produce(new, self._cycle.number)
+
+    def _produce(self, cob_id: int, microseconds: int) -> None:
+        if self._producer is not None:
+            self._last_sent = 0
+            self._producer.run(microseconds * MICROSECOND if cob_id & BIT_30 else 0.0)
+
+    def _next_frame(self) -> tuple[int, bytes]:
+        """The counter goes from 1 to 1019h and begins again (CiA 301, 7.2.5.3.2)."""
+        if not self._counted or self._overflow is None:
+            return self.cob_id, b""
+        self._last_sent = self._last_sent % self._overflow.number + 1
+        return self.cob_id, bytes((self._last_sent,))
+
+    def _begin_counting(self, state: NmtState) -> None:
+        if state is NmtState.STOPPED:
+            self._last_sent = 0
 
     def _set_window(self, value: Value) -> None:
         self._window = int(value) * MICROSECOND

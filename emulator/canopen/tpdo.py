@@ -10,7 +10,7 @@ from emulator.canopen.abort_codes import AbortCode, SdoAbort
 from emulator.canopen.data_types import Value, saturate
 from emulator.canopen.object_dictionary import ObjectDictionary
 from emulator.canopen.pdo_mapping import maps_to_tpdo
-from emulator.canopen.pdo_parameters import SYNCHRONOUS, PdoParameters
+from emulator.canopen.pdo_parameters import INHIBIT_UNIT, SYNCHRONOUS, PdoParameters
 from emulator.canopen.sync import Sync
 from emulator.canopen.timing import TOLERANCE
 
@@ -20,7 +20,6 @@ REMOTE = 253
 EVENT_DRIVEN = (254, 255)
 TRANSMISSION_TYPES = frozenset((*SYNCHRONOUS, REMOTE_SYNCHRONOUS, REMOTE, *EVENT_DRIVEN))
 
-INHIBIT_UNIT = 100e-6
 EVENT_UNIT = 1e-3
 
 

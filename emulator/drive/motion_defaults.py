@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf, pi
 
-from drive_profiles import DataType
+from drive_profiles.profile import FLOATS
 from emulator.canopen.object_dictionary import ObjectDictionary
 from emulator.drive.limits import RPM
 from emulator.drive.objects import optional, store
@@ -30,7 +30,7 @@ def commission(dictionary: ObjectDictionary, axis: Axis) -> None:
     """
     for (index, subindex), value in _values(axis).items():
         variable = optional(dictionary, index, subindex)
-        if variable is not None and variable.data_type is not DataType.R32 and variable.value == 0:
+        if variable is not None and variable.data_type not in FLOATS and variable.value == 0:
             store(variable, max(1.0, value))
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import pi
 
-from drive_profiles import DataType, DriveProfile
+from drive_profiles import DriveProfile
+from drive_profiles.profile import FLOATS
 from emulator.canopen.abort_codes import AbortCode, SdoAbort
 from emulator.canopen.data_types import Value, saturate
 from emulator.canopen.object_dictionary import ObjectDictionary, Variable
@@ -90,7 +91,7 @@ def _allow(variable: Variable | None, *values: int) -> None:
 
 def store(variable: Variable, value: float) -> None:
     """Make `value` the variable's stored value: what it holds now and after a reset."""
-    variable.commission(value if variable.data_type is DataType.R32 else round(value))
+    variable.commission(value if variable.data_type in FLOATS else round(value))
 
 
 def on_read(dictionary: ObjectDictionary, index: int, read: Callable[[], int | float]) -> None:

@@ -7,8 +7,8 @@ from random import Random
 
 import can
 
-from drive_profiles import DriveProfile, ObjectEntry
-from emulator.canopen.data_types import FORMATS, size
+from drive_profiles import DataType, DriveProfile, ObjectEntry
+from emulator.canopen.data_types import size
 from fuzzing.target import Event
 
 NODES = (1, 2, 3)
@@ -115,7 +115,7 @@ class Mutation:
         dice = self._dice
         if entry.index == 0x6040:
             return dice.choice(CONTROLWORDS).to_bytes(2, "little")
-        if FORMATS[entry.data_type] == "f" and dice.random() < 0.7:
+        if entry.data_type is DataType.R32 and dice.random() < 0.7:
             return bytes.fromhex(dice.choice(FLOATS))
         kind = dice.randrange(3)
         if kind == 0:

@@ -100,7 +100,6 @@ def test_what_is_no_number(text: str) -> None:
         (changed("6072", "DefaultValue=.*", "DefaultValue=0x10000"), "the value of 6072 is no value of its type"),
         (changed("605A", "DefaultValue=2", "DefaultValue=9"), "the value of 605A is outside its limits"),
         (changed("6041", "AccessType=ro\n", ""), "no AccessType in 6041; they are taken as read-only"),
-        (added("[2FFF]\nParameterName=x\nDataType=0x0016\nAccessType=rw\n"), r"no type for 2FFF \(UNSIGNED24\); left out"),
         (
             changed("6091sub2", "DefaultValue=.*\nPDOMapping=1\n.*\n.*", "DefaultValue=0"),
             "6091h:02 is 0, by which the drive divides",

@@ -1,4 +1,4 @@
-"""Modbus clients that this project did not write, against `drivetwin emulate`: pymodbus, mbpoll, dryve-d1."""
+"""Modbus clients that this project did not write, against `drivetwin emulate`: of Python, C, Rust, Go and JavaScript."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from foreign import missing
+from foreign import FOREIGN, installed, missing
 from processes import PATIENCE, start
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.pdu import ModbusPDU
@@ -148,6 +148,36 @@ def test_pymodbus_reads_the_exceptions() -> None:
 def exception(answer: ModbusPDU) -> int:
     assert answer.isError()
     return answer.exception_code
+
+
+# -- Rust, Go, JavaScript ----------------------------------------------------------------------------------------------
+
+CLIENTS = Path(__file__).parents[1] / "interoperability"
+SERVICES = ["16, 3: 1 57920", "4: 1 57920", "6: 3", "23: 3", "exception: 2", "enabled", "disabled"]
+
+
+def said(*command: object, **environment: str) -> list[str]:
+    """What a client printed, without the brackets and commas in which its language writes a list."""
+    environ = {**os.environ, **environment}
+    told = [str(part) for part in command]
+    done = subprocess.run(told, capture_output=True, text=True, timeout=PATIENCE, check=False, env=environ)
+    assert (done.returncode, done.stderr) == (0, "")
+    return [re.sub(r"[\[\]]|,(?= \d+\])", "", line) for line in done.stdout.splitlines()]
+
+
+@pytest.mark.parametrize("program", ["rust/debug/modbus", "bin/go-modbus"])
+def test_tokio_modbus_and_goburrow_enable_an_axis(program: str) -> None:
+    """Functions 3, 4, 6, 16, 23 and an exception."""
+    with emulated("--machine", "arm", "--profile", "cia402-full") as port:
+        assert said(installed(program), port) == SERVICES
+
+
+def test_jsmodbus_enables_an_axis() -> None:
+    """Functions 3, 4, 6, 16 and an exception; it has no function 23."""
+    installed("node_modules/jsmodbus")
+    with emulated("--machine", "arm", "--profile", "cia402-full") as port:
+        told = said("node", CLIENTS / "javascript" / "modbus.js", port, NODE_PATH=str(FOREIGN / "node_modules"))
+    assert told == [line for line in SERVICES if not line.startswith("23")]
 
 
 # -- mbpoll ------------------------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from all_types import write_eds
 from processes import drivetwin
 
 
@@ -48,3 +49,9 @@ def eds_with_text(eds: Path) -> Path:
     path = eds.with_name("drive_with_text.eds")
     path.write_text(text + added, encoding="utf-8")
     return path
+
+
+@pytest.fixture(scope="session")
+def eds_with_types(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same drive with an object of every data type of a fixed length."""
+    return write_eds(tmp_path_factory.mktemp("eds") / "types.eds")

@@ -95,6 +95,35 @@ const scenarios = {
         };
     },
 
+    /** A value of every type of a fixed length, written and read; what is not read as it was written says what came. */
+    async types({ drive }) {
+        const code = (transfer) => transfer.then(() => 'none', (error) => error.code.toString(16));
+        const values = {
+            INTEGER8: -128, INTEGER16: -32768, INTEGER24: -8388608, INTEGER32: -2147483648, INTEGER40: -549755813888,
+            INTEGER48: -140737488355328, INTEGER64: -9223372036854775808n, UNSIGNED8: 255, UNSIGNED16: 65535,
+            UNSIGNED24: 16777215, UNSIGNED32: 4294967295, UNSIGNED40: 1099511627775, UNSIGNED48: 281474976710655,
+            UNSIGNED64: 18446744073709551615n, REAL32: -1.5, REAL64: 0.1,
+        };
+        const faithful = [];
+        for (const [name, value] of Object.entries(values)) {
+            const index = 0x2f00 + DataType[name];
+            await drive.write(index, 0, value, DataType[name]);
+            if (await drive.read(index, 0, DataType[name]) === value)
+                faithful.push(name);
+        }
+        const day = new Date(Date.UTC(2024, 1, 29, 12, 34, 56, 789));
+        for (const name of ['TIME_OF_DAY', 'TIME_DIFFERENCE']) {
+            const index = 0x2f00 + DataType[name];
+            await drive.write(index, 0, day, DataType[name]);
+            if ((await drive.read(index, 0, DataType[name])).getTime() === day.getTime())
+                faithful.push(name);
+        }
+        const refused = {};
+        for (const name of ['INTEGER56', 'UNSIGNED56'])
+            refused[name] = await code(drive.write(0x2f00 + DataType[name], 0, 1n, DataType[name]));
+        return { faithful, refused };
+    },
+
     /** Block transfers of more than one block each way, with CRC. */
     async block({ drive }) {
         const lengths = [];

@@ -5,24 +5,19 @@ npm_canopen.js says what it does, a scenario a service; here stands what it has 
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 import can
 import pytest
-from foreign import installed
+from npm import seen
 from processes import PATIENCE, emulator
 
 from drive_profiles import load_profile
 from emulator.canopen import ObjectDictionary
 from emulator.canopen.time_stamp import TimeStamp
 
-SCRIPT = Path(__file__).parent / "npm_canopen.js"
 CYCLE = 0.001
 """Communication cycle of a drive whose 1006h is 0 [s]."""
 
@@ -54,22 +49,6 @@ def await_frame(bus: can.BusABC, identifier: int) -> can.Message:
         assert frame is not None, hex(identifier)
         if frame.arbitration_id == identifier:
             return frame
-
-
-def seen(scenario: str, eds: Path) -> dict[str, Any]:
-    """What a scenario of npm_canopen.js prints."""
-    modules = installed("node_modules")
-    done = subprocess.run(
-        ["node", SCRIPT, scenario, eds],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-        env={**os.environ, "NODE_PATH": str(modules)},
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    told: dict[str, Any] = json.loads(done.stdout)
-    return told
 
 
 def test_it_reads_the_eds(eds: Path) -> None:
