@@ -332,7 +332,7 @@ class Search:
         tried += [self._moved(state, one, held, BRIEFLY) for one in whole]
         judged = [self.evaluated(pair.whole, one) for one in tried]
         best = max((one for one in judged if one is not None), key=lambda one: one.score, default=None)
-        if best is not None and not kind.scales and self.part is not self.bench:
+        if best is not None and self.part is not self.bench and issubclass(kind, AxisEffect) and not kind.scales:
             again = self._moved(pair.whole, replace(tried[judged.index(best)], effect=best.effect.effect), held, BRIEFLY)
             best = max(best, self.evaluated(pair.whole, again) or best, key=lambda one: one.score)
         if best is not None:
