@@ -81,7 +81,10 @@ def _place(path: Path, number: int, entry: _Entry) -> PlacedEffect:
     where = f"{path}: effects[{number}]"
     known = library()
     if entry.effect not in known:
-        raise UserError(f"{where}: unknown effect {entry.effect!r}; the library has {', '.join(known)}")
+        raise UserError(
+            f"{where}: unknown effect {entry.effect!r}; the library has {', '.join(known)}; one of another's file needs its "
+            "--effects-from"
+        )
     kind = known[entry.effect]
     names = {parameter.name for parameter in kind.parameters}
     if unknown := set(entry.parameters) - names:
