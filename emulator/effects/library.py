@@ -152,9 +152,8 @@ def _check(kind: type[Effect], where: str) -> None:
 
 def _flaw(kind: type[Effect]) -> str | None:
     """What keeps a class from being an effect, if anything."""
-    lacking = sorted(getattr(kind, "__abstractmethods__", ()))
-    lacking += [name for name in ("name", "family", "parameters", *kind.asked) if not hasattr(kind, name)]
-    if lacking:
+    missing = [name for name in ("name", "family", "parameters", *kind.asked) if not hasattr(kind, name)]
+    if lacking := sorted([*getattr(kind, "__abstractmethods__", ()), *missing]):
         return f"lacks {', '.join(lacking)}"
     if kind.family not in FAMILIES:
         return f"family is {kind.family!r}; expected one of {', '.join(FAMILIES)}"
