@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import sys
+from math import exp
 from pathlib import Path
 
 import pytest
+from effect_bench import WHOLE, effect, hinge
 
 from drivetwin.errors import UserError
 from emulator.effects import add_effects, added_effects, library, read_effect_file
@@ -49,6 +51,15 @@ def test_a_file_adds_its_effects_behind_those_of_the_library(tmp_path: Path) -> 
     added(tmp_path, EFFECT)
     assert list(library()) == [*before, "drag"]
     assert library()["drag"](level=2.0) == library()["drag"](level=2.0)
+
+
+def test_a_torque_by_one_equation_acts_in_the_plant(tmp_path: Path) -> None:
+    """A drag of 0.6 N·m·s/rad on 0.25 kg·m² lets the speed fall as exp(-t 0.6 / 0.25)."""
+    added(tmp_path, EFFECT)
+    rig = hinge(effect("drag", level=0.6))
+    rig.start(velocity=2.0)
+    rig.run(0.5)
+    assert rig.velocity == pytest.approx(2.0 * exp(-0.5 * 0.6 / WHOLE), rel=1e-3)
 
 
 def test_a_file_that_is_there_already_changes_nothing(tmp_path: Path) -> None:
