@@ -1,8 +1,9 @@
-"""A plant that MuJoCo warns of fails its test, and leaves no MUJOCO_LOG.TXT in the folder where the tests run."""
+"""What holds for tests of any folder: MuJoCo's warnings fail a test, and what a test adds to the library of effects goes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from importlib import import_module
 
 import mujoco
 import pytest
@@ -10,9 +11,19 @@ import pytest
 
 @pytest.fixture(autouse=True)
 def mujoco_warns_of_nothing() -> Iterator[None]:
-    """MuJoCo writes its warnings to a file unless someone takes them."""
+    """MuJoCo writes its warnings to MUJOCO_LOG.TXT, where the tests run, unless someone takes them."""
     warnings: list[str] = []
     mujoco.set_mju_user_warning(warnings.append)
     yield
     mujoco.set_mju_user_warning(None)
     assert warnings == []
+
+
+@pytest.fixture
+def library_as_it_was() -> Iterator[None]:
+    """Effects that a test adds, or a command that it runs in this process, are gone afterwards."""
+    module = import_module("emulator.effects.library")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "_added", [])
+        yield
+    module.library.cache_clear()

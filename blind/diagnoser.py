@@ -1,6 +1,7 @@
 """The process that diagnoses and knows no truth: what `drivetwin diagnose` does, and its first cause on motion not seen yet.
 
-Started as `python -m blind.diagnoser` with next to no environment, in a folder of nobody; it is told where a case stands.
+Started as `python -m blind.diagnoser [EFFECTS.py ...]` with next to no environment, in a folder of nobody; it is told where a
+case stands.
 """
 
 from __future__ import annotations
@@ -22,8 +23,7 @@ from diagnosis.report.schema import CausePart, read_report
 from diagnosis.report.write import prediction_table, write_diagnosis
 from diagnosis.settings import Settings
 from drivetwin.recording.reader import read_recording
-from emulator.effects import PlacedEffect
-from emulator.effects.library import library
+from emulator.effects import PlacedEffect, add_effects, library, read_effect_file
 
 
 class GapDiagnosis:
@@ -61,4 +61,5 @@ def first_cause(cause: CausePart | None) -> Patch:
 
 
 if __name__ == "__main__":
+    add_effects(read_effect_file(Path(name)) for name in sys.argv[1:])
     serve(GapDiagnosis(), sys.stdin, sys.stdout)

@@ -10,8 +10,9 @@ from blind.case import FOREIGN, Case, Cause, Kind
 from blind.foreign import FOREIGN_EFFECTS
 from blind.levels import Levels, levels_of
 from blind.machines import DrawnMachine, draw_machine
-from blind.plants import FORMULATIONS
-from blind.sizes import ALONE, FAMILY, KIN, RINGING, SIZES, draw_cause, draw_foreign, suits
+from blind.plants import FORMULATIONS, LIBRARY, has_formulations
+from blind.sizes import draw_cause, draw_foreign, drawable, suits
+from emulator.effects import Effect
 
 Draw = np.random.Generator
 
@@ -26,7 +27,8 @@ def draw_cases(count: int, seed: int) -> tuple[Case, ...]:
     """`count` cases in a shuffled order, the same ones for the same count and seed.
 
     Kinds by `SHARES`; the single effects, the first ones of the pairs and the foreign ones go round their lists, so that each
-    comes as often as any other, give or take one.
+    comes as often as any other, give or take one. An effect that no plant of the blind test has a formulation of stands in the
+    emulator's own.
     """
     draw = np.random.default_rng([seed, 0])
     plans = _plans(draw, count)
@@ -38,7 +40,7 @@ def draw_cases(count: int, seed: int) -> tuple[Case, ...]:
 def _plans(draw: Draw, count: int) -> list[tuple[Kind, str | None]]:
     """Kind of each case, and the effect that it is about."""
     counts = _counts(count)
-    effects, foreign = _round(draw, list(SIZES)), _round(draw, [FOREIGN + name for name in FOREIGN_EFFECTS])
+    effects, foreign = _round(draw, list(drawable())), _round(draw, [FOREIGN + name for name in FOREIGN_EFFECTS])
     kinds = [kind for kind, number in counts.items() for _ in range(number)]
     return [(kind, next(foreign) if kind == "foreign" else _next_for(kind, effects)) for kind in kinds]
 
@@ -46,7 +48,7 @@ def _plans(draw: Draw, count: int) -> list[tuple[Kind, str | None]]:
 def _next_for(kind: Kind, effects: Iterator[str]) -> str | None:
     """The effect that the next case of a kind is about, the first of two in a pair."""
     if kind == "double":
-        return next(effect for effect in effects if effect not in ALONE)
+        return next(effect for effect in effects if not drawable()[effect].stops)
     return next(effects) if kind == "single" else None
 
 
@@ -67,7 +69,8 @@ def _case(number: int, seed: int, kind: Kind, effect: str | None) -> Case:
     draw = np.random.default_rng([seed, 0])
     family, machine = _machine_for(draw, seed, effect)
     causes = () if effect is None else _causes(draw, kind, effect, machine, levels_of(machine, seed))
-    return Case(number, seed, family, kind, causes, str(draw.choice(list(FORMULATIONS))))
+    formulation = str(draw.choice(list(FORMULATIONS)))
+    return Case(number, seed, family, kind, causes, formulation if all(map(has_formulations, causes)) else LIBRARY)
 
 
 def _causes(draw: Draw, kind: Kind, effect: str, machine: DrawnMachine, levels: dict[str, Levels]) -> tuple[Cause, ...]:
@@ -94,14 +97,18 @@ def _axis_for(draw: Draw, machine: DrawnMachine, effect: str) -> str:
 def _another(draw: Draw, first: Cause, machine: DrawnMachine, levels: dict[str, Levels]) -> Cause:
     """A second cause: of another family or on another axis, none that could be mistaken for the first, none that stops it."""
     choices = [
-        (effect, axis)
-        for effect in SIZES
-        if effect not in ALONE
+        (name, axis)
+        for name, kind in drawable().items()
         for axis in machine.axes
-        if suits(effect, machine, axis)
-        and not KIN[effect] & KIN[first.effect]
-        and (FAMILY[effect] != FAMILY[first.effect] or axis != first.axis)
-        and not (axis == first.axis and {effect, first.effect} == RINGING)
+        if suits(name, machine, axis) and _may_join(kind, axis, first)
     ]
     effect, axis = choices[int(draw.integers(len(choices)))]
     return draw_cause(draw, effect, axis, machine, levels)
+
+
+def _may_join(kind: type[Effect], axis: str, first: Cause) -> bool:
+    """Whether an effect on an axis makes a pair with the first cause."""
+    other = drawable()[first.effect]
+    if kind is other or kind.stops or kind.looks & other.looks:
+        return False
+    return axis != first.axis or (kind.family != other.family and not (kind.rings and other.rings))

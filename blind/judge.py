@@ -9,9 +9,7 @@ from math import pi
 from blind.answer import Answer, Gap
 from blind.case import FOREIGN, Case, Cause
 from blind.told import NO_GAP, NONE, UNKNOWN, ToldCause, ToldEstimate
-
-OF_THE_MODEL = frozenset({"coulomb", "viscous", "inertia"})
-"""What nominal parameters that are off are rightly named as."""
+from emulator.effects import library
 
 NO_ANSWER = "no answer"
 
@@ -62,7 +60,7 @@ class Judged:
         if self.nominal == "exact":
             return report.verdict == NO_GAP
         named = {cause.effect for cause in report.leading} | {entry.effect for entry in report.selected}
-        return named <= OF_THE_MODEL | {NONE}
+        return all(name == NONE or of_the_model(name) for name in named)
 
     def _foreign(self) -> bool:
         """`unknown` takes the largest share of the gap of the axis; comes first in a report without shares."""
@@ -127,7 +125,7 @@ class Judged:
         return tuple(
             f"{one.effect}@{one.axis}"
             for one in report.selected
-            if (one.effect, one.axis) not in true | as_good and not (self.nominal == "off" and one.effect in OF_THE_MODEL)
+            if (one.effect, one.axis) not in true | as_good and not (self.nominal == "off" and of_the_model(one.effect))
         )
 
     @property
@@ -137,7 +135,7 @@ class Judged:
         return tuple((one.effect, one.axis) for one in report.selected if self._counts(one.effect)) if report else ()
 
     def _counts(self, effect: str) -> bool:
-        return self.nominal == "exact" or effect not in OF_THE_MODEL
+        return self.nominal == "exact" or not of_the_model(effect)
 
     @property
     def events(self) -> tuple[tuple[float, bool], ...]:
@@ -205,7 +203,7 @@ class Judged:
         if first.effect == NONE:
             return self.case.kind == "clean"
         if self.case.kind == "clean":
-            return self.nominal == "off" and first.effect in OF_THE_MODEL
+            return self.nominal == "off" and of_the_model(first.effect)
         return self.first_is_true
 
     @property
@@ -226,6 +224,11 @@ class Judged:
             return None
         fresh = self.answer.fresh.get(first.axis)
         return (first.gap_closed.ci90, fresh) if fresh is not None else None
+
+
+def of_the_model(effect: str) -> bool:
+    """Whether nominal parameters that are off are rightly named as an effect."""
+    return effect in library() and library()[effect].of_model
 
 
 def covers(named: ToldCause, truth: Cause) -> bool:

@@ -14,6 +14,7 @@ from blind.case import Case
 from blind.key import Key, commit
 from drivetwin.errors import UserError
 from drivetwin.files import INSTALLED, write_json
+from emulator.effects import EffectFile
 
 SCHEMA = "blind-run/1"
 RUN = "run.json"
@@ -71,9 +72,9 @@ def claim(place: Place, key: Key, code: str, cases: Sequence[Case], nominals: Se
     return str(code)
 
 
-def code_hash() -> str:
-    """SHA-256 over every file that has a part in an answer."""
-    digest = hashlib.sha256()
+def code_hash(effects: Sequence[EffectFile] = ()) -> str:
+    """SHA-256 over every file that has a part in an answer, those with effects of others too."""
+    digest = hashlib.sha256("".join(file.text for file in effects).encode())
     for package in _ANSWERED_BY:
         for path in sorted((INSTALLED / package).rglob("*")):
             if path.is_file() and "__pycache__" not in path.parts:

@@ -7,7 +7,7 @@ import shutil
 import tarfile
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from blind.duration import Seconds, write_seconds
 from blind.record import record_case
 from blind.serving import DiagnoseRequest, PredictRequest
 from drivetwin.files import write_json
+from emulator.effects import EffectFile, add_effects
 
 Recorder = Callable[[Case, Path], None]
 """Writes model.xml, model_off.xml and the recordings of a case into a folder, and nothing of its truth."""
@@ -39,13 +40,17 @@ class Layout:
 
 @dataclass(frozen=True)
 class Procedure:
-    """How cases are examined, by code of which `code` is the hash; tests put others in the place of the slow parts."""
+    """How cases are examined, by code of which `code` is the hash; tests put others in the place of the slow parts.
+
+    `effects`: what others have added to the library, which worker and diagnosing process add as well.
+    """
 
     code: str
     keep_recordings: bool = False
     record: Recorder = record_case
     layout: Layout = Layout()
     diagnoser: tuple[str, ...] = DIAGNOSER
+    effects: tuple[EffectFile, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -67,6 +72,7 @@ class Examined:
 
 def examine(case: Case, nominals: tuple[str, ...], procedure: Procedure) -> Examined:
     """Record `case` and diagnose it with each nominal; what fails is an outcome too, and counts against the diagnosis."""
+    add_effects(procedure.effects)
     with tempfile.TemporaryDirectory(dir=get_worker().local_directory) as scratch:  # Dask clears it where a worker dies
         folder, fresh = Path(scratch, "case"), Path(scratch, FRESH)
         started = time.perf_counter()
@@ -75,11 +81,21 @@ def examine(case: Case, nominals: tuple[str, ...], procedure: Procedure) -> Exam
         recordings = pack(folder) if procedure.keep_recordings else None
         if procedure.layout.fresh is not None:
             shutil.move(folder / procedure.layout.fresh, fresh)  # out of the diagnosis' sight until it has answered
-        process = diagnoser_process(procedure.diagnoser)
+        process = diagnoser_process((*procedure.diagnoser, *_effects_here(procedure.effects)))
         outcomes = tuple(
             Outcome(nominal, _diagnose(process, folder, procedure.layout, nominal, fresh, seconds)) for nominal in nominals
         )
     return Examined(case.number, outcomes, recordings)
+
+
+def _effects_here(files: Sequence[EffectFile]) -> list[str]:
+    """The files written where this worker stands, as arguments of its diagnosing process."""
+    folder = Path(get_worker().local_directory).absolute() / "effects"
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"{file.module}.py" for file in files]
+    for path, file in zip(paths, files, strict=True):
+        path.write_text(file.text, encoding="utf-8")
+    return [str(path) for path in paths]
 
 
 def _diagnose(

@@ -18,6 +18,7 @@ from emulator.dynamics.load import Loads
 from emulator.dynamics.motor import Motors, Ripples
 from emulator.dynamics.place import Place
 from emulator.dynamics.records import acting
+from emulator.dynamics.resistance import Resistances
 from emulator.dynamics.transmission import ElasticTransmissions, UnevenTransmissions
 from emulator.effects import PlacedEffect
 from emulator.effects.model_tree import outermost
@@ -125,7 +126,7 @@ class Mechanism:
         self.motor_position = self._motor_angle
         self._reading: list[UnevenTransmissions | Encoders] = []
         self._acting: list[
-            Friction | VaryingFriction | Loads | Motors | Ripples | ElasticTransmissions | UnevenTransmissions
+            Friction | VaryingFriction | Loads | Resistances | Motors | Ripples | ElasticTransmissions | UnevenTransmissions
         ] = []
         if motors := acting([axis.motor for axis in axes], places):
             self._acting.append(Motors(motors, data))
@@ -140,6 +141,8 @@ class Mechanism:
         self._acting += self._frictions
         if loads := acting([axis.load for axis in axes], places):
             self._acting.append(Loads(loads, data))
+        if resisting := [(one, place) for axis, place in zip(axes, places, strict=True) for one in axis.resisting]:
+            self._acting.append(Resistances(resisting, data))
         transmissions = acting([axis.transmission for axis in axes], places)
         if elastic := [row for row in transmissions if row[0].elastic]:
             self._acting.append(ElasticTransmissions(elastic, data))

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from drivetwin.collector import without_collector
 from drivetwin.errors import UserError
+from emulator.effects import add_effects, added_effects
 from hil_tests.bench import EMBEDDED, Bench
 from hil_tests.folder import write_case
 from hil_tests.judge import judge, not_run, skipped
@@ -97,7 +98,7 @@ def _one_by_one(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Pa
 
 
 def _at_once(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Path], jobs: int) -> Iterator[CaseResult]:
-    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"))
+    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), add_effects, (added_effects(),))
     try:
         # what comes late in a machine's life lasts longest, and is not left for the end
         runs = reversed(list(zip(scenarios, places, strict=True)))

@@ -155,3 +155,6 @@ CHANGES: dict[str, Change] = {
     "delay": _same(delay="delay"),
 }
 """How a cause of the library changes the record of its axis; `gravity` differs between hinge and slide."""
+
+FORMULATED = frozenset({"gravity", *CHANGES})
+"""Effects of which an axis here has its own formula."""

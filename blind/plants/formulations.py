@@ -8,23 +8,25 @@ import numpy as np
 from blind.case import FOREIGN, Case, Cause
 from blind.foreign import FOREIGN_EFFECTS, Foreign
 from blind.machines import DrawnMachine
-from blind.plants.axis import withheld_axes
+from blind.plants.axis import FORMULATED, withheld_axes
 from blind.plants.friction import LUGRE, MAXWELL_SLIP
 from blind.plants.rigid import RigidBodies, rigid_bodies
 from blind.plants.withheld import WithheldPlant
 from emulator.dynamics import AxisDynamics
-from emulator.effects import PlacedEffect, library
+from emulator.effects import ModelEffect, PlacedEffect, library
 from emulator.machine import Machine
 from emulator.plant import Plant
 
 LIBRARY = "library"
-"""The emulator's own plant with the library's effects: for comparison, it is no blind test."""
+"""The emulator's own plant with the library's effects: for comparison, and for effects that have no other formulation."""
 
 FORMULATIONS = {"lugre": LUGRE, "maxwell_slip": MAXWELL_SLIP}
 """How a withheld plant's friction is written."""
 
-BODY_EFFECTS = ("payload", "coupling")
-"""Effects that change the rigid bodies, in whose model they are built."""
+
+def has_formulations(cause: Cause) -> bool:
+    """Whether withheld plants have a cause: by a formula of their own, or in the model of the rigid bodies."""
+    return cause.effect.startswith(FOREIGN) or cause.effect in FORMULATED or _of_bodies(cause)
 
 
 def plant_of(case: Case, machine: DrawnMachine, virtual: Machine) -> Plant:
@@ -58,9 +60,13 @@ def _bodies(machine: DrawnMachine, causes: tuple[Cause, ...]) -> mujoco.MjModel:
     for name in machine.axes:
         spec.joint(name).armature = 0.0
     for cause in causes:
-        if cause.effect in BODY_EFFECTS:
+        if _of_bodies(cause):
             library()[cause.effect](**cause.parameters).add_to(spec, spec.joint(cause.axis), AxisDynamics())
     return spec.compile()
+
+
+def _of_bodies(cause: Cause) -> bool:
+    return not cause.effect.startswith(FOREIGN) and issubclass(library()[cause.effect], ModelEffect)
 
 
 def _placed(cause: Cause) -> PlacedEffect:

@@ -1,4 +1,4 @@
-"""What an exciting motion is: a name, what it is for, the effects that it sets apart, and pieces of path within limits."""
+"""What an exciting motion is: a name, what it is for, and pieces of path within limits."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import ClassVar
 
 from diagnosis.excitation.limits import AxisLimits
 from diagnosis.excitation.path import Path
+from emulator.effects import Exciting
 
 
 class Excitation(ABC):
     """One motion of one axis; pieces are joined by whoever asks (path.joined)."""
 
-    name: ClassVar[str]
+    name: ClassVar[Exciting]
+    """Effects say by it in which motions they show."""
     purpose: ClassVar[str]
     """One sentence: what an effect shows in it that another does not."""
-    tells: ClassVar[frozenset[str]]
-    """Effects of the library that it sets apart from others."""
 
     @abstractmethod
     def pieces(self, limits: AxisLimits, period: float) -> Iterator[Path]:

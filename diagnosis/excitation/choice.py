@@ -18,7 +18,7 @@ from diagnosis.prepare.testable import WHY
 from diagnosis.report.result import UNKNOWN
 from diagnosis.report.schema import CausePart, GapReport, NotTestablePart
 from drivetwin.errors import UserError
-from emulator.effects import Need
+from emulator.effects import Effect, Need, library
 
 EXCITATIONS: tuple[Excitation, ...] = (
     WarmUp(),
@@ -32,8 +32,6 @@ EXCITATIONS: tuple[Excitation, ...] = (
 )
 """In the order in which they run: what needs a cold machine first, what shakes it last."""
 
-OTHER_POSES = frozenset({"payload", "coupling", "gravity"})
-"""Effects that show by how they change with the places of the other axes."""
 LIKELY = 0.05
 """Probability from which a cause is worth a motion; as surely as this one is not there, a cause is settled."""
 
@@ -86,9 +84,22 @@ def _untested(entries: Sequence[NotTestablePart], axis: str) -> Question:
 def chosen(effects: Sequence[str]) -> tuple[Excitation, ...]:
     """Every motion that distinguishes one of the effects from others, in the order in which they run.
 
-    Raises UserError for effects that no motion of this library distinguishes.
+    Raises UserError for an effect that the library has not, and for effects that no motion distinguishes.
     """
-    found = tuple(one for one in EXCITATIONS if one.tells & set(effects))
+    shown_by = {motion for kind in _kinds(effects) for motion in kind.shown_by}
+    found = tuple(one for one in EXCITATIONS if one.name in shown_by)
     if not found:
         raise UserError(f"no motion of this library distinguishes {', '.join(effects)}")
     return found
+
+
+def by_poses(effects: Sequence[str]) -> bool:
+    """Whether one of the effects shows by how it changes with the places of the other axes."""
+    return any(kind.by_poses for kind in _kinds(effects))
+
+
+def _kinds(effects: Sequence[str]) -> list[type[Effect]]:
+    known = library()
+    if unknown := [name for name in effects if name not in known]:
+        raise UserError(f"the report names effect {unknown[0]!r}, which the library has not; give its --effects-from FILE.py")
+    return [known[name] for name in effects]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.excitation.base import Excitation
-from diagnosis.excitation.choice import OTHER_POSES, Question, chosen
+from diagnosis.excitation.choice import Question, by_poses, chosen
 from diagnosis.excitation.limits import AxisLimits
 from diagnosis.excitation.path import PAUSE, Path, joined, move, stand
 from drivetwin.errors import UserError
@@ -52,7 +52,7 @@ def plan(question: Question, limits: Mapping[str, AxisLimits], period: float) ->
     axis = question.axis
     if axis not in limits:
         raise UserError(f"the limits have no axis {axis!r}; they have {', '.join(limits)}")
-    others = {name: of for name, of in limits.items() if name != axis} if OTHER_POSES & set(question.effects) else {}
+    others = {name: of for name, of in limits.items() if name != axis} if by_poses(question.effects) else {}
     excitations = chosen(question.effects)
     tracks: dict[str, list[Path]] = {name: [] for name in (axis, *others)}
     passages: list[Passage] = []

@@ -8,6 +8,7 @@ from dataclasses import replace
 from diagnosis.excitation.base import Excitation
 from diagnosis.excitation.limits import AxisLimits
 from diagnosis.excitation.path import Path, back_and_forth
+from emulator.effects import Exciting
 
 ACCELERATIONS = (0.25, 0.5, 0.75, 1.0)
 """Shares of the highest; the last asks for all the torque that the limits allow."""
@@ -21,9 +22,8 @@ WAY = 0.2
 class ShortMoves(Excitation):
     """Back and forth by a fifth of the travel at four accelerations and three places."""
 
-    name = "short_moves"
+    name = Exciting.SHORT_MOVES
     purpose = "torque that goes with acceleration at the same speeds is inertia; torque that ends at a level is saturation"
-    tells = frozenset({"inertia", "payload", "torque_constant", "torque_saturation", "delay", "coupling", "load_friction"})
 
     def pieces(self, limits: AxisLimits, period: float) -> Iterator[Path]:
         half = 0.5 * WAY

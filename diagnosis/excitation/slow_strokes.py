@@ -9,6 +9,7 @@ import numpy as np
 from diagnosis.excitation.base import Excitation
 from diagnosis.excitation.limits import AxisLimits
 from diagnosis.excitation.path import Path, back_and_forth
+from emulator.effects import Exciting
 
 SHARES = tuple(float(share) for share in np.geomspace(0.005, 0.3, 8))
 """Of full speed."""
@@ -19,9 +20,8 @@ SECONDS = 2.0
 class SlowStrokes(Excitation):
     """Back and forth at speeds down to a two-hundredth of the highest, at places all over the travel."""
 
-    name = "slow_strokes"
+    name = Exciting.SLOW_STROKES
     purpose = "friction that falls as the speed grows shows below a tenth of the top speed, and nowhere else"
-    tells = frozenset({"stribeck", "torque_ripple", "coulomb"})
 
     def pieces(self, limits: AxisLimits, period: float) -> Iterator[Path]:
         for number, share in enumerate(SHARES):

@@ -9,6 +9,7 @@ import numpy as np
 from diagnosis.excitation.base import Excitation
 from diagnosis.excitation.limits import AxisLimits
 from diagnosis.excitation.path import Path, wave, window
+from emulator.effects import Exciting
 
 PLACES = (0.2, 0.5, 0.8)
 SIZES = (0.0005, 0.004, 0.02)
@@ -19,9 +20,8 @@ FREQUENCY, SECONDS = 0.8, 8.0
 class SmallReversals(Excitation):
     """Swings that grow and shrink, of three sizes at three places."""
 
-    name = "small_reversals"
+    name = Exciting.SMALL_REVERSALS
     purpose = "bristles give a loop whose size grows with the way, a gap a step whose way does not, friction neither"
-    tells = frozenset({"presliding", "backlash"})
 
     def pieces(self, limits: AxisLimits, period: float) -> Iterator[Path]:
         count = round(SECONDS / period)

@@ -9,6 +9,7 @@ import numpy as np
 from diagnosis.excitation.base import Excitation
 from diagnosis.excitation.limits import AxisLimits
 from diagnosis.excitation.path import Path, back_and_forth
+from emulator.effects import Exciting
 
 SHARES = tuple(float(share) for share in np.linspace(0.1, 1.0, 8))
 """Of full speed."""
@@ -19,9 +20,8 @@ SECONDS = 3.0
 class SpeedLevels(Excitation):
     """Back and forth about the middle of the travel at eight speeds."""
 
-    name = "speed_levels"
+    name = Exciting.SPEED_LEVELS
     purpose = "a straight line over speed is viscous, a bent one is not, and one that differs with the direction is asymmetric"
-    tells = frozenset({"coulomb", "viscous", "viscous_asymmetry", "viscous_nonlinear", "load_friction"})
 
     def pieces(self, limits: AxisLimits, period: float) -> Iterator[Path]:
         for share in SHARES:

@@ -9,6 +9,7 @@ import numpy as np
 from diagnosis.excitation.base import Excitation
 from diagnosis.excitation.limits import AxisLimits
 from diagnosis.excitation.path import Path, move, stand
+from emulator.effects import Exciting
 
 PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)
 """Shares of the travel."""
@@ -23,9 +24,8 @@ REST = 0.6
 class Standstills(Excitation):
     """At each place: come from below, rest, creep on, rest, creep back; then the same from above."""
 
-    name = "standstills"
+    name = Exciting.STANDSTILLS
     purpose = "an offset shifts the torque that just moves the axis the same way in both directions, friction to either side"
-    tells = frozenset({"gravity", "torque_offset", "coulomb_asymmetry", "spring", "torque_constant"})
 
     def pieces(self, limits: AxisLimits, period: float) -> Iterator[Path]:
         for share in PLACES:

@@ -9,6 +9,7 @@ import numpy as np
 from diagnosis.excitation.base import Excitation
 from diagnosis.excitation.limits import AxisLimits
 from diagnosis.excitation.path import Path, wave, window
+from emulator.effects import Exciting
 
 BANDS = ((1.0, 4.0), (4.0, 12.0), (12.0, 40.0))
 """From and to [Hz], each a piece with an amplitude of its own."""
@@ -22,9 +23,8 @@ SIZE = 0.05
 class Sweep(Excitation):
     """Sines whose frequency grows by the same factor in the same time, in three bands about the middle of the travel."""
 
-    name = "sweep"
+    name = Exciting.SWEEP
     purpose = "a spring resonates at one frequency, a delay turns the phase in proportion to frequency, a lag levels off"
-    tells = frozenset({"elasticity", "delay", "current_bandwidth", "backlash", "inertia"})
 
     def pieces(self, limits: AxisLimits, period: float) -> Iterator[Path]:
         count = round(SECONDS / period)

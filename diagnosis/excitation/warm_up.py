@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from diagnosis.excitation.base import Excitation
 from diagnosis.excitation.limits import AxisLimits
 from diagnosis.excitation.path import Path, back_and_forth
+from emulator.effects import Exciting
 
 SECONDS = 90.0
 SPEED = 0.6
@@ -16,9 +17,8 @@ SPEED = 0.6
 class WarmUp(Excitation):
     """One stroke, again and again for a minute and a half; begin with a cold machine."""
 
-    name = "warm_up"
+    name = Exciting.WARM_UP
     purpose = "friction that falls from stroke to stroke is warmth: neither speed nor place changes"
-    tells = frozenset({"temperature_drift"})
 
     def pieces(self, limits: AxisLimits, period: float) -> Iterator[Path]:
         stroke = back_and_forth(*limits.travel, limits.slower(SPEED), period)

@@ -8,6 +8,7 @@ from dataclasses import replace
 from diagnosis.excitation.base import Excitation
 from diagnosis.excitation.limits import AxisLimits
 from diagnosis.excitation.path import Path, back_and_forth
+from emulator.effects import Exciting
 
 SECONDS = (10.0, 6.0)
 """Of a stroke, the first time and the second."""
@@ -16,11 +17,8 @@ SECONDS = (10.0, 6.0)
 class WholeTravel(Excitation):
     """The whole travel and back at one slow speed, then nearly all of it at another: what stays in place is of the place."""
 
-    name = "whole_travel"
+    name = Exciting.WHOLE_TRAVEL
     purpose = "a straight line over the place is a spring, a sine of the angle a weight, a short wave the motor or the gear"
-    tells = frozenset(
-        {"gravity", "spring", "position_friction", "torque_ripple", "transmission_error", "encoder_eccentricity"}
-    )
 
     def pieces(self, limits: AxisLimits, period: float) -> Iterator[Path]:
         for seconds, (low, high) in zip(SECONDS, ((0.0, 1.0), (0.97, 0.02)), strict=True):

@@ -5,17 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from diagnosis.prepare.rows import Rows
-from emulator.effects import Effect, PlacedEffect
-
-PARAMETERS = ("coulomb", "viscous", "inertia")
-"""Effects that change a parameter which the model has."""
-ORDER = {"friction": 0, "rigid body": 1, "motor and drive": 2, "transmission": 3, "sensing and timing": 4}
-"""In which torque and motion pass the effects: each is predicted on an axis that has those before it."""
+from emulator.effects import FAMILIES, Effect, PlacedEffect
 
 
 def in_order(effects: Sequence[PlacedEffect]) -> tuple[PlacedEffect, ...]:
     """Effects in the order in which torque passes them, what the model has first."""
-    return tuple(sorted(effects, key=lambda one: (ORDER[one.effect.family], one.effect.name not in PARAMETERS)))
+    return tuple(sorted(effects, key=lambda one: (FAMILIES.index(one.effect.family), not one.effect.of_model)))
 
 
 def placed(rows: Rows, axis: str, effect: Effect) -> PlacedEffect:

@@ -20,11 +20,6 @@ from emulator.effects import Effect, ModelEffect
 
 Array = NDArray[np.float64]
 
-STARTS = {"payload": (0.0, 0.1, -0.1, 0.25, -0.25), "coupling": (1.0, -1.0, 0.3, -0.3, 3.0, -3.0)}
-"""Values of the shape parameters from which a search begins: offsets along each axis of the body [m]; ratios."""
-PROBE = {"payload": 0.2, "coupling": 1.0}
-"""Values at which the polynomial is evaluated, about the middle of what is met."""
-
 
 @dataclass(frozen=True)
 class Polynomial:
@@ -43,7 +38,7 @@ class Polynomial:
 def polynomial(rows: Rows, axis: str, kind: type[ModelEffect]) -> Polynomial | None:
     """None where the axis cannot have the effect, or nothing is felt of it."""
     count = len(kind.parameters) - 1
-    probes = _probes(count) * PROBE[kind.name]
+    probes = _probes(count) * kind.probe
     try:
         costs = [rows.predicted_by_model(axis, _made(kind, 1.0, probe)) for probe in probes]
     except UserError:
@@ -81,7 +76,7 @@ def _same(one: dict[str, Array], other: dict[str, Array]) -> bool:
 
 def _shapes(kind: type[ModelEffect]) -> list[Array]:
     """One shape parameter at a time away from nothing; of a payload also the corners in its x-y plane."""
-    values, count = STARTS[kind.name], len(kind.parameters) - 1
+    values, count = kind.shapes, len(kind.parameters) - 1
     if count == 1:
         return [np.array([value]) for value in values]
     shapes = [np.zeros(count)]

@@ -28,7 +28,7 @@ from diagnosis.report.schema import (
     UnknownPart,
 )
 from drivetwin.files import provenance, write_json
-from emulator.effects import PlacedEffect
+from emulator.effects.file import effects_payload
 
 
 def write_diagnosis(
@@ -100,19 +100,6 @@ def _axis(gap: AxisGap) -> AxisPart:
         unknown=UnknownPart.model_validate(gap.unknown),
         not_testable=[NotTestablePart.model_validate(each) for each in gap.not_testable],
     )
-
-
-def effects_payload(placed: Sequence[PlacedEffect]) -> dict[str, Any]:
-    """effects/1 of these effects, every parameter with its unit."""
-    return {"schema": "effects/1", "effects": [_entry(each) for each in placed]}
-
-
-def _entry(placed: PlacedEffect) -> dict[str, Any]:
-    parameters = {
-        parameter.name: {"value": float(getattr(placed.effect, parameter.name)), "unit": placed.units[parameter.name]}
-        for parameter in placed.effect.parameters
-    }
-    return {"effect": placed.effect.name, "axis": placed.axis, "parameters": parameters}
 
 
 def prediction_table(prediction: Prediction) -> pa.Table:

@@ -14,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 from rich.table import Table
 from rich.text import Text
 
+from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.errors import UserError
 from drivetwin.files import own_directory
 from hil_tests.bench import Bench, UnmeantError, read_bench
@@ -54,6 +55,7 @@ def accept_command(
     real: Annotated[
         bool, typer.Option("--real", help="The bench has real drives (drives: real), the machine is clear: axes may move.")
     ] = False,
+    effects_from: EffectsFrom = None,
 ) -> None:
     """Run a controller through the acceptance suite.
 
@@ -68,6 +70,7 @@ def accept_command(
 
     Example: drivetwin accept --bench hil_tests/benches/scara.yaml --select 4 --out out/accept
     """
+    use_effects(effects_from)
     folders = [CASES, *(cases or ())]
     try:
         chosen = read_bench(bench, real, _instead(clock, seed))

@@ -27,7 +27,9 @@ from blind.wide.effects import LIBRARY
 from blind.wide.families import FAMILIES
 from blind.wide.foreign import FOREIGN
 from blind.wide.record import record_wide
+from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.errors import UserError
+from emulator.effects import added_effects
 
 console = Console(width=max(112, Console().width))
 
@@ -73,6 +75,7 @@ def blind_command(
     robots: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Draw from the MJCF robot models in this folder as well.")
     ] = None,
+    effects_from: EffectsFrom = None,
 ) -> None:
     """Test the diagnosis on machines whose effects it cannot know.
 
@@ -83,6 +86,7 @@ def blind_command(
     """
     if nominal not in (*NOMINALS, _BOTH):
         raise UserError(f"--nominal {nominal}: expected exact, off or both")
+    use_effects(effects_from)
     drawn, procedure = _generated(generator, cases, seed, _Asked(family or (), without or (), robots), workers)
     order = Order(drawn, seed, NOMINALS if nominal == _BOTH else (nominal,))
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
@@ -105,13 +109,15 @@ class _Asked:
 
 def _generated(generator: Generator, cases: int, seed: int, asked: _Asked, workers: int) -> tuple[Sequence[Case], Procedure]:
     """Cases, and how they are recorded."""
+    effects = added_effects()
+    code = code_hash(effects)
     if generator is Generator.WIDE:
         allowed = choice(asked.family, asked.without, asked.robots)
         recorder = partial(record_wide, robots=asked.robots)
-        return draw_wide(cases, seed, allowed, workers), Procedure(code_hash(), record=recorder, layout=_WIDE)
+        return draw_wide(cases, seed, allowed, workers), Procedure(code, record=recorder, layout=_WIDE, effects=effects)
     if asked.family or asked.without or asked.robots:
         raise UserError("--family, --without and --robots are of --generator wide; the bus generator draws its own machines")
-    return draw_cases(cases, seed), Procedure(code_hash())
+    return draw_cases(cases, seed), Procedure(code, effects=effects)
 
 
 class _Watch:

@@ -14,6 +14,7 @@ from diagnosis.prepare.inputs import read_inputs
 from diagnosis.report.write import write_diagnosis
 from diagnosis.settings import Settings
 from drivetwin.cli.diagnose_summary import print_summary
+from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace
 
 
@@ -34,6 +35,7 @@ def diagnose_command(
     seed: Annotated[int, typer.Option(min=0, help="Seed of what is drawn for the intervals.")] = 0,
     allow_gaps: Annotated[bool, typer.Option("--allow-gaps", help="Split a recording at lost samples.")] = False,
     no_html: Annotated[bool, typer.Option("--no-html", help="Leave report.html out.")] = False,
+    effects_from: EffectsFrom = None,
 ) -> None:
     """Find where the simulation and the machine differ, which unmodelled effect causes it, and how far the gap shrinks.
 
@@ -45,18 +47,20 @@ def diagnose_command(
     """
     console = Console(width=max(112, Console().width))
     refuse_foreign(out)
+    use_effects(effects_from)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bars:
         task = bars.add_task("reading", total=1.0)
         inputs = read_inputs(model, recordings, validate or [], cutoff_hz=cutoff, allow_gaps=allow_gaps)
-        refuse_to_replace(out, inputs.files)
+        files = [*inputs.files, *(effects_from or ())]
+        refuse_to_replace(out, files)
 
         def progress(what: str, share: float = 1.0) -> None:
             bars.update(task, description=what, completed=share)
 
         found = diagnose(model, inputs.training, inputs.validation, Settings(cutoff_hz=cutoff, seed=seed), progress)
         with new_directory(out) as staged:
-            write_diagnosis(found, inputs.files, staged, html=not no_html, progress=progress)
+            write_diagnosis(found, files, staged, html=not no_html, progress=progress)
     print_summary(console, found)
     console.print(_written(out, no_html), highlight=False, soft_wrap=True)
 

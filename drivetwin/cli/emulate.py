@@ -15,6 +15,7 @@ from drive_profiles import load_profile
 from drive_profiles.eds_profile import profile_from_eds
 from drive_profiles.snapshot import read_snapshot
 from drivetwin.bus import Peer, host_bus
+from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.collector import keep_for_good
 from drivetwin.copper.bit_rate import read_bit_rate
 from drivetwin.errors import UserError
@@ -61,6 +62,7 @@ def emulate_command(
     control: Annotated[
         Path | None, typer.Option(metavar="PATH", help="A Unix socket on which `drivetwin fault` makes things go wrong.")
     ] = None,
+    effects_from: EffectsFrom = None,
 ) -> None:
     """Put a virtual machine's drives on a bus and let any master command them.
 
@@ -71,6 +73,7 @@ def emulate_command(
     """
     if clock not in CLOCKS:
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(CLOCKS)}")
+    use_effects(effects_from)
     chosen = load_machine(machine)
     effects = read_effects(truth_path(chosen, truth))
     drive_type = load_profile(profile) if eds is None else profile_from_eds(eds, load_profile(profile))

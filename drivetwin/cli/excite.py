@@ -15,6 +15,7 @@ from diagnosis.excitation.plan import Plan, plan
 from diagnosis.excitation.write import write_plan
 from diagnosis.report.schema import read_report
 from diagnosis.report.wording import name_of, number
+from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.errors import UserError
 from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace
 
@@ -27,6 +28,7 @@ def excite_command(
     limits: Annotated[Path, typer.Option(metavar="FILE", help="YAML: speed, acceleration, jerk, travel of each axis.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where set-points, motion.json and motion.png appear.")],
     period: Annotated[float, typer.Option(metavar="S", help="Time between two set-points, in seconds.")] = 0.001,
+    effects_from: EffectsFrom = None,
 ) -> None:
     """Write the motion that distinguishes what a report could not: move the machine so, record it, diagnose again.
 
@@ -37,7 +39,8 @@ def excite_command(
     """
     if not 1e-4 <= period <= 0.02:
         raise UserError(f"--period {period:g}: expected a controller's cycle, 0.0001 to 0.02 s")
-    inputs = [model, report, limits]
+    use_effects(effects_from)
+    inputs = [model, report, limits, *(effects_from or ())]
     refuse_foreign(out)
     refuse_to_replace(out, inputs)
     found = plan(open_question(read_report(report), axis), read_limits(limits, model), period)

@@ -25,6 +25,7 @@ from controller.progress import Progress
 from controller.sdo_check import to_json
 from drive_profiles import DriveProfile, load_profile
 from drivetwin.bus import INPROC, InprocBus, is_copper, open_bus
+from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.identify_summary import print_summary
 from drivetwin.errors import InterruptedByUserError, UserError
 from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace, write_json
@@ -57,6 +58,7 @@ def identify_command(
     limits: Annotated[Path | None, typer.Option(help="Limits file (travel, speed, torque); required on can0.")] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before moving axes on can0.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the exciting move, and inproc of the sensors' noise.")] = 0,
+    effects_from: EffectsFrom = None,
 ) -> None:
     """Identify the friction of every axis over the bus.
 
@@ -71,6 +73,7 @@ def identify_command(
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(PACINGS)}")
     if is_copper(bus) and clock != "realtime":
         raise UserError(f"{bus} may be a real machine, whose drives keep time by themselves: give --clock realtime")
+    use_effects(effects_from)
     known, allowed = _within_limits(load_machine(machine), limits, bus, yes)
     drive_type = load_profile(profile)
     refuse_foreign(out)

@@ -8,6 +8,7 @@ from emulator.dynamics.encoder import Encoder
 from emulator.dynamics.friction import FrictionLaw
 from emulator.dynamics.load import Load
 from emulator.dynamics.motor import Motor, Ripple
+from emulator.dynamics.resistance import Resisting
 from emulator.dynamics.transmission import Transmission
 
 
@@ -25,4 +26,5 @@ class AxisDynamics:
     transmission: Transmission = field(default_factory=Transmission)
     friction: FrictionLaw = field(default_factory=FrictionLaw)
     load: Load = field(default_factory=Load)
+    resisting: tuple[Resisting, ...] = ()
     encoder: Encoder = field(default_factory=Encoder)

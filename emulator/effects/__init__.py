@@ -1,19 +1,49 @@
-"""The library of effects: one class a file, found by listing this folder."""
+"""The library of effects: one class a file, found by listing this folder; those of others in packages or files of their own."""
 
-from emulator.effects.base import AxisEffect, DriveEffect, Effect, ModelEffect, Need, Parameter, Start, StaticEffect
+from emulator.effects.base import (
+    FAMILIES,
+    AxisEffect,
+    DriveEffect,
+    Effect,
+    Exciting,
+    FrictionEffect,
+    Look,
+    ModelEffect,
+    Need,
+    Parameter,
+    ReplayedEffect,
+    Start,
+    StaticEffect,
+    TorqueEffect,
+    Unit,
+)
 from emulator.effects.file import PlacedEffect, read_effects
-from emulator.effects.library import library
+from emulator.effects.ground import Ground, Site
+from emulator.effects.library import EffectFile, add_effects, added_effects, library, read_effect_file
 
 __all__ = [
+    "FAMILIES",
     "AxisEffect",
     "DriveEffect",
     "Effect",
+    "EffectFile",
+    "Exciting",
+    "FrictionEffect",
+    "Ground",
+    "Look",
     "ModelEffect",
     "Need",
     "Parameter",
     "PlacedEffect",
+    "ReplayedEffect",
+    "Site",
     "Start",
     "StaticEffect",
+    "TorqueEffect",
+    "Unit",
+    "add_effects",
+    "added_effects",
     "library",
+    "read_effect_file",
     "read_effects",
 ]

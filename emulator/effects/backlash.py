@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import replayed
-from emulator.effects.base import DAMPING, POSITION, STIFFNESS, Need, Parameter, ReplayedEffect, Start
+from emulator.effects.base import DAMPING, POSITION, STIFFNESS, Exciting, Look, Need, Parameter, ReplayedEffect, Start
+from emulator.effects.ground import Ground
 from emulator.effects.springs import springs, too_soft
 from emulator.effects.waves import travel
 
@@ -37,6 +38,10 @@ class Backlash(ReplayedEffect):
     family: ClassVar[str] = "transmission"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.REVERSALS})
     scales: ClassVar[bool] = False
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SMALL_REVERSALS, Exciting.SWEEP})
+    by_motion: ClassVar[str] = "slow reversals with a light load, at several positions"
+    by_sensor: ClassVar[str] = "an encoder on the joint, behind the transmission"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.PLAY})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("gap", POSITION, low=0.0),
         Parameter("stiffness", STIFFNESS, low=1e-3),
@@ -72,6 +77,11 @@ class Backlash(ReplayedEffect):
             link = float(np.median(motion.inertia)) - motion.rotor_inertia
             tried += [(float(gap), (float(2.0 * level / gap), float(0.4 * np.sqrt(2.0 * level / gap * link)))) for gap in held]
         return [cls._start(gap, flank) for gap, flank in tried]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> Backlash:
+        gap = ground.draw.uniform(0.00008, 0.0003) * ground.room
+        return cls(gap, *ground.spring(ground.draw.uniform(40.0, 70.0), ground.draw.uniform(0.1, 0.3)))
 
     @classmethod
     def _start(cls, gap: float, flank: tuple[float, float]) -> Start:

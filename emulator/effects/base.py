@@ -14,6 +14,10 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from emulator.dynamics.replay import needed_acceleration, needed_torque
+from emulator.effects.ground import Ground, Site
+
+FAMILIES = ("friction", "rigid body", "motor and drive", "transmission", "sensing and timing")
+"""In the order in which torque and motion pass them: an effect is predicted on an axis that has those before it."""
 
 
 @dataclass(frozen=True)
@@ -67,17 +71,60 @@ class Need(StrEnum):
     DEMAND = "demand"
 
 
+class Exciting(StrEnum):
+    """Motions that set effects apart; `drivetwin excite` makes them."""
+
+    WARM_UP = "warm_up"
+    SLOW_STROKES = "slow_strokes"
+    SPEED_LEVELS = "speed_levels"
+    WHOLE_TRAVEL = "whole_travel"
+    STANDSTILLS = "standstills"
+    SMALL_REVERSALS = "small_reversals"
+    SHORT_MOVES = "short_moves"
+    SWEEP = "sweep"
+
+
+class Look(StrEnum):
+    """What the torque of an effect looks like: of two that share one, either could be taken for a part of the other."""
+
+    PULL = "hardly varies, or slowly with the position"
+    INERTIA = "goes with the acceleration"
+    LEVEL = "changes its sign with the direction"
+    SLOPE = "grows with the speed"
+    LAG = "comes late or ends short"
+    PLAY = "gives way at reversals"
+    WAVE = "comes and goes with the position"
+
+
 @dataclass(frozen=True)
 class Effect(ABC):
     """One physical effect on one axis. Subclasses are frozen dataclasses whose fields are the parameters."""
 
     name: ClassVar[str]
     family: ClassVar[str]
+    """One of `FAMILIES`."""
     parameters: ClassVar[tuple[Parameter, ...]]
     needs: ClassVar[frozenset[Need]] = frozenset()
     """Without these in the recordings it is not asked for."""
     several: ClassVar[bool] = False
     """Whether an axis may have more than one: two orders of cogging."""
+    of_model: ClassVar[bool] = False
+    """Whether it is another value of a parameter that the model has, which it takes the place of."""
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset(Exciting)
+    """Motions in which it shows otherwise than others do."""
+    by_poses: ClassVar[bool] = False
+    """Whether it shows by how it changes with the places of the other axes."""
+    by_motion: ClassVar[str] = ""
+    """The motion that distinguishes it, in words."""
+    by_sensor: ClassVar[str] = ""
+    """The sensor that does, where there is one."""
+    looks: ClassVar[frozenset[Look]] = frozenset()
+    stops: ClassVar[bool] = False
+    """Whether a machine with it and another effect could come to a stop."""
+    rings: ClassVar[bool] = False
+    """Whether loops tuned without it come near to oscillating: an axis with two such trips."""
+    asked: ClassVar[tuple[str, ...]] = ()
+    """What a kind of effects asks of its classes beside this."""
 
     @abstractmethod
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
@@ -105,6 +152,11 @@ class Effect(ABC):
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         """How rare its size is among machines [nats]: 0 for an ordinary one."""
         return 0.0
+
+    @classmethod
+    def suits(cls, site: Site) -> bool:
+        """Whether it makes sense on an axis, and is not another effect there."""
+        return site.weight > 0.0 or Need.WEIGHT not in cls.needs
 
 
 @dataclass(frozen=True)
@@ -144,6 +196,21 @@ class AxisEffect(Effect):
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
         """Where to look for the effect in a motion: near enough to each other that a local search finds the rest."""
 
+    @classmethod
+    def drawn(cls, ground: Ground) -> AxisEffect:
+        """One of a size that matters: any of its starts, its members mixed by chance, scaled to cost a share of the torque."""
+        starts = cls.starts(ground.motion, ground.axis)
+        while True:
+            start = starts[int(ground.draw.integers(len(starts)))]
+            if not cls.scales:
+                return start.members[0]
+            mixed = ground.draw.standard_normal(len(start.members))
+            costs = [member.predict(ground.motion, ground.axis) for member in start.members]
+            scale = ground.size(np.asarray(mixed @ np.array(costs)))
+            made = start.compose([float(scale * part) for part in mixed])
+            if made is not None:
+                return made
+
 
 @dataclass(frozen=True)
 class ReplayedEffect(AxisEffect):
@@ -167,6 +234,29 @@ class StaticEffect(AxisEffect):
 
 
 @dataclass(frozen=True)
+class TorqueEffect(StaticEffect):
+    """An effect with one equation, a torque by the joint's present state: the plant acts by it, and it is the prediction.
+
+    For what varies smoothly; friction that sticks is a `FrictionEffect`.
+    """
+
+    @abstractmethod
+    def resistance(
+        self, position: NDArray[np.float64], velocity: NDArray[np.float64], time: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Torque (n,) that the motor must give for it, joint side, N·m or N.
+
+        Of the joint at positions and velocities (n,), `time` (n,) [s] after power-on.
+        """
+
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        return replace(axis, resisting=(*axis.resisting, self))
+
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return self.resistance(motion.position, motion.velocity, motion.time)
+
+
+@dataclass(frozen=True)
 class DriveEffect(Effect):
     """An effect between the torque that a drive's loops ask for and the torque that it gives and reports."""
 
@@ -179,10 +269,29 @@ class DriveEffect(Effect):
     def candidates(cls, asked: NDArray[np.float64], given: NDArray[np.float64], period: float) -> Sequence[DriveEffect]:
         """Effects to try for a torque asked and a torque given (n,)."""
 
+    @classmethod
+    @abstractmethod
+    def drawn(cls, ground: Ground) -> DriveEffect:
+        """One of a size that matters on an axis and its motion."""
+
 
 @dataclass(frozen=True)
 class ModelEffect(Effect):
-    """An effect on the rigid bodies, about every axis: what it costs, the inverse dynamics of the changed model tells."""
+    """An effect on the rigid bodies, about every axis: what it costs, the inverse dynamics of the changed model tells.
+
+    It costs its first parameter times a polynomial of degree two in the others, its shape.
+    """
+
+    shapes: ClassVar[tuple[float, ...]]
+    """Values of a shape parameter from which a search begins, one parameter at a time."""
+    probe: ClassVar[float]
+    """Of a shape parameter, about the middle of what is met: where the polynomial is evaluated."""
+    asked: ClassVar[tuple[str, ...]] = ("shapes", "probe")
+
+    @classmethod
+    @abstractmethod
+    def drawn(cls, ground: Ground) -> ModelEffect:
+        """One of a size that matters on an axis and its motion."""
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+import numpy as np
+
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import TORQUE, FrictionEffect, Parameter, Start
+from emulator.effects.base import TORQUE, Exciting, FrictionEffect, Look, Parameter, Start
+from emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -16,6 +19,10 @@ class Coulomb(FrictionEffect):
 
     name: ClassVar[str] = "coulomb"
     family: ClassVar[str] = "friction"
+    of_model: ClassVar[bool] = True
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SLOW_STROKES, Exciting.SPEED_LEVELS})
+    by_motion: ClassVar[str] = "strokes at several constant speeds in both directions"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.LEVEL})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("coulomb", TORQUE, low=0.0),)
 
     coulomb: float
@@ -27,3 +34,7 @@ class Coulomb(FrictionEffect):
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         before = axis.friction.coulomb
         return [Start((cls(before + 1.0),), lambda found: cls(max(0.0, before + found[0])))]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> Coulomb:
+        return cls(ground.changed(ground.axis.friction.coulomb, np.sign(ground.motion.velocity)))

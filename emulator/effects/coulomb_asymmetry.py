@@ -6,8 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+import numpy as np
+
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import TORQUE, FrictionEffect, Need, Parameter, Start
+from emulator.effects.base import TORQUE, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -17,6 +20,11 @@ class CoulombAsymmetry(FrictionEffect):
     name: ClassVar[str] = "coulomb_asymmetry"
     family: ClassVar[str] = "friction"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.BOTH_DIRECTIONS})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.STANDSTILLS})
+    by_motion: ClassVar[str] = (
+        "the torque that just moves the axis from rest, in both directions; while sliding it is an offset"
+    )
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.PULL})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("asymmetry", TORQUE),)
 
     asymmetry: float
@@ -28,3 +36,8 @@ class CoulombAsymmetry(FrictionEffect):
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         most = axis.friction.coulomb
         return [Start((cls(1.0),), lambda found: cls(min(max(found[0], -most), most)))]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> CoulombAsymmetry:
+        sign = ground.sign()
+        return cls(sign * min(ground.size(np.ones_like(ground.motion.velocity)), 0.8 * ground.axis.friction.coulomb))

@@ -9,7 +9,8 @@ import mujoco
 
 from drivetwin.errors import UserError
 from emulator.dynamics import AxisDynamics
-from emulator.effects.base import INERTIA, NUMBER, ModelEffect, Need, Parameter
+from emulator.effects.base import INERTIA, NUMBER, Exciting, Look, ModelEffect, Need, Parameter
+from emulator.effects.ground import Ground, Site
 from emulator.effects.model_tree import clear_defaults, driven_joint_before, free_name
 
 
@@ -24,6 +25,12 @@ class Coupling(ModelEffect):
     name: ClassVar[str] = "coupling"
     family: ClassVar[str] = "rigid body"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SHORT_MOVES})
+    by_poses: ClassVar[bool] = True
+    by_motion: ClassVar[str] = "moves of the one axis while the other holds, then both together"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.INERTIA})
+    shapes: ClassVar[tuple[float, ...]] = (1.0, -1.0, 0.3, -0.3, 3.0, -3.0)
+    probe: ClassVar[float] = 1.0
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("inertia", INERTIA, low=0.0),
         Parameter("ratio", NUMBER),
@@ -43,3 +50,13 @@ class Coupling(ModelEffect):
         rotor.wrap_joint(joint.name, 1.0)
         rotor.wrap_joint(other.name, self.ratio)
         return axis
+
+    @classmethod
+    def suits(cls, site: Site) -> bool:
+        """Where a hinge stands before the axis."""
+        return site.number > 0 and not site.after_slide
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> Coupling:
+        ratio = ground.sign() * ground.draw.uniform(0.5, 1.5)
+        return cls(ground.size(ground.of_bodies(cls(1e-3, ratio))) * 1e-3, ratio)

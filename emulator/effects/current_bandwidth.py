@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from emulator.dynamics import AxisDynamics
-from emulator.effects.base import FREQUENCY, DriveEffect, Need, Parameter
+from emulator.effects.base import FREQUENCY, DriveEffect, Exciting, Look, Need, Parameter
+from emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,9 @@ class CurrentBandwidth(DriveEffect):
     name: ClassVar[str] = "current_bandwidth"
     family: ClassVar[str] = "motor and drive"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.DEMAND})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SWEEP})
+    by_motion: ClassVar[str] = "steps of the torque offset (60B2h)"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.LAG})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("bandwidth", FREQUENCY, low=1.0, high=4000.0),)
 
     bandwidth: float
@@ -46,3 +50,7 @@ class CurrentBandwidth(DriveEffect):
         cls, asked: NDArray[np.float64], given: NDArray[np.float64], period: float  # noqa: ARG003
     ) -> Sequence[CurrentBandwidth]:
         return [cls(float(bandwidth)) for bandwidth in np.geomspace(5.0, 500.0, 12)]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> CurrentBandwidth:
+        return cls(ground.draw.uniform(0.65, 0.9) * ground.bandwidth / (2.0 * pi))

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import needed_acceleration, needed_torque
-from emulator.effects.base import TIME, AxisEffect, Need, Parameter, Start
+from emulator.effects.base import TIME, AxisEffect, Exciting, Look, Need, Parameter, Start
+from emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,10 @@ class Delay(AxisEffect):
     name: ClassVar[str] = "delay"
     family: ClassVar[str] = "sensing and timing"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SHORT_MOVES, Exciting.SWEEP})
+    by_motion: ClassVar[str] = "the same moves with higher accelerations and jerks"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.LAG})
+    rings: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("delay", TIME, low=0.0, high=0.05),)
 
     delay: float
@@ -41,6 +46,10 @@ class Delay(AxisEffect):
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         return [cls._start(delay) for delay in (0.001, 0.003, 0.01)]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> Delay:
+        return cls(ground.draw.uniform(0.45, 0.65) / ground.bandwidth)
 
     @classmethod
     def _start(cls, delay: float) -> Start:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import replayed
-from emulator.effects.base import DAMPING, STIFFNESS, Need, Parameter, ReplayedEffect, Start
+from emulator.effects.base import DAMPING, STIFFNESS, Exciting, Look, Need, Parameter, ReplayedEffect, Start
+from emulator.effects.ground import Ground
 from emulator.effects.springs import springs, too_soft
 
 
@@ -29,6 +30,11 @@ class Elasticity(ReplayedEffect):
     family: ClassVar[str] = "transmission"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
     scales: ClassVar[bool] = False
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SWEEP})
+    by_motion: ClassVar[str] = "a sweep of small sines through the resonance"
+    by_sensor: ClassVar[str] = "an encoder on the joint, behind the transmission"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.PLAY})
+    rings: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("stiffness", STIFFNESS, low=1e-3),
         Parameter("damping", DAMPING, low=0.0),
@@ -51,6 +57,10 @@ class Elasticity(ReplayedEffect):
         return [
             cls._start(spring) for at in np.geomspace(5.0, 80.0, 12) for spring in springs(motion, float(at), (0.05,))
         ]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> Elasticity:
+        return cls(*ground.spring(ground.draw.uniform(12.0, 24.0), ground.draw.uniform(0.02, 0.06)))
 
     @classmethod
     def _start(cls, spring: tuple[float, float]) -> Start:

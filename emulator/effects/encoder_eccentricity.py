@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import pi
+from math import pi, sqrt
 from typing import ClassVar
 
 import mujoco
@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import replayed
-from emulator.effects.base import ANGLE, POSITION, Need, Parameter, ReplayedEffect, Start
+from emulator.effects.base import ANGLE, POSITION, Exciting, Look, Need, Parameter, ReplayedEffect, Start
+from emulator.effects.ground import Ground
 from emulator.effects.waves import amplitude_and_phase
 
 
@@ -27,6 +28,10 @@ class EncoderEccentricity(ReplayedEffect):
     name: ClassVar[str] = "encoder_eccentricity"
     family: ClassVar[str] = "sensing and timing"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION, Need.ACCELERATION})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.WHOLE_TRAVEL})
+    by_motion: ClassVar[str] = "constant velocities at which a motor turn passes at several frequencies"
+    by_sensor: ClassVar[str] = "a second encoder on the motor shaft"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.WAVE})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude", POSITION, low=0.0),
         Parameter("phase", ANGLE),
@@ -54,6 +59,12 @@ class EncoderEccentricity(ReplayedEffect):
             return cls(small * amplitude, phase)
 
         return [Start((cls(small), cls(small, 0.5 * pi)), compose)]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> EncoderEccentricity:
+        wave = ground.wave(1.0)
+        followed = 1.0 / np.sqrt(1.0 + (wave / ground.bandwidth) ** 2)
+        return cls(sqrt(2.0) * ground.size(ground.inertia * wave**2 * followed), ground.phase())
 
     def _truth(self, motion: Motion, gear_ratio: float) -> Motion:
         """The motion that is read as this one: position + error(position) = reading, and its derivatives."""

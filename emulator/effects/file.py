@@ -1,11 +1,12 @@
-"""Reads effects/1: the true effects of a plant, or the effects that a diagnosis added to a simulation."""
+"""Reads and writes effects/1: the true effects of a plant, or the effects that a diagnosis added to a simulation."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
@@ -81,7 +82,10 @@ def _place(path: Path, number: int, entry: _Entry) -> PlacedEffect:
     where = f"{path}: effects[{number}]"
     known = library()
     if entry.effect not in known:
-        raise UserError(f"{where}: unknown effect {entry.effect!r}; the library has {', '.join(known)}")
+        raise UserError(
+            f"{where}: unknown effect {entry.effect!r}; the library has {', '.join(known)}; one of another's file needs its "
+            "--effects-from"
+        )
     kind = known[entry.effect]
     names = {parameter.name for parameter in kind.parameters}
     if unknown := set(entry.parameters) - names:
@@ -95,3 +99,16 @@ def _place(path: Path, number: int, entry: _Entry) -> PlacedEffect:
         raise UserError(f"{where}: {entry.effect} needs {', '.join(sorted(missing))}")
     effect = kind(**{name: given.value for name, given in entry.parameters.items()})
     return PlacedEffect(entry.axis, effect, {name: given.unit for name, given in entry.parameters.items()})
+
+
+def effects_payload(placed: Sequence[PlacedEffect]) -> dict[str, Any]:
+    """effects/1 of these effects, every parameter with its unit."""
+    return {"schema": "effects/1", "effects": [_entry(each) for each in placed]}
+
+
+def _entry(placed: PlacedEffect) -> dict[str, Any]:
+    parameters = {
+        parameter.name: {"value": float(getattr(placed.effect, parameter.name)), "unit": placed.units[parameter.name]}
+        for parameter in placed.effect.parameters
+    }
+    return {"effect": placed.effect.name, "axis": placed.axis, "parameters": parameters}

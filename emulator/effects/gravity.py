@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.load import Load
-from emulator.effects.base import ANGLE, TORQUE, Need, Parameter, Start, StaticEffect
+from emulator.effects.base import ANGLE, TORQUE, Exciting, Look, Need, Parameter, Start, StaticEffect
+from emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,10 @@ class Gravity(StaticEffect):
     name: ClassVar[str] = "gravity"
     family: ClassVar[str] = "rigid body"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.WEIGHT, Need.ABSOLUTE_POSITION})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.WHOLE_TRAVEL, Exciting.STANDSTILLS})
+    by_poses: ClassVar[bool] = True
+    by_motion: ClassVar[str] = "standstills over the whole travel, approached from both sides"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.PULL})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("moment", TORQUE),
         Parameter("angle", ANGLE),
@@ -53,3 +58,10 @@ class Gravity(StaticEffect):
         if axis.slide:
             return [Start((cls(1.0),), lambda found: cls(found[0]))]
         return [Start((cls(1.0), cls(1.0, -0.5 * pi)), lambda found: cls(hypot(*found), -atan2(found[1], found[0])))]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> Gravity:
+        if ground.axis.slide:
+            return cls(ground.sign() * ground.size(np.ones_like(ground.motion.velocity)))
+        angle = ground.phase()
+        return cls(ground.size(np.sin(ground.motion.position - angle)), angle)

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import INERTIA, Need, Parameter, Start, StaticEffect
+from emulator.effects.base import INERTIA, Exciting, Look, Need, Parameter, Start, StaticEffect
+from emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,10 @@ class Inertia(StaticEffect):
     name: ClassVar[str] = "inertia"
     family: ClassVar[str] = "rigid body"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
+    of_model: ClassVar[bool] = True
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SHORT_MOVES, Exciting.SWEEP})
+    by_motion: ClassVar[str] = "accelerations without a change of speed range: short moves of several accelerations"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.INERTIA})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("difference", INERTIA),)
 
     difference: float
@@ -35,3 +40,7 @@ class Inertia(StaticEffect):
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         return [Start((cls(1.0),), lambda found: cls(found[0]))]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> Inertia:
+        return cls(ground.changed(ground.rotor, ground.motion.acceleration, floor=0.2) - ground.rotor)

@@ -1,29 +1,171 @@
-"""Finds every effect of this folder, so that adding an effect is adding a file."""
+"""Every effect there is: one a file of this folder, and those of others, which stand in installed packages or in files."""
 
 from __future__ import annotations
 
 import importlib
 import pkgutil
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
+from hashlib import sha256
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
+from traceback import extract_tb
 from types import ModuleType
 
-from emulator.effects.base import Effect
+from drivetwin.errors import UserError
+from emulator.effects.base import FAMILIES, DriveEffect, Effect, Parameter
 
-_NOT_EFFECTS = {"base", "file", "library", "model_tree", "springs", "waves"}
+GROUP = "drivetwin.effects"
+"""Of entry points: each names a module with effects, or the class of one."""
+
+
+@dataclass(frozen=True)
+class EffectFile:
+    """A Python file with effects: its path, and its text, by which a process on another machine has the same."""
+
+    path: str
+    text: str
+
+    @property
+    def module(self) -> str:
+        """Name under which it is imported."""
+        return f"{Path(self.path).stem}_{sha256(self.text.encode()).hexdigest()[:12]}"
+
+
+_added: list[EffectFile] = []
 
 
 @cache
-def library() -> dict[str, type[Effect]]:
-    """Every effect class by its name."""
-    folder = pkgutil.iter_modules([str(Path(__file__).parent)])
-    modules = [importlib.import_module(f"emulator.effects.{info.name}") for info in folder if info.name not in _NOT_EFFECTS]
-    return {effect.name: effect for module in modules for effect in _effects_in(module)}
+def library() -> Mapping[str, type[Effect]]:
+    """Every effect class by its name: the product's own in the order of their names, then those of packages, then of files.
+
+    Raises UserError for a package or a file that does not import, holds no effect, one that lacks something, or a name twice.
+    """
+    found: dict[str, type[Effect]] = {}
+    origin: dict[str, str] = {}
+    for where, kinds in _sources():
+        for kind in kinds:
+            if kind.name in found:
+                raise UserError(f"{where}: effect {kind.name!r} is in the library already, by {origin[kind.name]}: rename one")
+            found[kind.name], origin[kind.name] = kind, where
+    return found
 
 
-def _effects_in(module: ModuleType) -> list[type[Effect]]:
-    return [
-        kind
-        for kind in vars(module).values()
-        if isinstance(kind, type) and issubclass(kind, Effect) and kind.__module__ == module.__name__
-    ]
+def read_effect_file(path: Path) -> EffectFile:
+    """Raises UserError where it cannot be read."""
+    try:
+        return EffectFile(str(path.absolute()), path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise UserError(f"no file {path}; --effects-from takes a Python file that holds effects") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"{path} cannot be read: {error}") from None
+
+
+def add_effects(files: Iterable[EffectFile]) -> None:
+    """From now on the library of this process has the effects of these files as well; what it has already stays once.
+
+    Raises UserError as `library` does; the library then stays as it was.
+    """
+    before = list(_added)
+    _added.extend(file for file in dict.fromkeys(files) if file not in before)
+    library.cache_clear()
+    try:
+        library()
+    except UserError:
+        _added[:] = before
+        library.cache_clear()
+        raise
+
+
+def added_effects() -> tuple[EffectFile, ...]:
+    """The files that were added, for other processes to add."""
+    return tuple(_added)
+
+
+def _sources() -> Iterator[tuple[str, list[type[Effect]]]]:
+    """Where effects stand, and which."""
+    for info in pkgutil.iter_modules([str(Path(__file__).parent)]):
+        module = importlib.import_module(f"emulator.effects.{info.name}")
+        yield module.__name__, _effects_in(module, module.__name__)
+    for point in sorted(entry_points(group=GROUP)):
+        yield f"entry point {point.name} = {point.value}", _of_package(point)
+    for file in _added:
+        yield file.path, _of_file(file)
+
+
+def _of_package(point: EntryPoint) -> list[type[Effect]]:
+    where = f"entry point {point.name} = {point.value} ({GROUP})"
+    try:
+        loaded = point.load()
+    except Exception as error:  # noqa: BLE001  # a stranger's code may raise anything
+        raise UserError(f"{where} does not import: {type(error).__name__}: {error}; mend or uninstall the package") from None
+    if isinstance(loaded, ModuleType):
+        return _some(_effects_in(loaded, where), where)
+    if not (isinstance(loaded, type) and issubclass(loaded, Effect)):
+        raise UserError(f"{where}: expected a module or a subclass of emulator.effects.Effect, got {loaded!r}")
+    _check(loaded, where)
+    return [loaded]
+
+
+@cache
+def _of_file(file: EffectFile) -> list[type[Effect]]:
+    """Executed once a process, so that a class stays itself."""
+    module = ModuleType(file.module)
+    module.__file__ = file.path
+    sys.modules[module.__name__] = module  # where dataclasses look up what annotations name
+    try:
+        exec(compile(file.text, file.path, "exec"), vars(module))
+    except Exception as error:  # noqa: BLE001  # a stranger's code may raise anything
+        del sys.modules[module.__name__]
+        raise UserError(f"{file.path}{_line(error, file.path)}: {type(error).__name__}: {error}") from None
+    return _some(_effects_in(module, file.path), file.path)
+
+
+def _line(error: Exception, path: str) -> str:
+    """Where in the file it happened."""
+    at = [frame.lineno for frame in extract_tb(error.__traceback__) if frame.filename == path]
+    line = error.lineno if isinstance(error, SyntaxError) else at[-1] if at else None
+    return "" if line is None else f":{line}"
+
+
+def _some(kinds: list[type[Effect]], where: str) -> list[type[Effect]]:
+    if not kinds:
+        raise UserError(f"{where}: holds no effect; expected a subclass of emulator.effects.Effect with a `name`")
+    return kinds
+
+
+def _effects_in(module: ModuleType, where: str) -> list[type[Effect]]:
+    """Classes that the module defines and gives a name; its helpers and bases have none."""
+    own = [kind for kind in vars(module).values() if isinstance(kind, type) and issubclass(kind, Effect)]
+    named = [kind for kind in own if kind.__module__ == module.__name__ and "name" in vars(kind)]
+    for kind in named:
+        _check(kind, where)
+    return named
+
+
+def _check(kind: type[Effect], where: str) -> None:
+    if flaw := _flaw(kind):
+        raise UserError(f"{where}: {kind.__name__}: {flaw}; docs/effects.md says what an effect is")
+
+
+def _flaw(kind: type[Effect]) -> str | None:
+    """What keeps a class from being an effect, if anything."""
+    missing = [name for name in ("name", "family", "parameters", *kind.asked) if not hasattr(kind, name)]
+    if lacking := sorted([*getattr(kind, "__abstractmethods__", ()), *missing]):
+        return f"lacks {', '.join(lacking)}"
+    if kind.family not in FAMILIES:
+        return f"family is {kind.family!r}; expected one of {', '.join(FAMILIES)}"
+    return _flaw_of_parameters(kind)
+
+
+def _flaw_of_parameters(kind: type[Effect]) -> str | None:
+    if not all(isinstance(parameter, Parameter) for parameter in kind.parameters):
+        return "parameters: expected a tuple of Parameter(name, unit, low=..., high=...)"
+    told = [parameter.name for parameter in kind.parameters]
+    if not told or not is_dataclass(kind) or told != [field.name for field in fields(kind)]:
+        return f"parameters: {', '.join(told) or 'none'}; expected a @dataclass(frozen=True) with just these fields"
+    if issubclass(kind, DriveEffect) and len(told) != 1:
+        return f"parameters: {', '.join(told)}; expected one, as of every DriveEffect"
+    return None

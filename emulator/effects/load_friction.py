@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from emulator.dynamics.replay import needed_torque
-from emulator.effects.base import NUMBER, FrictionEffect, Need, Parameter, Start
+from emulator.effects.base import NUMBER, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,10 @@ class LoadFriction(FrictionEffect):
     name: ClassVar[str] = "load_friction"
     family: ClassVar[str] = "friction"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SPEED_LEVELS, Exciting.SHORT_MOVES})
+    by_motion: ClassVar[str] = "the same strokes with and without a payload"
+    by_sensor: ClassVar[str] = "a torque sensor on the joint"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.LEVEL})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("coefficient", NUMBER, low=0.0, high=0.9),)
 
     coefficient: float
@@ -43,3 +48,7 @@ class LoadFriction(FrictionEffect):
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         return [Start((cls(0.1),), lambda found: cls(min(0.1 * found[0], 0.9)) if found[0] > 0.0 else None)]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> LoadFriction:
+        return cls(ground.share())

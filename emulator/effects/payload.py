@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import mujoco
+import numpy as np
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import LENGTH, MASS, ModelEffect, Need, Parameter
+from emulator.effects.base import LENGTH, MASS, Exciting, Look, ModelEffect, Need, Parameter
+from emulator.effects.ground import Ground, Site
 from emulator.effects.model_tree import free_name, outermost
 
 _PLACE = 0.02
@@ -25,6 +27,12 @@ class Payload(ModelEffect):
     name: ClassVar[str] = "payload"
     family: ClassVar[str] = "rigid body"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SHORT_MOVES})
+    by_poses: ClassVar[bool] = True
+    by_motion: ClassVar[str] = "the same moves in several poses of the machine, and under gravity"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.PULL, Look.INERTIA})
+    shapes: ClassVar[tuple[float, ...]] = (0.0, 0.1, -0.1, 0.25, -0.25)
+    probe: ClassVar[float] = 0.2
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("mass", MASS, low=0.0),
         Parameter("x", LENGTH),
@@ -51,3 +59,14 @@ class Payload(ModelEffect):
             explicitinertial=True,
         )
         return axis
+
+    @classmethod
+    def suits(cls, site: Site) -> bool:
+        """On the outermost axis; what only turns a disc or rides on a level slide is inertia."""
+        return site.number == site.axes - 1 and (site.axes > 1 or site.weight > 0.0)
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> Payload:
+        x, y, z = (0.0, 0.0, 0.0) if ground.axis.slide else np.array(ground.load_at) * ground.draw.uniform(1.2, 2.2)
+        at = float(x), float(y), float(z)
+        return cls(ground.size(ground.of_bodies(cls(1.0, *at))), *at)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import log, pi
+from math import log, pi, sqrt
 from typing import ClassVar
 
 import numpy as np
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import ANGLE, POSITION, TORQUE, FrictionEffect, Need, Parameter, Start
+from emulator.effects.base import ANGLE, POSITION, TORQUE, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from emulator.effects.ground import Ground
 from emulator.effects.waves import FRACTIONAL, amplitude_and_phase, long_waves, strongest, travel, unexplained
 
 _PERIODS = 16
@@ -26,6 +27,9 @@ class PositionFriction(FrictionEffect):
     name: ClassVar[str] = "position_friction"
     family: ClassVar[str] = "friction"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.WHOLE_TRAVEL})
+    by_motion: ClassVar[str] = "slow strokes over the whole travel, twice from different starts"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.LEVEL, Look.WAVE})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude", TORQUE, low=0.0),
         Parameter("period", POSITION, low=1e-6),
@@ -66,6 +70,12 @@ class PositionFriction(FrictionEffect):
         left = unexplained(motion, axis) * np.sign(motion.velocity)
         numbers = [*long_waves(motion), *strongest(motion, left, _PERIODS)]
         return [cls._start(axis.friction.coulomb, 1.0 / number) for number in numbers]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> PositionFriction:
+        amplitude = sqrt(2.0) * ground.size(np.ones_like(ground.motion.velocity))
+        waves = ground.draw.uniform(2.5, 8.0)
+        return cls(min(amplitude, 0.9 * ground.axis.friction.coulomb), ground.room / waves, ground.phase())
 
     @classmethod
     def _start(cls, most: float, period: float) -> Start:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import log
+from math import log, sqrt
 from typing import ClassVar
 
 import mujoco
@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import motor_torque, needed_torque
-from emulator.effects.base import DAMPING, STIFFNESS, AxisEffect, Need, Parameter, Start
+from emulator.effects.base import DAMPING, STIFFNESS, AxisEffect, Exciting, Look, Need, Parameter, Start
+from emulator.effects.ground import Ground
 from emulator.effects.waves import travel
 
 
@@ -30,6 +31,9 @@ class Presliding(AxisEffect):
     family: ClassVar[str] = "friction"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.REVERSALS})
     scales: ClassVar[bool] = False
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SMALL_REVERSALS})
+    by_motion: ClassVar[str] = "small slow reversals, smaller than the presliding way"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.LEVEL, Look.PLAY})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("stiffness", STIFFNESS, low=1e-3),
         Parameter("damping", DAMPING, low=0.0),
@@ -59,6 +63,12 @@ class Presliding(AxisEffect):
         level = _level(axis)
         ways = np.minimum(np.geomspace(1e-4, 0.1, 12) * travel(motion), 1.6 * _largest_way(axis))
         return [cls._start(1.6 * level / float(way)) for way in np.unique(ways) if level * way > 0.0]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> Presliding:
+        way = ground.draw.uniform(0.002, 0.008) * ground.room
+        stiffness = 1.6 * ground.axis.friction.coulomb / way
+        return cls(stiffness, 2.0 * ground.draw.uniform(0.05, 0.2) * sqrt(stiffness * ground.inertia))
 
     @classmethod
     def _start(cls, stiffness: float) -> Start:

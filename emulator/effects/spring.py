@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import POSITION, STIFFNESS, Need, Parameter, Start, StaticEffect
+from emulator.effects.base import POSITION, STIFFNESS, Exciting, Look, Need, Parameter, Start, StaticEffect
+from emulator.effects.ground import Ground
 from emulator.effects.model_tree import as_written
 from emulator.effects.waves import travel
 
@@ -23,6 +24,9 @@ class Spring(StaticEffect):
     name: ClassVar[str] = "spring"
     family: ClassVar[str] = "rigid body"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.WHOLE_TRAVEL, Exciting.STANDSTILLS})
+    by_motion: ClassVar[str] = "slow strokes over the whole travel"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.PULL})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("stiffness", STIFFNESS, low=0.0),
         Parameter("rest", POSITION),
@@ -54,3 +58,8 @@ class Spring(StaticEffect):
             return cls(stiffness, middle + (found[0] - found[1]) * way / stiffness) if stiffness > 0.0 else None
 
         return [Start((cls(1.0, middle + way), cls(1.0, middle - way)), compose)]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> Spring:
+        rest = ground.middle + ground.draw.uniform(-0.3, 0.3) * ground.room
+        return cls(ground.size(ground.motion.position - rest), rest)

@@ -9,7 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import NUMBER, TORQUE, VELOCITY, FrictionEffect, Need, Parameter, Start
+from emulator.effects.base import NUMBER, TORQUE, VELOCITY, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from emulator.effects.ground import Ground
 from emulator.effects.waves import top_speed
 
 
@@ -23,6 +24,9 @@ class Stribeck(FrictionEffect):
     name: ClassVar[str] = "stribeck"
     family: ClassVar[str] = "friction"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.TWO_SPEEDS})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SLOW_STROKES})
+    by_motion: ClassVar[str] = "slow constant-velocity strokes, below a tenth of the top speed"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.LEVEL})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("static_torque", TORQUE, low=0.0),
         Parameter("stribeck_velocity", VELOCITY, low=1e-6),
@@ -45,6 +49,14 @@ class Stribeck(FrictionEffect):
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
         velocities = np.maximum(np.geomspace(0.005, 0.7, 8) * top_speed(motion), 1e-6)
         return [cls._start(axis.friction.coulomb, float(at), exponent) for at in velocities for exponent in (1.0, 2.0)]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> Stribeck:
+        speed = ground.draw.uniform(0.015, 0.06) * ground.max_speed
+        more = ground.size(np.exp(-((ground.motion.velocity / speed) ** 2)))
+        coulomb = ground.axis.friction.coulomb
+        static = coulomb + float(np.clip(more, 0.3 * coulomb, 1.8 * coulomb))
+        return cls(static, speed, float(ground.draw.choice((1.0, 2.0))))
 
     @classmethod
     def _start(cls, coulomb: float, velocity: float, exponent: float) -> Start:

@@ -9,7 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import NUMBER, TIME, FrictionEffect, Need, Parameter, Start
+from emulator.effects.base import NUMBER, TIME, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,10 @@ class TemperatureDrift(FrictionEffect):
     name: ClassVar[str] = "temperature_drift"
     family: ClassVar[str] = "friction"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.TIME})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.WARM_UP})
+    by_motion: ClassVar[str] = "the same strokes from cold until warm"
+    by_sensor: ClassVar[str] = "a temperature sensor on the motor or the gear"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.LEVEL})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("cold", NUMBER, low=-0.9),
         Parameter("time_constant", TIME, low=1e-3),
@@ -38,6 +43,10 @@ class TemperatureDrift(FrictionEffect):
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         duration = float(motion.time[-1] - motion.time[0])
         return [cls._start(float(share) * duration) for share in np.geomspace(0.05, 3.0, 6)]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> TemperatureDrift:
+        return cls(ground.draw.uniform(0.5, 1.0), ground.draw.uniform(20.0, 50.0))
 
     @classmethod
     def _start(cls, time_constant: float) -> Start:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import needed_torque
-from emulator.effects.base import NUMBER, AxisEffect, Need, Parameter, Start, StaticEffect
+from emulator.effects.base import NUMBER, AxisEffect, Exciting, Look, Need, Parameter, Start, StaticEffect
+from emulator.effects.ground import Ground
 
 _SCATTER = 0.15
 
@@ -28,6 +29,10 @@ class TorqueConstant(StaticEffect):
     name: ClassVar[str] = "torque_constant"
     family: ClassVar[str] = "motor and drive"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.STANDSTILLS, Exciting.SHORT_MOVES})
+    by_motion: ClassVar[str] = "the same strokes against a known load, such as gravity or a payload"
+    by_sensor: ClassVar[str] = "a torque sensor on the joint"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.INERTIA, Look.LEVEL})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("error", NUMBER, low=-0.9, high=9.0),)
 
     error: float
@@ -49,3 +54,7 @@ class TorqueConstant(StaticEffect):
             return cls(share / (1.0 - share))
 
         return [Start((cls(1.0),), compose)]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> TorqueConstant:
+        return cls(ground.sign() * ground.share())

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import TORQUE, Need, Parameter, Start, StaticEffect
+from emulator.effects.base import TORQUE, Exciting, Look, Need, Parameter, Start, StaticEffect
+from emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,10 @@ class TorqueOffset(StaticEffect):
     name: ClassVar[str] = "torque_offset"
     family: ClassVar[str] = "motor and drive"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.BOTH_DIRECTIONS})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.STANDSTILLS})
+    by_motion: ClassVar[str] = "standstills approached from both sides; while sliding it is an asymmetric Coulomb friction"
+    by_sensor: ClassVar[str] = "a torque sensor on the joint"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.PULL})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("offset", TORQUE),)
 
     offset: float
@@ -34,3 +39,7 @@ class TorqueOffset(StaticEffect):
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         return [Start((cls(1.0),), lambda found: cls(found[0]))]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> TorqueOffset:
+        return cls(ground.sign() * ground.size(np.ones_like(ground.motion.velocity)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import log, pi
+from math import log, pi, sqrt
 from typing import ClassVar
 
 import mujoco
@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion, Ripple
-from emulator.effects.base import ANGLE, NUMBER, TORQUE, Need, Parameter, Start, StaticEffect
+from emulator.effects.base import ANGLE, NUMBER, TORQUE, Exciting, Look, Need, Parameter, Start, StaticEffect
+from emulator.effects.ground import Ground
 from emulator.effects.waves import FRACTIONAL, amplitude_and_phase, orders, turns_apart, unexplained
 
 
@@ -28,6 +29,10 @@ class TorqueRipple(StaticEffect):
     family: ClassVar[str] = "motor and drive"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION})
     several: ClassVar[bool] = True
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SLOW_STROKES, Exciting.WHOLE_TRAVEL})
+    by_motion: ClassVar[str] = "very slow constant velocities over some motor turns"
+    by_sensor: ClassVar[str] = "a torque sensor on the joint"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.WAVE})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude", TORQUE, low=0.0),
         Parameter("order", NUMBER, low=0.5),
@@ -62,6 +67,12 @@ class TorqueRipple(StaticEffect):
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
         return [cls._start(order) for order in orders(motion, axis, unexplained(motion, axis))]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> TorqueRipple:
+        order = float(ground.draw.choice((1.0, 2.0, 3.0, 4.0, 6.0)))
+        amplitude = sqrt(2.0) * ground.size(np.where(ground.wave(order) > 0.0, 1.0, 0.0))
+        return cls(min(amplitude, 0.5 * ground.torque_rms), order, ground.phase())
 
     @classmethod
     def _start(cls, order: float) -> Start:

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics
-from emulator.effects.base import TORQUE, DriveEffect, Need, Parameter
+from emulator.effects.base import TORQUE, DriveEffect, Exciting, Look, Need, Parameter
+from emulator.effects.ground import Ground
 
 _BINS = 200
 _TRIES = 6
@@ -27,6 +28,10 @@ class TorqueSaturation(DriveEffect):
     name: ClassVar[str] = "torque_saturation"
     family: ClassVar[str] = "motor and drive"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.DEMAND})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SHORT_MOVES})
+    by_motion: ClassVar[str] = "accelerations up to the torque limit, in both directions"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.LAG})
+    stops: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("limit", TORQUE, low=1e-6),)
 
     limit: float
@@ -47,3 +52,9 @@ class TorqueSaturation(DriveEffect):
         heaps = [k for k in range(_BINS // 4, _BINS) if counts[k] == counts[max(0, k - 3) : k + 4].max() and counts[k] > 2]
         tops = [magnitude[(magnitude >= edges[k]) & (magnitude <= edges[k + 1])] for k in reversed(heaps)]
         return [cls(float(top.mean())) for top in tops[:_TRIES]]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> TorqueSaturation:
+        asked = np.abs(ground.motion.torque)
+        steady = float(asked[np.abs(ground.motion.acceleration) < 0.05 * ground.max_acceleration].max())
+        return cls(steady + ground.draw.uniform(0.72, 0.88) * (float(asked.max()) - steady))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import log, pi
+from math import log, pi, sqrt
 from typing import ClassVar
 
 import mujoco
@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from emulator.dynamics import AxisDynamics, Motion
 from emulator.dynamics.replay import replayed
-from emulator.effects.base import ANGLE, NUMBER, POSITION, Need, Parameter, ReplayedEffect, Start
+from emulator.effects.base import ANGLE, NUMBER, POSITION, Exciting, Look, Need, Parameter, ReplayedEffect, Start
+from emulator.effects.ground import Ground
 from emulator.effects.waves import FRACTIONAL, amplitude_and_phase, orders, turns_apart, unexplained
 
 _SMALL = 0.02
@@ -33,6 +34,10 @@ class TransmissionError(ReplayedEffect):
     name: ClassVar[str] = "transmission_error"
     family: ClassVar[str] = "transmission"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.WHOLE_TRAVEL})
+    by_motion: ClassVar[str] = "constant velocities whose waves pass at several frequencies, with and without acceleration"
+    by_sensor: ClassVar[str] = "an encoder on the joint, behind the transmission"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.WAVE})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude", POSITION, low=0.0),
         Parameter("order", NUMBER, low=0.5),
@@ -67,6 +72,12 @@ class TransmissionError(ReplayedEffect):
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
         return [cls._start(order, order * axis.gear_ratio) for order in orders(motion, axis, unexplained(motion, axis))]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> TransmissionError:
+        order = float(ground.draw.choice((1.0, 2.0)))
+        amplitude = sqrt(2.0) * ground.size(ground.links * ground.wave(order) ** 2)
+        return cls(min(amplitude, 0.3 / (order * ground.axis.gear_ratio)), order, ground.phase())
 
     @classmethod
     def _start(cls, order: float, wave: float) -> Start:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import DAMPING, FrictionEffect, Need, Parameter, Start
+from emulator.effects.base import DAMPING, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,10 @@ class Viscous(FrictionEffect):
     name: ClassVar[str] = "viscous"
     family: ClassVar[str] = "friction"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.TWO_SPEEDS})
+    of_model: ClassVar[bool] = True
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SPEED_LEVELS})
+    by_motion: ClassVar[str] = "strokes at several constant speeds up to the highest"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.SLOPE})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("viscous", DAMPING, low=0.0),)
 
     viscous: float
@@ -28,3 +33,7 @@ class Viscous(FrictionEffect):
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         before = axis.friction.viscous
         return [Start((cls(before + 1.0),), lambda found: cls(max(0.0, before + found[0])))]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> Viscous:
+        return cls(ground.changed(ground.axis.friction.viscous, ground.motion.velocity))

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import DAMPING, FrictionEffect, Need, Parameter, Start
+from emulator.effects.base import DAMPING, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,9 @@ class ViscousAsymmetry(FrictionEffect):
     name: ClassVar[str] = "viscous_asymmetry"
     family: ClassVar[str] = "friction"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.BOTH_DIRECTIONS, Need.TWO_SPEEDS})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SPEED_LEVELS})
+    by_motion: ClassVar[str] = "strokes at several high speeds in both directions"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.PULL, Look.SLOPE})
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("asymmetry", DAMPING),)
 
     asymmetry: float
@@ -28,3 +32,8 @@ class ViscousAsymmetry(FrictionEffect):
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         most = axis.friction.viscous
         return [Start((cls(1.0),), lambda found: cls(min(max(found[0], -most), most)))]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> ViscousAsymmetry:
+        sign = ground.sign()
+        return cls(sign * min(ground.size(ground.motion.velocity), 0.85 * ground.axis.friction.viscous))

@@ -7,8 +7,11 @@ from dataclasses import dataclass, replace
 from math import sqrt
 from typing import ClassVar
 
+import numpy as np
+
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import CUBIC, QUADRATIC, FrictionEffect, Need, Parameter, Start
+from emulator.effects.base import CUBIC, QUADRATIC, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -21,6 +24,9 @@ class ViscousNonlinear(FrictionEffect):
     name: ClassVar[str] = "viscous_nonlinear"
     family: ClassVar[str] = "friction"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.TWO_SPEEDS})
+    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SPEED_LEVELS})
+    by_motion: ClassVar[str] = "strokes at several speeds up to the highest"
+    looks: ClassVar[frozenset[Look]] = frozenset({Look.SLOPE})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("quadratic", QUADRATIC),
         Parameter("cubic", CUBIC, low=0.0),
@@ -41,6 +47,13 @@ class ViscousNonlinear(FrictionEffect):
             Start((cubic,), lambda found: cls._within(slope, 0.0, found[0])),
             Start((quadratic, cubic), lambda found: cls._within(slope, *found)),
         ]
+
+    @classmethod
+    def drawn(cls, ground: Ground) -> ViscousNonlinear:
+        speed = ground.motion.velocity
+        if ground.draw.random() < 0.5:
+            return cls(ground.size(np.abs(speed) * speed))
+        return cls(0.0, ground.size(speed**3))
 
     @classmethod
     def _within(cls, slope: float, quadratic: float, cubic: float) -> ViscousNonlinear | None:

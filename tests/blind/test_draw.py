@@ -18,7 +18,7 @@ from blind.levels import levels_of
 from blind.machines import draw_machine, off
 from blind.motions import draw_plans
 from blind.record import record_case
-from blind.sizes import FAMILY, KIN, draw_cause
+from blind.sizes import draw_cause, suits
 from drivetwin.motion.filtering import derivative, zero_phase
 from drivetwin.motion.inverse_dynamics import load_model
 from drivetwin.recording.reader import find_recordings, read_recording
@@ -52,10 +52,35 @@ def test_foreign_effects_are_balanced_and_none_is_in_the_library(cases: tuple[Ca
 def test_pairs_are_two_effects_that_nobody_mistakes_for_one(cases: tuple[Case, ...]) -> None:
     for case in cases:
         if case.kind == "double":
-            first, second = case.causes
-            assert first.effect != second.effect
-            assert FAMILY[first.effect] != FAMILY[second.effect] or first.axis != second.axis
-            assert not KIN[first.effect] & KIN[second.effect]
+            first, second = (library()[cause.effect] for cause in case.causes)
+            assert first is not second
+            assert first.family != second.family or case.causes[0].axis != case.causes[1].axis
+            assert not first.looks & second.looks
+            assert not first.stops | second.stops
+
+
+def test_every_effect_that_is_drawn_says_what_it_looks_like() -> None:
+    assert {name for name, kind in library().items() if not kind.looks} == {"belt_elasticity"}
+
+
+@pytest.mark.parametrize(
+    ("effect", "family", "axes"),
+    [
+        ("payload", "turntable", []),
+        ("payload", "stage", []),
+        ("payload", "lift", ["lift"]),
+        ("payload", "elbow", ["elbow"]),
+        ("coupling", "arm", []),
+        ("coupling", "elbow", ["elbow"]),
+        ("gravity", "arm", ["shoulder"]),
+        ("gravity", "turntable", []),
+        ("gravity", "stage", []),
+        ("coulomb", "elbow", ["base", "elbow"]),
+    ],
+)
+def test_an_effect_is_drawn_where_it_makes_sense_and_is_not_another(effect: str, family: str, axes: list[str]) -> None:
+    machine = draw_machine(family, 3)
+    assert [axis for axis in machine.axes if suits(effect, machine, axis)] == axes
 
 
 def test_no_axis_has_a_spring_and_a_dead_time_that_trip_its_drive_before_anything_is_recorded() -> None:

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from diagnosis.excitation.choice import open_question
+from diagnosis.excitation.choice import EXCITATIONS, by_poses, chosen, open_question
 from diagnosis.excitation.limits import read_limits
 from diagnosis.prepare.testable import WHY, NotTestable
 from diagnosis.report.schema import GapReport
 from drivetwin.errors import UserError
-from emulator.effects import Need
+from emulator.effects import Exciting, Need
 
 MODEL = """<mujoco><compiler angle="radian"/><worldbody><body><joint name="axis" axis="0 0 1" range="-1 2"/>
 <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body><body><joint name="free" axis="0 0 1"/>
@@ -94,6 +94,21 @@ def test_what_no_motion_makes_testable_is_said() -> None:
 def test_an_axis_that_the_report_has_not_is_refused() -> None:
     with pytest.raises(UserError, match="no axis 'lift'; it has axis"):
         open_question(report(("stribeck", 1.0, [])), "lift")
+
+
+def test_every_motion_that_an_effect_may_name_is_made() -> None:
+    assert [one.name for one in EXCITATIONS] == list(Exciting)
+
+
+def test_an_effect_shows_in_the_motions_that_it_names() -> None:
+    assert [one.name for one in chosen(["stribeck", "temperature_drift"])] == ["warm_up", "slow_strokes"]
+    assert by_poses(["stribeck", "payload"])
+    assert not by_poses(["stribeck"])
+
+
+def test_an_effect_that_the_library_has_not_is_refused() -> None:
+    with pytest.raises(UserError, match="names effect 'squeak', which the library has not; give its --effects-from"):
+        chosen(["squeak"])
 
 
 def limits_of(folder: Path, text: str) -> tuple[float, float]:

@@ -6,22 +6,13 @@ from collections.abc import Callable
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from emulator.assembly import DrivenJoint
+from emulator.conformance.bench import GEAR, LINK, MOTOR, PERIOD, ROTOR, WHOLE, Array
 from emulator.effects import PlacedEffect, library
 from emulator.mechanism import Mechanism
 
-Array = NDArray[np.float64]
-
-PERIOD = 125e-6
-GEAR = 50.0
-ROTOR = 2e-5
-MOTOR = ROTOR * GEAR**2
-"""Inertia of the motor on the joint side: 0.05 kg·m² (kg on a slide)."""
-LINK = 0.2
-"""Inertia of the link about its hinge, or its mass on a slide [kg·m²; kg]."""
-WHOLE = MOTOR + LINK
+__all__ = ["GEAR", "LINK", "MOTOR", "PERIOD", "ROTOR", "WHOLE", "Array"]
 
 HINGE = """<mujoco model="rig"><compiler angle="radian"/><option gravity="0 0 0" timestep="0.000125"/><worldbody>
 <body><joint name="axis" type="hinge" axis="0 1 0" {joint}/><inertial pos="0 0 0" mass="1" diaginertia="0.2 0.2 0.2"/></body>

@@ -1,4 +1,4 @@
-"""What an effect is predicted to cost a measured motion is what a plant that has it asks of its motor; searches start near."""
+"""What effects cost together, and in closed forms; each alone is held against its plant in test_conformance.py."""
 
 from __future__ import annotations
 
@@ -6,69 +6,26 @@ from math import pi
 
 import numpy as np
 import pytest
-from effect_bench import GEAR, LINK, Array, effect
-from recorded import SAMPLE, Recorded, axis, record
+from effect_bench import Array, effect
 
+from emulator.conformance.bench import GEAR, LINK, SAMPLE, axis, record
 from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from emulator.dynamics.replay import motor_torque
-from emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, StaticEffect, library
+from emulator.effects import AxisEffect, DriveEffect, Effect, library
 
 PLANTS = {
-    "coulomb": {"coulomb": 0.8},
-    "viscous": {"viscous": 0.6},
-    "coulomb_asymmetry": {"asymmetry": -0.2},
-    "viscous_asymmetry": {"asymmetry": 0.3},
     "stribeck": {"static_torque": 1.1, "stribeck_velocity": 0.2, "exponent": 1.3},
-    "viscous_nonlinear": {"quadratic": 0.3, "cubic": 0.2},
     "presliding": {"stiffness": 60.0, "damping": 0.1},
-    "load_friction": {"coefficient": 0.15},
-    "position_friction": {"amplitude": 0.3, "period": 0.07, "phase": 0.4},
-    "temperature_drift": {"cold": 0.8, "time_constant": 3.0},
-    "inertia": {"difference": 0.02},
-    "gravity": {"moment": 1.2, "angle": 0.6},
-    "spring": {"stiffness": 3.0, "rest": -0.2},
     "backlash": {"gap": 0.003, "stiffness": 20000.0, "damping": 20.0},
     "elasticity": {"stiffness": 1100.0, "damping": 0.6},
     "transmission_error": {"amplitude": 5e-4, "order": 2.0, "phase": 0.6},
-    "torque_constant": {"error": -0.08},
-    "torque_offset": {"offset": 0.25},
-    "torque_ripple": {"amplitude": 0.2, "order": 2.5, "phase": 1.0},
-    "encoder_eccentricity": {"amplitude": 3e-4, "phase": 1.0},
     "delay": {"delay": 0.003},
 }
-KINDS = ("hinge", "slide")
-
-
-def test_every_axis_effect_has_its_plant() -> None:
-    assert set(PLANTS) == {name for name, kind in library().items() if issubclass(kind, AxisEffect)}
 
 
 def of_axis(found: Effect) -> AxisEffect:
     assert isinstance(found, AxisEffect)
     return found
-
-
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", PLANTS)
-def test_the_replay_explains_the_plant_and_a_search_begins_near(name: str, kind: str) -> None:
-    true = effect(name, **PLANTS[name])
-    recorded = record(kind, true)
-    explained = recorded.explained_by(of_axis(true.effect))
-    near, found = nearest_start(recorded, type(of_axis(true.effect)))
-    print(f"{name} on a {kind}: {explained:.4f} by its own parameters, {near:.4f} by {found}")
-    assert explained > 0.98
-    assert near > (0.95 if isinstance(true.effect, StaticEffect) else 0.8)
-
-
-def nearest_start(recorded: Recorded, kind: type[AxisEffect]) -> tuple[float, AxisEffect]:
-    """The start whose members, fitted by linear least squares, compose to the effect that explains most."""
-    composed = []
-    for start in kind.starts(recorded.motion, recorded.axis):
-        members = [recorded.judged(member.predict(recorded.motion, recorded.axis)) for member in start.members]
-        found = start.compose(np.linalg.lstsq(np.column_stack(members), recorded.gap, rcond=None)[0].tolist())
-        if found is not None:
-            composed.append((recorded.explained_by(found), found))
-    return max(composed, key=lambda one: one[0])
 
 
 TOGETHER = {
@@ -132,20 +89,6 @@ def test_a_link_that_its_brake_like_friction_holds_stays_where_it_is() -> None:
     assert torque == pytest.approx(1000.0 * motion.position + 0.05 * motion.acceleration, abs=1e-9)
 
 
-@pytest.mark.parametrize("name", PLANTS)
-def test_a_recording_that_stands_still_gives_no_search_to_fall_over(name: str) -> None:
-    motion = swing(1.0, 0.0)
-    rough = AxisDynamics(GEAR, friction=FrictionLaw(coulomb=0.5))
-    for start in of_axis(effect(name, **PLANTS[name]).effect).starts(motion, rough):
-        for member in start.members:
-            assert np.isfinite(member.predict(motion, rough)).all()
-
-
-def test_every_effect_of_the_library_says_how_it_is_judged() -> None:
-    unjudged = {name for name, kind in library().items() if not issubclass(kind, AxisEffect | DriveEffect | ModelEffect)}
-    assert unjudged == {"belt_elasticity"}
-
-
 def asked(seconds: float = 4.0) -> Array:
     time = np.arange(round(seconds / SAMPLE)) * SAMPLE
     return np.asarray(3.0 * np.sin(2.0 * pi * 3.0 * time) + 1.5 * np.sin(2.0 * pi * 11.0 * time))
@@ -165,19 +108,3 @@ def test_a_slow_current_loop_answers_as_its_differential_equation() -> None:
     assert np.sqrt(np.mean(left**2)) < 0.02 * np.sqrt(np.mean(asked() ** 2))
     tone = np.sin(2.0 * pi * 20.0 * np.arange(4000) * SAMPLE)
     assert np.abs(slow.respond(tone, SAMPLE)[2000:]).max() == pytest.approx(1.0 / np.sqrt(2.0), rel=0.01)
-
-
-SLOW_DRIVES = [("torque_saturation", {"limit": 2.2}), ("current_bandwidth", {"bandwidth": 30.0})]
-
-
-@pytest.mark.parametrize(("name", "parameters"), SLOW_DRIVES)
-def test_a_drive_that_gives_less_is_among_the_candidates(name: str, parameters: dict[str, float]) -> None:
-    """Through torque noise; a candidate closes most of what asking alone leaves open."""
-    true = library()[name](**parameters)
-    assert isinstance(true, DriveEffect)
-    given = true.respond(asked(), SAMPLE) + 0.01 * np.random.default_rng(3).standard_normal(4000)
-    open_gap = np.mean((given - asked()) ** 2)
-    left = [np.mean((given - one.respond(asked(), SAMPLE)) ** 2) for one in true.candidates(asked(), given, SAMPLE)]
-    print(f"{name}: {1.0 - min(left) / open_gap:.4f}")
-    assert min(left) < 0.05 * open_gap
-    assert np.array_equal(true.respond(np.zeros(5), SAMPLE), np.zeros(5))

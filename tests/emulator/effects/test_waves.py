@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from recorded import record
 
+from emulator.conformance.bench import record
 from emulator.effects.position_friction import PositionFriction
 from emulator.effects.waves import long_waves, travel
 
