@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from blind.answer import NOMINALS
@@ -27,9 +26,8 @@ from blind.wide.effects import LIBRARY
 from blind.wide.families import FAMILIES
 from blind.wide.foreign import FOREIGN
 from blind.wide.record import record_wide
+from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.errors import UserError
-
-console = Console(width=max(112, Console().width))
 
 _BOTH = "both"
 
@@ -73,6 +71,8 @@ def blind_command(
     robots: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Draw from the MJCF robot models in this folder as well.")
     ] = None,
+    quiet: Quiet = False,
+    json_: AsJson = False,
 ) -> None:
     """Test the diagnosis on machines whose effects it cannot know.
 
@@ -81,6 +81,7 @@ def blind_command(
 
     Example: drivetwin blind --cases 30 --seed 1 --out out/blind_30
     """
+    console = terminal(silent=quiet or json_)
     if nominal not in (*NOMINALS, _BOTH):
         raise UserError(f"--nominal {nominal}: expected exact, off or both")
     drawn, procedure = _generated(generator, cases, seed, _Asked(family or (), without or (), robots), workers)
@@ -92,6 +93,8 @@ def blind_command(
     console.print(f"key opened: {out / KEY} is what was sealed", highlight=False, soft_wrap=True)
     console.print(terminal_table(scored))
     console.print(f"{cases} cases scored: {out / 'score.html'}", highlight=False, soft_wrap=True)
+    if json_:
+        print((out / "score.json").read_text(encoding="utf-8"), end="")
 
 
 @dataclass(frozen=True)
