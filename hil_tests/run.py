@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -11,6 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from pathlib import Path
 
+from drivetwin.children import end_with_parent
 from drivetwin.collector import without_collector
 from drivetwin.errors import UserError
 from hil_tests.bench import EMBEDDED, Bench
@@ -97,7 +99,7 @@ def _one_by_one(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Pa
 
 
 def _at_once(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Path], jobs: int) -> Iterator[CaseResult]:
-    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"))
+    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), end_with_parent, (os.getpid(),))
     try:
         # what comes late in a machine's life lasts longest, and is not left for the end
         runs = reversed(list(zip(scenarios, places, strict=True)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,6 +11,7 @@ import can
 
 from drivetwin.bus import HostedBus, host_bus
 from drivetwin.copper.wire import Transmission
+from drivetwin.scratch import scratch
 from drivetwin.unix_bus import PREFIX
 from emulator.clock import Clock, RealtimeClock
 from emulator.copper import COPPER, CopperBus
@@ -190,7 +190,7 @@ class Stand:
 @contextmanager
 def bus_of(bench: Bench) -> Iterator[HostedBus]:
     """The bus of a case, hosted here; an embedded one has a socket of its own, which is gone at the end."""
-    with tempfile.TemporaryDirectory(prefix="drivetwin-") as folder:
+    with scratch() as folder:
         hosted = host_bus(f"{PREFIX}{folder}/bus" if bench.bus == EMBEDDED else bench.bus)
         try:
             yield hosted
