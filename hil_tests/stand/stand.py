@@ -79,14 +79,15 @@ class Stand:
         """Serve the bus until the controller has exited and all that it sent has been handled, or it was or has to be ended."""
         self._process = process
         self._stalls.begin()
+        status = None
         while not self._killed:
             pause = self._joined.wait()
             message = self._hosted.bus.recv(LISTEN if pause is None else pause)
             if message is None:
-                status = process.status()
-                if status is not None:
+                if status is not None:  # nothing has come since it exited
                     return EXIT_STATUS.get(status, Ending.CRASHED)
-                concern = watchdog.silence(self._virtual.now())
+                status = process.status()
+                concern = watchdog.silence(self._virtual.now()) if status is None else None
             else:
                 concern = watchdog.frame(self._virtual.now())
                 if not self._bench.copper:
