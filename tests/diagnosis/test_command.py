@@ -112,12 +112,15 @@ def test_a_report_a_patch_and_predictions(bench: Path, run: Run) -> None:
 
 def test_a_program_reads_json_and_a_build_fails_on_a_gap_or_on_an_unexplained_one(bench: Path, run: Run) -> None:
     """The machine of these recordings differs by its Coulomb friction alone: a gap, and an explained one."""
-    line = "diagnose model.xml fitted --validate one two --out out --no-html"
+    line = "diagnose model.xml fitted --validate one two --out out"
     outcome = run(f"{line} --json --fail-on gap")
+    page = (bench / "out" / "report.html").read_bytes()
     assert (outcome.status, outcome.err) == (1, "")
     assert outcome.out == (bench / "out" / "report.json").read_text(encoding="utf-8")
     assert json.loads(outcome.out)["verdict"] == "explained"
     assert run(f"{line} --quiet --fail-on unexplained") == Outcome(0, "", "")
+    assert (bench / "out" / "report.html").read_bytes() == page  # the same bytes twice
+    assert len(page) < 1_500_000
 
 
 @pytest.mark.parametrize(

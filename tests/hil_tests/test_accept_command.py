@@ -39,6 +39,8 @@ def test_a_sound_controller_is_accepted_with_the_same_bytes_twice(tmp_path: Path
         assert "04_moves.to_and_fro" in done.out
         results.append((tmp_path / f"out{number}" / "results.json").read_bytes())
     assert results[0] == results[1]
+    one, two = ((tmp_path / f"out{number}" / "report.html").read_text(encoding="utf-8") for number in (1, 2))
+    assert one == two.replace("out2", "out1")
     read = json.loads(results[0])
     assert [(case["group"], case["outcome"]) for case in read["cases"]] == [("boot", "accepted"), ("moves", "accepted")]
     assert "report.html" in {path.name for path in (tmp_path / "out1").iterdir()}
