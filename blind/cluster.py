@@ -5,10 +5,12 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from distributed import Client, LocalCluster
 
 from drivetwin.errors import UserError
+from drivetwin.scratch import scratch
 
 _CONNECT_SECONDS = 10
 
@@ -25,7 +27,13 @@ def cluster(scheduler: str | None, workers: int) -> Iterator[Client]:
         with running as client:
             yield client
         return
-    local = LocalCluster(
+    with scratch() as folder, _local(workers, folder) as local, Client(local) as client:
+        yield client
+
+
+def _local(workers: int, folder: Path) -> LocalCluster:
+    """Processes of this machine whose temporary files, and those of what they start, are all in `folder`."""
+    return LocalCluster(
         n_workers=workers,
         threads_per_worker=1,
         processes=True,
@@ -33,6 +41,6 @@ def cluster(scheduler: str | None, workers: int) -> Iterator[Client]:
         dashboard_address="127.0.0.1:0",
         memory_limit=0,  # no limit and therefore no spilling: what a worker knows never gets to a disk
         silence_logs=logging.CRITICAL,
+        local_directory=str(folder),
+        env={"TMPDIR": str(folder)},
     )
-    with local, Client(local) as client:
-        yield client

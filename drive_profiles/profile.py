@@ -84,6 +84,35 @@ class Quirk(StrEnum):
     """Homing starts with the rising edge of bit 4 of the controlword and runs on after the bit is cleared."""
 
 
+class RoleName(StrEnum):
+    """Quantities that drives keep in objects of their own, and that emulator or controller look up."""
+
+    ADDITIVE_TORQUE = "additive_torque"
+    BUS_TIMEOUT = "bus_timeout"
+    BUS_TIMEOUT_TYPE = "bus_timeout_type"
+    CURRENT_LOOP_TIME_CONSTANT = "current_loop_time_constant"
+    FOLLOWING_ERROR_LIMIT = "following_error_limit"
+    FRICTION_CONSTANT = "friction_constant"
+    FRICTION_SPEED = "friction_speed"
+    FRICTION_TORQUE = "friction_torque"
+    HOMING_STATUS = "homing_status"
+    INTEGRAL_TIME = "integral_time"
+    INTERPOLATION_TYPE = "interpolation_type"
+    JERK_TIME = "jerk_time"
+    MOTOR_INERTIA = "motor_inertia"
+    POSITION_GAIN = "position_gain"
+    POSITION_SETPOINT = "position_setpoint"
+    POSITION_WINDOW = "position_window"
+    RATED_TORQUE = "rated_torque"
+    SERVO_PERIOD = "servo_period"
+    TORQUE_ACTUAL = "torque_actual"
+    TORQUE_LIMIT = "torque_limit"
+    TORQUE_REFERENCE = "torque_reference"
+    VELOCITY_FEEDFORWARD = "velocity_feedforward"
+    VELOCITY_FILTER_TIME = "velocity_filter_time"
+    VELOCITY_GAIN = "velocity_gain"
+
+
 class Access(StrEnum):
     """Access of an object by SDO, CiA 301, 7.4.5 (table 42)."""
 
@@ -176,7 +205,7 @@ def load_profile_from(folder: Path) -> DriveProfile:
     """The drive type that `folder` describes; its name is the folder's. Raises UserError as `load_profile`."""
     head = _read_head(folder / "profile.yaml")
     objects = _read_objects(folder / "objects.csv", _values_of_the_head(head))
-    roles = {role: _role(data, role, objects, folder / "profile.yaml") for role, data in head.roles.items()}
+    roles = {str(role): _role(data, role, objects, folder / "profile.yaml") for role, data in head.roles.items()}
     return DriveProfile(
         name=folder.name,
         description=head.description,
@@ -212,7 +241,7 @@ class _Head(_Strict):
     device_name: str
     modes: list[int] = Field(min_length=1)
     streaming_mode: int
-    roles: dict[str, _Role]
+    roles: dict[RoleName, _Role]
     interpolation_codes: dict[str, int]
     lss: bool = False
     quirks: list[Quirk] = Field(default_factory=list)

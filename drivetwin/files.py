@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from drivetwin.errors import UserError
+from drivetwin.scratch import held_directory
 
 
 @contextmanager
@@ -41,29 +42,34 @@ def new_directory(path: Path) -> Iterator[Path]:
     refuse_foreign(path)
     missing = [parent for parent in path.parents if not parent.exists()]
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part"))
+    with held_directory(path.parent, f".{path.name}.", ".part") as part:
+        try:
+            yield part
+            (part / _MARK).touch()
+            part.chmod(0o755)
+            _take_the_place(part, path)
+        finally:
+            if part.exists():
+                shutil.rmtree(part)
+                for parent in missing:
+                    with suppress(OSError):  # another has put something there meanwhile
+                        parent.rmdir()
+
+
+def _take_the_place(part: Path, path: Path) -> None:
+    """Rename `part` to `path`; what stood there goes, or stays where the renaming fails."""
+    if not path.exists():
+        part.rename(path)
+        return
+    old = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.name}.", suffix=".old"))
+    path.rename(old / path.name)
     try:
-        yield part
-        (part / _MARK).touch()
-        part.chmod(0o755)
-        if path.exists():
-            old = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.name}.", suffix=".old"))
-            path.rename(old / path.name)
-            try:
-                part.rename(path)
-            except OSError:
-                (old / path.name).rename(path)
-                raise
-            finally:
-                shutil.rmtree(old)
-        else:
-            part.rename(path)
+        part.rename(path)
+    except OSError:
+        (old / path.name).rename(path)
+        raise
     finally:
-        if part.exists():
-            shutil.rmtree(part)
-            for parent in missing:
-                with suppress(OSError):  # another has put something there meanwhile
-                    parent.rmdir()
+        shutil.rmtree(old)
 
 
 _MARK = ".drivetwin"

@@ -217,10 +217,11 @@ class UnixHost(can.BusABC):
         deadline = None if timeout is None else time.monotonic() + timeout
         while not self._received:
             left = None if deadline is None else max(0.0, deadline - time.monotonic())
-            for descriptor, _event in self._poll.poll(None if left is None else left * 1e3):
+            ready = self._poll.poll(None if left is None else left * 1e3)
+            for descriptor, _event in ready:
                 self._attend(descriptor)
-            if not self._received and deadline is not None and time.monotonic() >= deadline:
-                return None
+            if not ready and deadline is not None and time.monotonic() >= deadline:
+                return None  # a client that has just joined may have sent already
         return self._received.popleft()
 
     def shutdown(self) -> None:

@@ -14,6 +14,7 @@ import selectors
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from drivetwin.errors import UserError
 from emulator.canopen.alarms import Alarm
 from emulator.faults.base import Fault, LastingFault
 from emulator.faults.library import read_fault
-from emulator.faults.parameter import Number
+from emulator.faults.parameter import ALL, Number
 from emulator.virtual_machine import VirtualMachine
 
 DURATION = Number("for", "how long it lasts, in simulated time", "s", 0.0, 1e6)
@@ -38,6 +39,7 @@ class Control:
     def __init__(self, virtual: VirtualMachine) -> None:
         self._virtual = virtual
         self._endings: dict[Fault, Alarm] = {}
+        self._there: set[tuple[Fault, int]] = set()
 
     def answer(self, line: bytes) -> bytes:
         """The answer to a line, a line too."""
@@ -52,18 +54,38 @@ class Control:
                 return self._strike(read_fault(told), rest.get("for"))
             case {"end": dict(told), **rest} if not rest:
                 fault = read_fault(told)
-                fault.end(self._virtual)
+                self._refuse_unless_there(fault)
+                self._end(fault)
                 return fault
         raise UserError('expected {"strike": FAULT, "for": SECONDS} or {"end": FAULT}; FAULT: {"fault": "sto", "node": 2}')
+
+    def _refuse_unless_there(self, fault: Fault) -> None:
+        """Raises UserError for a fault that has an end and that nobody struck, or that has ended."""
+        if isinstance(fault, LastingFault) and not self._there & self._struck(fault):
+            there = ", ".join(sorted({f"{one.name} on axis {self._axis(axis)}" for one, axis in self._there}))
+            raise UserError(f"there is no such {fault.name} to end, told as it was struck; there is {there or 'none'}")
+
+    def _struck(self, fault: Fault) -> set[tuple[Fault, int]]:
+        """The fault on each of its axes, however they are called."""
+        return {(replace(fault, node=ALL), axis) for axis in fault.axes(self._virtual)}
+
+    def _axis(self, number: int) -> str:
+        return list(self._virtual.machine.axes)[number]
+
+    def _end(self, fault: Fault) -> None:
+        fault.end(self._virtual)
+        self._there -= self._struck(fault)
 
     def _strike(self, fault: Fault, told_duration: object) -> Fault:
         duration = _duration(fault, told_duration)
         fault.strike(self._virtual)
+        if isinstance(fault, LastingFault):
+            self._there |= self._struck(fault)
         ending = self._endings.get(fault)
         if ending is not None:
             ending.stop()
         if duration is not None:
-            ending = ending or self._virtual.alarms.add(lambda _now: fault.end(self._virtual))
+            ending = ending or self._virtual.alarms.add(lambda _now: self._end(fault))
             ending.set(self._virtual.now() + duration)
             self._endings[fault] = ending
         return fault

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TypeVar
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError, field_validator, model_validator
 
 from drivetwin.errors import UserError
 from drivetwin.node_ids import check_each_its_own
@@ -58,11 +59,25 @@ class Loops(_Strict):
     velocity_filter_hz: PositiveFloat
 
 
+_Ends = TypeVar("_Ends", "LimitSwitches", "HomeSwitch")
+
+
+def _in_order(ends: _Ends) -> _Ends:
+    """Raises ValueError where the negative end is not below the positive one; the comparison refuses NaN, too."""
+    if not ends.negative < ends.positive:
+        raise ValueError(f"negative is {ends.negative:g} and positive {ends.positive:g}; the negative one stands below")
+    return ends
+
+
 class LimitSwitches(_Strict):
     """Joint positions [rad or m] beyond which the negative and the positive limit switch are actuated."""
 
     negative: float
     positive: float
+
+    @model_validator(mode="after")
+    def _in_order(self) -> LimitSwitches:
+        return _in_order(self)
 
 
 class HomeSwitch(_Strict):
@@ -70,6 +85,10 @@ class HomeSwitch(_Strict):
 
     negative: float
     positive: float
+
+    @model_validator(mode="after")
+    def _in_order(self) -> HomeSwitch:
+        return _in_order(self)
 
 
 class Axis(_Strict):

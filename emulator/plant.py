@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.errors import UserError
 from emulator.assembly import DrivenJoint
 from emulator.drive.servo import SERVO_PERIOD, ServoBank, filter_share
 from emulator.dynamics import FrictionLaw
@@ -15,6 +16,16 @@ from emulator.effects import PlacedEffect
 from emulator.incidents import Incidents
 from emulator.machine import Axis, Machine
 from emulator.mechanism import Mechanism
+
+_UNSTABLE = (
+    mujoco.mjtWarning.mjWARN_BADQPOS,
+    mujoco.mjtWarning.mjWARN_BADQVEL,
+    mujoco.mjtWarning.mjWARN_BADQACC,
+    mujoco.mjtWarning.mjWARN_BADCTRL,
+)
+"""Warnings after which MuJoCo has gone on with another state or torque; one after the other in its table."""
+
+_NONE = np.zeros(len(_UNSTABLE), dtype=np.int32).tobytes()
 
 
 class Plant:
@@ -30,6 +41,7 @@ class Plant:
         self._mechanism = Mechanism(spec, {name: _drive(axis) for name, axis in machine.axes.items()}, effects)
         self.incidents = Incidents(self._mechanism)
         self.model, self.data = self._mechanism.model, self._mechanism.data
+        self._warnings = self.data.warning.number[_UNSTABLE[0] : _UNSTABLE[-1] + 1]  # a view of the counters
         self.motor_position, self.motor_torque = self._mechanism.motor_position, self._mechanism.motor_torque
 
     @property
@@ -53,7 +65,10 @@ class Plant:
                 parameters["current_filter"] = filter_share(1.0 / (2.0 * np.pi * axis.motor.bandwidth))
 
     def advance(self, servos: ServoBank) -> None:
-        """Run `servos.periods` servo periods: encoder, loops, torque, friction, one step of the plant each."""
+        """Run `servos.periods` servo periods: encoder, loops, torque, friction, one step of the plant each.
+
+        Raises UserError where the plant cannot be simulated at the servo period; MuJoCo has set it back to its start then.
+        """
         mechanism, incidents = self._mechanism, self.incidents
         mechanism.brakes[:] = servos.brakes
         if incidents.rising:
@@ -64,6 +79,17 @@ class Plant:
                 incidents.misread_now()
             servos.run(period, self.motor_position, self.motor_torque)
             mechanism.step()
+        if self._warnings.tobytes() != _NONE:  # a tenth of what any() takes, each cycle
+            raise UserError(self._unstable())
+
+    def _unstable(self) -> str:
+        """What MuJoCo has warned of, and what to do."""
+        warned = [kind.name for kind, number in zip(_UNSTABLE, self._warnings, strict=True) if number]
+        return (
+            f"the simulation of the machine is unstable ({', '.join(warned)}): its model or its true "
+            f"effects are stiffer or larger than steps of {1e6 * SERVO_PERIOD:g} us can follow; give a --truth or a model "
+            "of this machine"
+        )
 
     def truth(self) -> dict[str, dict[str, float]]:
         """True parameters of each axis as they are now: inertia at qpos0 (motor included) and friction; joint side, SI.

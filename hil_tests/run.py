@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -11,9 +12,10 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from pathlib import Path
 
+from drivetwin.children import end_with_parent
 from drivetwin.collector import without_collector
 from drivetwin.errors import UserError
-from emulator.effects import add_effects, added_effects
+from emulator.effects import EffectFile, add_effects, added_effects
 from hil_tests.bench import EMBEDDED, Bench
 from hil_tests.folder import write_case
 from hil_tests.judge import judge, not_run, skipped
@@ -97,8 +99,14 @@ def _one_by_one(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Pa
         yield result
 
 
+def _begin_worker(parent: int, effects: Sequence[EffectFile]) -> None:
+    """A process of the pool ends with the one that started it, and knows the same effects."""
+    end_with_parent(parent)
+    add_effects(effects)
+
+
 def _at_once(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Path], jobs: int) -> Iterator[CaseResult]:
-    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), add_effects, (added_effects(),))
+    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _begin_worker, (os.getpid(), added_effects()))
     try:
         # what comes late in a machine's life lasts longest, and is not left for the end
         runs = reversed(list(zip(scenarios, places, strict=True)))

@@ -15,6 +15,7 @@ import typer
 from rich.console import Console
 from typer.exceptions import TyperException
 
+from drivetwin.children import end_with_parent
 from drivetwin.errors import UserError
 from drivetwin.files import INSTALLED, new_file, own_directory, write_json
 from hil_tests.bench import Bench, read_bench
@@ -78,7 +79,7 @@ def _fields(mutants: Sequence[Mutant], scenarios: Sequence[Scenario], own: bool)
 
 def _filled(bench: Bench, fields: Sequence[Field], out: Path, jobs: int) -> Iterator[Cell]:
     """The cells as they come."""
-    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"))
+    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), end_with_parent, (os.getpid(),))
     try:
         for task in as_completed([pool.submit(fill, bench, field, out) for field in fields]):
             yield task.result()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -23,6 +24,7 @@ from blind.wide.robots import ROBOTS, draw_robot, robot_files
 from blind.wide.simulator import Motion, Run
 from blind.wide.truth import DRIVES, LAWS
 from blind.wide.world import World, draw_world, motion_of, rms, slowed, travel
+from drivetwin.children import end_with_parent
 from drivetwin.errors import UserError
 
 SHARES: dict[Kind, float] = {"double": 0.15, "four": 0.05, "clean": 0.15, "foreign": 0.15}
@@ -143,7 +145,7 @@ def each_wide(count: int, seed: int, allowed: Choice, workers: int = 1) -> Itera
     if workers == 1 or count == 1:
         yield from map(drawn, numbers, seeds, kinds, effects)
         return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(workers, get_context("spawn"), end_with_parent, (os.getpid(),)) as pool:
         yield from pool.map(drawn, numbers, seeds, kinds, effects)
 
 

@@ -18,7 +18,6 @@ def torque_speed_figure(result: AxisIdentification, true_law: FrictionLaw | None
     units = result.units
     speed, torque = friction_points(result)
     figure = go.Figure()
-    # not scattergl, which plotly draws above the curves
     figure.add_scatter(x=speed, y=torque, mode="markers", name="measured", marker={"size": 3, "color": CLOUD})
     grid = speed_range(result)
     if true_law:
@@ -44,7 +43,7 @@ def residual_figure(result: AxisIdentification) -> go.Figure:
     """Measured less model torque over time, recordings one after the other."""
     time, residual, starts = residual_series(result)
     figure = go.Figure()
-    figure.add_scattergl(x=time, y=residual, mode="lines", name="residual", line={"color": STROKE, "width": 1})
+    figure.add_scatter(x=time, y=residual, mode="lines", name="residual", line={"color": STROKE, "width": 1})
     for start in starts[1:]:
         figure.add_vline(x=start, line={"color": "#999999", "width": 1, "dash": "dot"})
     figure.update_layout(

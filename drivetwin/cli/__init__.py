@@ -5,52 +5,41 @@ from __future__ import annotations
 import logging
 import signal
 import sys
-from typing import NoReturn
+from importlib.metadata import version
+from typing import Annotated, NoReturn
 
-import can
 import typer
 from typer.exceptions import Abort, TyperException
 
-from drivetwin.cli.accept import accept_command
-from drivetwin.cli.blind import blind_command
-from drivetwin.cli.bus_load import bus_load_command
-from drivetwin.cli.diagnose import diagnose_command
-from drivetwin.cli.eds import eds_command
-from drivetwin.cli.emulate import emulate_command
-from drivetwin.cli.excite import excite_command
-from drivetwin.cli.fault import PARAMETERS, fault_command
-from drivetwin.cli.fit import fit_command
-from drivetwin.cli.identify import identify_command
-from drivetwin.cli.import_ import import_command
-from drivetwin.cli.many_values import ManyToValidate
-from drivetwin.cli.snapshot import snapshot_command
-from drivetwin.cli.write_friction import write_friction_command
+from drivetwin.cli.commands import Commands, add_commands
 from drivetwin.errors import UserError, one_line
 
 app = typer.Typer(
     name="drivetwin",
-    help="""A hardware-in-the-loop bench without the hardware.
-
-    Example: drivetwin identify --machine scara --out out/identify
-    """,
+    cls=Commands,
+    context_settings={"help_option_names": ["-h", "--help"]},
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
+add_commands(app)
 
-app.command("accept")(accept_command)
-app.command("blind")(blind_command)
-app.command("bus-load")(bus_load_command)
-app.command("diagnose", cls=ManyToValidate)(diagnose_command)
-app.command("eds")(eds_command)
-app.command("emulate")(emulate_command)
-app.command("excite")(excite_command)
-app.command("fault", context_settings=PARAMETERS)(fault_command)
-app.command("fit")(fit_command)
-app.command("identify")(identify_command)
-app.command("import")(import_command)
-app.command("snapshot")(snapshot_command)
-app.command("write-friction")(write_friction_command)
+
+def _tell_version(asked: bool) -> None:
+    if asked:
+        print(f"drivetwin {version('drivetwin')}")
+        raise typer.Exit
+
+
+@app.callback()
+def drivetwin(
+    _version: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_tell_version, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """A hardware-in-the-loop bench without the hardware.
+
+    Example: drivetwin identify --machine scara --out out/identify
+    """
 
 
 INTERRUPTED = 130
@@ -82,7 +71,7 @@ def main() -> None:
         status = app(standalone_mode=False)
     except UserError as error:
         _end(str(error), error.exit_status)
-    except can.CanError as error:
+    except _bus_errors() as error:  # asked only where something was raised
         _end(f"{error}", UserError.exit_status)
     except OSError as error:
         _end(f"{error.strerror or error}: {error.filename or 'input or output'}", UserError.exit_status)
@@ -95,6 +84,12 @@ def main() -> None:
         _end("interrupted", INTERRUPTED)
     if status:
         sys.exit(status)
+
+
+def _bus_errors() -> tuple[type[Exception], ...]:
+    """What python-can raises, where a command has loaded it."""
+    loaded = sys.modules.get("can")
+    return () if loaded is None else (loaded.CanError,)
 
 
 def _end(message: str, status: int) -> NoReturn:

@@ -15,6 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
+from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.errors import UserError
 from drivetwin.files import own_directory
 from hil_tests.bench import Bench, UnmeantError, read_bench
@@ -26,8 +27,6 @@ from hil_tests.run import run_all
 from hil_tests.scenario import Scenario
 from hil_tests.suite import CASES, find_cases
 from hil_tests.verdict import CaseResult, Outcome
-
-console = Console(width=max(112, Console().width), markup=False, emoji=False)  # it tells what others wrote, as they wrote it
 
 REJECTED = 1
 """Exit status where the controller is rejected."""
@@ -56,6 +55,8 @@ def accept_command(
         bool, typer.Option("--real", help="The bench has real drives (drives: real), the machine is clear: axes may move.")
     ] = False,
     effects_from: EffectsFrom = None,
+    quiet: Quiet = False,
+    json_: AsJson = False,
 ) -> None:
     """Run a controller through the acceptance suite.
 
@@ -71,11 +72,12 @@ def accept_command(
     Example: drivetwin accept --bench hil_tests/benches/scara.yaml --select 4 --out out/accept
     """
     use_effects(effects_from)
+    console = terminal(silent=quiet or json_, markup=False)  # it tells what others wrote, as they wrote it
     folders = [CASES, *(cases or ())]
     try:
         chosen = read_bench(bench, real, _instead(clock, seed))
     except UnmeantError as refusal:
-        _warn(refusal.bench, find_cases(refusal.bench, folders, select or ()))
+        _warn(terminal(markup=False), refusal.bench, find_cases(refusal.bench, folders, select or ()))
         raise
     scenarios = find_cases(chosen, folders, select or ())
     before = None if baseline is None else read_results(baseline)
@@ -83,14 +85,16 @@ def accept_command(
         check_baseline(chosen, before)
     own_directory(out)
     if chosen.drives == "real":
-        _warn(chosen, scenarios)
-    results = _run(chosen, scenarios, out, jobs or os.cpu_count() or 1)
+        _warn(console, chosen, scenarios)
+    results = _run(console, chosen, scenarios, out, jobs or os.cpu_count() or 1)
     acceptance = Acceptance(chosen, tuple(results), digest([one.folder for one in results if one.folder is not None]))
     trend = None if before is None else compare(acceptance, before)
     write_results(acceptance, out / "results.json", [chosen.path, *(scenario.path for scenario in scenarios)])
     write_junit(acceptance, junit or out / "junit.xml", Path.cwd(), trend)
     write_report(acceptance, html or out / "report.html", trend)
-    _tell(acceptance, trend, html or out / "report.html")
+    _tell(console, acceptance, trend, html or out / "report.html")
+    if json_:
+        print((out / "results.json").read_text(encoding="utf-8"), end="")
     if not acceptance.accepted or (trend is not None and trend.rejects):
         raise typer.Exit(REJECTED)
 
@@ -102,14 +106,14 @@ def _instead(clock: str | None, seed: int | None) -> dict[str, object]:
     return {key: value for key, value in (("clock", clock), ("seed", seed)) if value is not None}
 
 
-def _warn(bench: Bench, scenarios: Sequence[Scenario]) -> None:
+def _warn(console: Console, bench: Bench, scenarios: Sequence[Scenario]) -> None:
     """What will move, for whoever stands beside the machine."""
     console.print(f"Real drives on {bench.bus}. What the controller is allowed, and what it is told:", style="yellow")
     for line in what_moves(scenarios, bench):
         console.print(f"  {line}", highlight=False, soft_wrap=True)
 
 
-def _run(bench: Bench, scenarios: Sequence[Scenario], out: Path, jobs: int) -> list[CaseResult]:
+def _run(console: Console, bench: Bench, scenarios: Sequence[Scenario], out: Path, jobs: int) -> list[CaseResult]:
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bars:
         watch = _Watch(bars, bars.add_task(f"{bench.controller.name} on {bench.machine}", total=len(scenarios)))
@@ -128,7 +132,7 @@ class _Watch:
             self._bars.console.print(f"rejected: {case_name(result)}", style="red", highlight=False)
 
 
-def _tell(acceptance: Acceptance, trend: Trend | None, report: Path) -> None:
+def _tell(console: Console, acceptance: Acceptance, trend: Trend | None, report: Path) -> None:
     """The table of cases, what failed, and the verdict."""
     console.print(_table(acceptance.cases))
     for case in acceptance.of(Outcome.REJECTED):

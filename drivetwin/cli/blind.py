@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from blind.answer import NOMINALS
@@ -28,16 +27,14 @@ from blind.wide.families import FAMILIES
 from blind.wide.foreign import FOREIGN
 from blind.wide.record import record_wide
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
+from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.errors import UserError
 from emulator.effects import added_effects
-
-console = Console(width=max(112, Console().width))
 
 _BOTH = "both"
 
 _NAMES = (
-    f"Machines: {', '.join(FAMILIES)}, robots (with --robots). Effects: {', '.join(LIBRARY)}. "
-    f"Foreign: {', '.join(FOREIGN)}."
+    f"Machines: {', '.join(FAMILIES)}, robots (with --robots). Effects: {', '.join(LIBRARY)}. Foreign: {', '.join(FOREIGN)}."
 )
 
 _WIDE = Layout("train_*", "validate_*", None)
@@ -76,6 +73,8 @@ def blind_command(
         Path | None, typer.Option(metavar="DIR", help="Draw from the MJCF robot models in this folder as well.")
     ] = None,
     effects_from: EffectsFrom = None,
+    quiet: Quiet = False,
+    json_: AsJson = False,
 ) -> None:
     """Test the diagnosis on machines whose effects it cannot know.
 
@@ -84,6 +83,7 @@ def blind_command(
 
     Example: drivetwin blind --cases 30 --seed 1 --out out/blind_30
     """
+    console = terminal(silent=quiet or json_)
     if nominal not in (*NOMINALS, _BOTH):
         raise UserError(f"--nominal {nominal}: expected exact, off or both")
     use_effects(effects_from)
@@ -96,6 +96,8 @@ def blind_command(
     console.print(f"key opened: {out / KEY} is what was sealed", highlight=False, soft_wrap=True)
     console.print(terminal_table(scored))
     console.print(f"{cases} cases scored: {out / 'score.html'}", highlight=False, soft_wrap=True)
+    if json_:
+        print((out / "score.json").read_text(encoding="utf-8"), end="")
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +12,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from drivetwin.cli.terminal import AsJson
 from drivetwin.copper.bit_rate import read_bit_rate
 from drivetwin.copper.load import Load, Overruns, Window
 from drivetwin.copper.log import Log, read_log
@@ -28,6 +30,7 @@ def bus_load_command(
     bit_rate: Annotated[str, typer.Option(help="Of the copper: 1M, 500k, 250k, 125k.")] = "1M",
     window: Annotated[str, typer.Option(help="Stretch of time that is slid along the log: 100ms, 1s.")] = "100ms",
     channel: Annotated[str | None, typer.Option(help="Which interface, where the log has several: vcan0.")] = None,
+    json_: AsJson = False,
 ) -> None:
     """Say how full a wire would be of the frames of a log: mean, worst window, by service, and whether they would fit.
 
@@ -42,9 +45,33 @@ def bus_load_command(
     whole, worst, overruns = load.whole(), load.worst(length), load.overruns(rate)
     if length > whole.length:
         raise UserError(f"--window {window} is longer than {log}, which has {whole.length:.3g} s from its first SYNC on")
+    if json_:
+        print(json.dumps(_figures(rate, whole, worst, overruns), indent=1))
+        return
     console.print(_table(log, rate, whole, worst))
     for line in [*_notes(read, whole), *_without_waiting(rate, load, worst), _verdict(rate, worst, overruns)]:
         console.print(line, highlight=False, soft_wrap=True)
+
+
+def _figures(rate: int, whole: Window, worst: Window, overruns: Overruns | None) -> dict[str, object]:
+    """What the table and the verdict say, for a program."""
+    return {
+        "bit_rate": rate,
+        "fits": not _too_much(rate, worst, overruns),
+        "mean": _window(rate, whole),
+        "worst": _window(rate, worst),
+        "cycles": None if overruns is None else vars(overruns),
+    }
+
+
+def _window(rate: int, window: Window) -> dict[str, object]:
+    return {
+        "start": window.start,
+        "length": window.length,
+        "load": window.load(rate),
+        "bits": window.bits,
+        "bits_by_service": window.by_service,
+    }
 
 
 def _seconds(text: str) -> float:
@@ -103,17 +130,22 @@ def _full(bit_rate: int, window: Window) -> str:
     return f"{100.0 * window.load(bit_rate):.1f} % in the {1e3 * window.length:g} ms from {window.start:.6f} s"
 
 
-def _verdict(bit_rate: int, worst: Window, overruns: Overruns | None) -> str:
-    full = _full(bit_rate, worst)
+def _too_much(bit_rate: int, worst: Window, overruns: Overruns | None) -> list[str]:
+    """Why these frames would not fit; nothing where they would."""
     reasons = []
     if worst.load(bit_rate) >= MOST_LOAD:
-        reasons.append(f"{full}, {100.0 * MOST_LOAD:g} % or more")
+        reasons.append(f"{_full(bit_rate, worst)}, {100.0 * MOST_LOAD:g} % or more")
     if overruns is not None and overruns.overrun:
         reasons.append(
             f"{overruns.overrun} of {overruns.cycles} cycles of {1e3 * overruns.period:g} ms end late, that of the SYNC at "
             f"{overruns.at:.6f} s by {1e3 * overruns.latest:.3f} ms"
         )
+    return reasons
+
+
+def _verdict(bit_rate: int, worst: Window, overruns: Overruns | None) -> str:
+    reasons = _too_much(bit_rate, worst, overruns)
     if reasons:
         return f"would not fit: {'; '.join(reasons)}"
     in_time = "" if overruns is None else f", and all {overruns.cycles} cycles of {1e3 * overruns.period:g} ms end in time"
-    return f"would fit: {full}, below {100.0 * MOST_LOAD:g} %{in_time}"
+    return f"would fit: {_full(bit_rate, worst)}, below {100.0 * MOST_LOAD:g} %{in_time}"

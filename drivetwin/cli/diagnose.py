@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from diagnosis.diagnose import diagnose
@@ -15,7 +15,22 @@ from diagnosis.report.write import write_diagnosis
 from diagnosis.settings import Settings
 from drivetwin.cli.diagnose_summary import print_summary
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
+from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace
+
+FAILED = 1
+"""Exit status where the verdict is one that --fail-on names."""
+
+
+class FailOn(StrEnum):
+    """Which verdicts fail a build."""
+
+    GAP = "gap"
+    UNEXPLAINED = "unexplained"
+
+    def fails(self, verdict: str) -> bool:
+        """`gap`: any verdict but no_gap; `unexplained`: that one."""
+        return verdict != "no_gap" if self is FailOn.GAP else verdict == "unexplained"
 
 
 def diagnose_command(
@@ -36,6 +51,11 @@ def diagnose_command(
     allow_gaps: Annotated[bool, typer.Option("--allow-gaps", help="Split a recording at lost samples.")] = False,
     no_html: Annotated[bool, typer.Option("--no-html", help="Leave report.html out.")] = False,
     effects_from: EffectsFrom = None,
+    fail_on: Annotated[
+        FailOn | None, typer.Option(help="Exit status 1 where there is a gap (gap), or one that is unexplained (unexplained).")
+    ] = None,
+    quiet: Quiet = False,
+    json_: AsJson = False,
 ) -> None:
     """Find where the simulation and the machine differ, which unmodelled effect causes it, and how far the gap shrinks.
 
@@ -44,8 +64,10 @@ def diagnose_command(
     Writes report.html and report.json, the simulation with the effects added (patched.xml, effects.json), and what it
     predicts for every validation recording (prediction/). Without --validate blocks of the recordings are held back.
     docs/diagnosis.md tells how to read the report.
+
+    Exit status: 0 with a report, whatever the verdict; 1 where --fail-on names that verdict; 2 an input that is refused.
     """
-    console = Console(width=max(112, Console().width))
+    console = terminal(silent=quiet or json_)
     refuse_foreign(out)
     use_effects(effects_from)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
@@ -63,6 +85,10 @@ def diagnose_command(
             write_diagnosis(found, files, staged, html=not no_html, progress=progress)
     print_summary(console, found)
     console.print(_written(out, no_html), highlight=False, soft_wrap=True)
+    if json_:
+        print((out / "report.json").read_text(encoding="utf-8"), end="")
+    if fail_on is not None and fail_on.fails(found.verdict):
+        raise typer.Exit(FAILED)
 
 
 def _written(out: Path, no_html: bool) -> str:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -16,6 +17,7 @@ from drive_profiles.eds_profile import profile_from_eds
 from drive_profiles.snapshot import read_snapshot
 from drivetwin.bus import Peer, host_bus
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
+from drivetwin.cli.terminal import AsJson
 from drivetwin.collector import keep_for_good
 from drivetwin.copper.bit_rate import read_bit_rate
 from drivetwin.errors import UserError
@@ -63,6 +65,7 @@ def emulate_command(
         Path | None, typer.Option(metavar="PATH", help="A Unix socket on which `drivetwin fault` makes things go wrong.")
     ] = None,
     effects_from: EffectsFrom = None,
+    json_: AsJson = False,
 ) -> None:
     """Put a virtual machine's drives on a bus and let any master command them.
 
@@ -88,16 +91,25 @@ def emulate_command(
         virtual = joined.virtual if isinstance(joined, CopperBus) else joined
         for file in snapshot or ():
             load_snapshot(virtual.drives, read_snapshot(file), file)
-        nodes = ", ".join(_node(drive.device.node_id, name) for drive, name in zip(virtual.drives, chosen.axes, strict=True))
+        nodes = {name: drive.device.node_id for drive, name in zip(virtual.drives, chosen.axes, strict=True)}
         ended = _end_on_signals()
         with serve_modbus(virtual, modbus, modbus_serial) as ports, serve_control(virtual, control) as doors:
-            where = ", ".join((hosted.name, *ports, *doors))
-            print(f"{machine}: {profile} drives, nodes {nodes}, on {where}, clock {clock}. Ctrl-C ends.", flush=True)
+            where = (hosted.name, *ports, *doors)
+            print(_joinable(machine, profile, nodes, where, clock, as_json=json_), flush=True)
             joined.power_on()
             keep_for_good()
             _serve(joined, hosted.bus, ended)
     finally:
         hosted.close()
+
+
+def _joinable(machine: str, profile: str, nodes: Mapping[str, int], where: Sequence[str], clock: str, *, as_json: bool) -> str:
+    """The line that says that others can join; of JSON one line as well."""
+    if as_json:
+        configured = {axis: None if node_id == UNCONFIGURED else node_id for axis, node_id in nodes.items()}
+        return json.dumps({"machine": machine, "profile": profile, "nodes": configured, "on": where, "clock": clock})
+    named = ", ".join(_node(node_id, axis) for axis, node_id in nodes.items())
+    return f"{machine}: {profile} drives, nodes {named}, on {', '.join(where)}, clock {clock}. Ctrl-C ends."
 
 
 def _node(node_id: int, axis: str) -> str:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from diagnosis.excitation.choice import open_question
@@ -16,6 +15,7 @@ from diagnosis.excitation.write import write_plan
 from diagnosis.report.schema import read_report
 from diagnosis.report.wording import name_of, number
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
+from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.errors import UserError
 from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace
 
@@ -29,6 +29,8 @@ def excite_command(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where set-points, motion.json and motion.png appear.")],
     period: Annotated[float, typer.Option(metavar="S", help="Time between two set-points, in seconds.")] = 0.001,
     effects_from: EffectsFrom = None,
+    quiet: Quiet = False,
+    json_: AsJson = False,
 ) -> None:
     """Write the motion that distinguishes what a report could not: move the machine so, record it, diagnose again.
 
@@ -46,11 +48,13 @@ def excite_command(
     found = plan(open_question(read_report(report), axis), read_limits(limits, model), period)
     with new_directory(out) as staged:
         write_plan(found, inputs, staged)
-    console = Console(width=max(112, Console().width))
+    console = terminal(silent=quiet or json_)
     effects = ", ".join(name_of(effect) for effect in found.question.effects)
     console.print(f"To distinguish on {axis}: {effects}; {number(float(found.time[-1]))} s of motion", highlight=False)
     console.print(_passages(found))
     console.print("  ".join(str(out / name) for name in ("setpoints.csv", "motion.json", "motion.png")), highlight=False)
+    if json_:
+        print((out / "motion.json").read_text(encoding="utf-8"), end="")
 
 
 def _passages(found: Plan) -> Table:

@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from drivetwin.cli.terminal import AsJson
 from drivetwin.errors import UserError
 from emulator.faults.base import Fault, LastingFault
 from emulator.faults.library import FAULTS, read_fault
@@ -18,9 +19,6 @@ PATIENCE = 10.0
 """How long to wait for the emulator's answer [s]."""
 
 LONGEST_ANSWER = 65536
-
-PARAMETERS = {"allow_extra_args": True, "ignore_unknown_options": True}
-"""Context settings of the command: what its own options do not take are parameters of the fault."""
 
 
 def fault_command(
@@ -33,6 +31,7 @@ def fault_command(
     ] = None,
     end: Annotated[bool, typer.Option("--end", help="End it, in place of striking it; told as it was struck.")] = False,
     list_: Annotated[bool, typer.Option("--list", help="Show every fault with its parameters.")] = False,
+    json_: AsJson = False,
 ) -> None:
     """Let something go wrong on a running emulator. Options beyond these are the fault's parameters: --code 0x2310.
 
@@ -40,6 +39,9 @@ def fault_command(
 
     The emulator has been started with --control out/control. docs/faults.md says what each fault does on bus and machine.
     """
+    if list_ and json_:
+        print(json.dumps({kind.name: _as_json(kind) for kind in FAULTS.values()}, indent=1, ensure_ascii=False))
+        return
     if list_:
         print("\n\n".join(_described(kind) for kind in FAULTS.values()))
         return
@@ -52,6 +54,9 @@ def fault_command(
     answer = _ask(on, {"end": told} if end else {"strike": told, "for": duration})
     if "error" in answer:
         raise UserError(str(answer["error"]))
+    if json_:
+        print(json.dumps(answer))
+        return
     print(f"{answer['fault']} {'ended' if end else 'struck'} at {answer['time']:.6f} s")
 
 
@@ -84,6 +89,25 @@ def _ask(path: Path, request: dict[str, object]) -> dict[str, object]:
         raise UserError(f"the emulator at {path} has gone without an answer")
     answer: dict[str, object] = json.loads(line)
     return answer
+
+
+def _as_json(kind: type[Fault]) -> dict[str, object]:
+    """What `--list` says of a fault, for a program."""
+    defaults = {field.name: field.default for field in fields(kind)}
+    needed = {parameter.name: defaults[parameter.name] is MISSING for parameter in kind.parameters}
+    return {
+        "lasts": issubclass(kind, LastingFault),
+        "summary": " ".join((kind.__doc__ or "").split()),
+        "parameters": {
+            parameter.name: {
+                "needed": needed[parameter.name],
+                "default": None if needed[parameter.name] else defaults[parameter.name],
+                "meaning": parameter.meaning,
+                "expected": parameter.expected,
+            }
+            for parameter in kind.parameters
+        },
+    }
 
 
 def _described(kind: type[Fault]) -> str:

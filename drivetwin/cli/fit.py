@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from controller.identification import AxisIdentification, Identification, Model, Settings, identify, load_model, write_results
 from controller.identification.wording import LABELS, number
+from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.errors import UserError
 from drivetwin.files import new_directory, refuse_to_replace
 from drivetwin.motion.coupled_motion import check_axes_move_alone
@@ -44,6 +44,8 @@ def fit_command(
         bool, typer.Option("--delay", help="Fit the delay between torque and motion too (captures over a bus).")
     ] = False,
     allow_gaps: Annotated[bool, typer.Option("--allow-gaps", help="Split a recording at lost samples.")] = False,
+    quiet: Quiet = False,
+    json_: AsJson = False,
 ) -> None:
     """Identify inertia and friction from recordings by least squares.
 
@@ -52,7 +54,7 @@ def fit_command(
     Writes identified.json (parameters with 90 % intervals, errors, verdicts), report.html and two pictures an axis.
     docs/identification.md describes the method.
     """
-    console = Console()
+    console = terminal(silent=quiet or json_)
     _refuse_unless("--cutoff", cutoff, cutoff > 0.0, "a frequency above 0 Hz")
     _refuse_unless("--reversal-margin", reversal_margin, reversal_margin >= 0.0, "a time of 0 s or more")
     machine = load_model(model)
@@ -79,6 +81,8 @@ def fit_command(
     for name, why in found.skipped.items():
         console.print(f"{name} has no result: {why}", highlight=False)
     console.print(_written(found, out), highlight=False, soft_wrap=True)
+    if json_:
+        print((out / "identified.json").read_text(encoding="utf-8"), end="")
 
 
 def _refuse_unless(option: str, value: float, good: bool, expected: str) -> None:

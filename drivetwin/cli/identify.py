@@ -11,7 +11,6 @@ from typing import Annotated
 
 import can
 import typer
-from rich.console import Console
 from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
@@ -27,6 +26,7 @@ from drive_profiles import DriveProfile, load_profile
 from drivetwin.bus import INPROC, InprocBus, is_copper, open_bus
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.identify_summary import print_summary
+from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.errors import InterruptedByUserError, UserError
 from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace, write_json
 from drivetwin.recording.recording import Recording
@@ -38,8 +38,6 @@ from emulator.plant import truth_path
 from emulator.virtual_machine import VirtualMachine
 
 logger = logging.getLogger(__name__)
-
-console = Console(width=max(112, Console().width))
 
 
 def identify_command(
@@ -59,6 +57,8 @@ def identify_command(
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before moving axes on can0.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the exciting move, and inproc of the sensors' noise.")] = 0,
     effects_from: EffectsFrom = None,
+    quiet: Quiet = False,
+    json_: AsJson = False,
 ) -> None:
     """Identify the friction of every axis over the bus.
 
@@ -69,6 +69,7 @@ def identify_command(
 
     Ctrl-C quick-stops and disables every axis. Where it fails, OUT is not written; the bus log until then is OUT.failed.log.
     """
+    console = terminal(silent=quiet or json_)
     if clock not in PACINGS:
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(PACINGS)}")
     if is_copper(bus) and clock != "realtime":
@@ -101,6 +102,8 @@ def identify_command(
             write_json(staged / "torque_by_sdo.json", to_json(captured.sdo_points, seed, inputs))
             progress.finish()
     print_summary(console, found, told, captured, out)
+    if json_:
+        print((out / "identified.json").read_text(encoding="utf-8"), end="")
 
 
 @contextmanager
@@ -158,7 +161,7 @@ def _within_limits(machine: Machine, path: Path | None, bus: str, yes: bool) -> 
     limits = read_limits(path, machine)
     if is_copper(bus) and not yes:
         for name, limit in limits.axes.items():
-            console.print(
+            terminal().print(
                 f"{name}: travel {limit.travel}, speed {limit.speed}, torque {limit.torque} (joint, SI)", highlight=False
             )
         if not typer.confirm(f"Axes on {bus} will move. Is the machine clear?"):

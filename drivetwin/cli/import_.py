@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from drivetwin.cli.terminal import Quiet, terminal
 from drivetwin.errors import UserError
 from drivetwin.files import new_directory, refuse_to_replace
 from drivetwin.recording.import_map import AxisMap, ImportMap, read_map
@@ -23,14 +24,13 @@ SHOWN = 12
 
 
 def import_command(
-    files: Annotated[
-        list[Path], typer.Argument(metavar="FILE...", help="CSV, MATLAB .mat, or a bus log (.log .asc .blf).")
-    ],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="CSV, MATLAB .mat, or a bus log (.log .asc .blf).")],
     map_: Annotated[Path, typer.Option("--map", metavar="MAP.yaml", help="What is which column, in which unit.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the recording, or one folder a file, appears.")],
     repair: Annotated[
         bool, typer.Option("--repair", help="Take out rows that stand twice, and fill in single missing samples.")
     ] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Turn a drive's exports or a bus log into recordings.
 
@@ -46,7 +46,7 @@ def import_command(
     """
     refuse_to_replace(out, [*files, map_])
     import_map = read_map(map_)
-    console = Console()
+    console = terminal(silent=quiet)
     recordings = _import(files, import_map, console, mend=repair)
     with new_directory(out) as staged:
         for recording in recordings:

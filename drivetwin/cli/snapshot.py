@@ -16,6 +16,7 @@ from drive_profiles.eds_profile import profile_from_eds
 from drive_profiles.snapshot import Snapshot, write_snapshot
 from drivetwin.bus import open_bus
 from drivetwin.cli.out_file import refuse_out_file
+from drivetwin.cli.terminal import Quiet
 
 
 def snapshot_command(
@@ -24,6 +25,7 @@ def snapshot_command(
     out: Annotated[Path, typer.Option(help="The file to write, for example axis1.json.")],
     profile: Annotated[str, typer.Option(help="Drive type: which objects to read.")] = "servoone",
     eds: Annotated[Path | None, typer.Option(help="The drive's own EDS or DCF: which objects to read instead.")] = None,
+    quiet: Quiet = False,
 ) -> None:
     """Read every object of a live drive by SDO. Nothing is written to the drive, and nothing moves.
 
@@ -36,14 +38,15 @@ def snapshot_command(
         drive_type = profile_from_eds(eds, drive_type)
     refuse_out_file(out, "axis1.json")
     with Link(open_bus(bus)) as link:
-        taken = _take(link, node, drive_type)
+        taken = _take(link, node, drive_type, silent=quiet)
     write_snapshot(out, taken, [] if eds is None else [eds])
     refused = sum(1 for reading in taken.readings if reading.data is None)
-    print(f"{out}: node {node}, {len(taken.readings)} objects, {refused} of them refused")
+    if not quiet:
+        print(f"{out}: node {node}, {len(taken.readings)} objects, {refused} of them refused")
 
 
-def _take(link: Link, node: int, drive_type: DriveProfile) -> Snapshot:
-    console = Console(stderr=True)
+def _take(link: Link, node: int, drive_type: DriveProfile, *, silent: bool) -> Snapshot:
+    console = Console(stderr=True, quiet=silent)
     with Progress(
         TextColumn("{task.description}"),
         BarColumn(),

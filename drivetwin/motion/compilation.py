@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
-import tempfile
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
+from drivetwin.children import end_with_parent
 from drivetwin.errors import UserError
+from drivetwin.scratch import scratch
 
 SECONDS = 25.0
 """That compilation may take at most [s]."""
@@ -26,10 +28,18 @@ def check_compiles(path: Path) -> None:
 @lru_cache(maxsize=32)
 def _wrong_with(path: Path, _changed: int) -> str:
     """What is wrong with a file, one line; empty where nothing is. Asked once for each state of the file."""
-    with tempfile.TemporaryDirectory() as scratch:  # MuJoCo writes its warnings to where it runs
+    with scratch() as folder:  # MuJoCo writes its warnings to where it runs
         command = [sys.executable, "-P", str(PROGRAM), str(path)]
         try:
-            done = subprocess.run(command, cwd=scratch, capture_output=True, text=True, timeout=SECONDS, check=False)
+            done = subprocess.run(
+                command,
+                cwd=folder,
+                capture_output=True,
+                text=True,
+                timeout=SECONDS,
+                check=False,
+                preexec_fn=partial(end_with_parent, os.getpid()),  # one call into C, no lock
+            )
         except subprocess.TimeoutExpired:
             return f"takes MuJoCo more than {SECONDS:g} s to compile: leave out what moves no axis, or make its meshes coarser"
     if done.returncode:

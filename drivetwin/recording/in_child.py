@@ -7,11 +7,14 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from drivetwin.children import end_with_parent
+from drivetwin.scratch import scratch
 
 SECONDS, SECONDS_A_MEGABYTE = 20, 10
 """Processor time that a file may take; a sound one takes a tenth."""
@@ -31,12 +34,13 @@ def read_in_child(kind: str, file: Path) -> dict[str, np.ndarray[Any, Any]]:
     size = file.stat().st_size
     seconds = SECONDS + SECONDS_A_MEGABYTE * size // 1_000_000
     limits = [str(seconds), str(MEMORY + MEMORY_A_BYTE * size)]
-    with file.open("rb"), tempfile.TemporaryDirectory() as out:
+    with file.open("rb"), scratch() as out:
         done = subprocess.run(
-            [sys.executable, "-P", str(_CHILD), kind, str(file.absolute()), out, *limits],
+            [sys.executable, "-P", str(_CHILD), kind, str(file.absolute()), str(out), *limits],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
+            preexec_fn=partial(end_with_parent, os.getpid()),  # one call into C, no lock
             env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
             check=False,
         )

@@ -9,15 +9,20 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 
+from drivetwin.children import end_with_parent
 from drivetwin.errors import UserError
 from hil_tests.bench import Bench
 
 GRACE: Mapping[str, float] = {"virtual": 2.0, "real": 10.0}
 """Between asking a controller to end and ending it [s], by what the bench's drives are: whoever still brings real axes to rest
 is let do so."""
+
+ORPHANED: Mapping[str, int] = {"virtual": signal.SIGKILL, "real": signal.SIGTERM}
+"""What a controller is sent where the stand itself is killed: with real drives it is asked to bring the axes to rest."""
 
 EXITING = 0.5
 """How long the kernel may take to remove the processes of a group that was killed [s]."""
@@ -35,8 +40,11 @@ class ControllerProcess:
         log: Path,
         grace: float = GRACE["virtual"],
         meanwhile: Callable[[float], None] = time.sleep,
+        orphaned: int = ORPHANED["virtual"],
     ) -> None:
         """Start it in `folder`; it has `grace` [s] to end once it is asked to, and `meanwhile` passes seconds until then.
+
+        Where this process is killed it is sent the signal `orphaned`.
 
         Raises OSError where it cannot be started.
         """
@@ -51,6 +59,7 @@ class ControllerProcess:
                 stdout=stream,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
+                preexec_fn=partial(end_with_parent, os.getpid(), orphaned),  # noqa: PLW1509  # one call into C, no lock
                 env=environment,
             )
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from hil_tests.bench import Bench
 from hil_tests.evidence import Ending, Run
 from hil_tests.scenario import Scenario
-from hil_tests.stand.controller_process import GRACE, ControllerProcess, command_line
+from hil_tests.stand.controller_process import GRACE, ORPHANED, ControllerProcess, command_line
 from hil_tests.stand.watchdog import Watchdog
 from hil_tests.task import write_task
 
@@ -43,8 +43,8 @@ class ControllerStart:
         watchdog = Watchdog(self._bench.timeouts, silence, self._bench.bit_rate, began)
         command = command_line(self._bench, places)
         left = []
-        log, grace = self._folder / "controller.log", GRACE[self._bench.drives]
-        with ControllerProcess(command, self._bench.path.parent, log, grace, meanwhile) as process:
+        log, grace, orphaned = self._folder / "controller.log", GRACE[self._bench.drives], ORPHANED[self._bench.drives]
+        with ControllerProcess(command, self._bench.path.parent, log, grace, meanwhile, orphaned) as process:
             ending = serve(process, watchdog)
             ended = now()
             if process.end():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,6 +11,7 @@ import can
 
 from drivetwin.bus import HostedBus, host_bus
 from drivetwin.copper.wire import Transmission
+from drivetwin.scratch import scratch
 from drivetwin.unix_bus import PREFIX
 from emulator.clock import Clock, RealtimeClock
 from emulator.copper import COPPER, CopperBus
@@ -79,14 +79,15 @@ class Stand:
         """Serve the bus until the controller has exited and all that it sent has been handled, or it was or has to be ended."""
         self._process = process
         self._stalls.begin()
+        status = None
         while not self._killed:
             pause = self._joined.wait()
             message = self._hosted.bus.recv(LISTEN if pause is None else pause)
             if message is None:
-                status = process.status()
-                if status is not None:
+                if status is not None:  # nothing has come since it exited
                     return EXIT_STATUS.get(status, Ending.CRASHED)
-                concern = watchdog.silence(self._virtual.now())
+                status = process.status()
+                concern = watchdog.silence(self._virtual.now()) if status is None else None
             else:
                 concern = watchdog.frame(self._virtual.now())
                 if not self._bench.copper:
@@ -190,7 +191,7 @@ class Stand:
 @contextmanager
 def bus_of(bench: Bench) -> Iterator[HostedBus]:
     """The bus of a case, hosted here; an embedded one has a socket of its own, which is gone at the end."""
-    with tempfile.TemporaryDirectory(prefix="drivetwin-") as folder:
+    with scratch() as folder:
         hosted = host_bus(f"{PREFIX}{folder}/bus" if bench.bus == EMBEDDED else bench.bus)
         try:
             yield hosted

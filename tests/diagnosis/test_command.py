@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from gap_bench import PERIOD, swinging, time_of
 
 from diagnosis.report.schema import read_report
 from drivetwin.cli import main
+from drivetwin.cli.diagnose import FailOn
 from drivetwin.cli.many_values import repeated
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
 from drivetwin.recording.writer import write_recording
@@ -106,6 +108,27 @@ def test_a_report_a_patch_and_predictions(bench: Path, run: Run) -> None:
     for when, told in (("before", report.axes["rotate"].gap_rms), ("after", report.after["rotate"].gap_rms)):
         gap = (columns["torque_measured"] - columns[f"torque_{when}"])[columns["used"]]
         assert told == pytest.approx(np.sqrt(np.mean(gap**2)), rel=1e-12)
+
+
+def test_a_program_reads_json_and_a_build_fails_on_a_gap_or_on_an_unexplained_one(bench: Path, run: Run) -> None:
+    """The machine of these recordings differs by its Coulomb friction alone: a gap, and an explained one."""
+    line = "diagnose model.xml fitted --validate one two --out out"
+    outcome = run(f"{line} --json --fail-on gap")
+    page = (bench / "out" / "report.html").read_bytes()
+    assert (outcome.status, outcome.err) == (1, "")
+    assert outcome.out == (bench / "out" / "report.json").read_text(encoding="utf-8")
+    assert json.loads(outcome.out)["verdict"] == "explained"
+    assert run(f"{line} --quiet --fail-on unexplained") == Outcome(0, "", "")
+    assert (bench / "out" / "report.html").read_bytes() == page  # the same bytes twice
+    assert len(page) < 1_500_000
+
+
+@pytest.mark.parametrize(
+    ("verdict", "gap", "unexplained"),
+    [("no_gap", False, False), ("explained", True, False), ("partly_explained", True, False), ("unexplained", True, True)],
+)
+def test_which_verdicts_fail_a_build(verdict: str, gap: bool, unexplained: bool) -> None:
+    assert (FailOn.GAP.fails(verdict), FailOn.UNEXPLAINED.fails(verdict)) == (gap, unexplained)
 
 
 def test_without_validation_blocks_are_held_back_and_it_says_so(bench: Path, run: Run) -> None:

@@ -163,6 +163,7 @@ def test_a_bad_row_is_named(tmp_path: Path, row: str, complaint: str) -> None:
         (("vendor_id: 0x16", "vendor_id: -1"), "vendor_id"),
         (("streaming_mode: 7", "streaming_mode: 8"), "streaming_mode: 8 is not one of the modes"),
         (('object: "21A3"', 'object: "21A9"'), "roles.torque_actual: objects.csv has no 21A9"),
+        (("torque_actual:", "torque_actaul:"), "roles.torque_actaul.[key]: Input should be 'additive_torque', 'bus_timeout'"),
         (("streaming_mode: 7", "streaming_mode: 7\nquirks: [runs_backwards]"), "quirks.0: Input should be 'homing_latches"),
         (("description:", "descripton:"), "description"),
         (("modes: [1, 3, 6, 7]", "modes: [1, 3, 6, 7"), "not readable as YAML"),

@@ -236,3 +236,11 @@ def test_the_reference_controller_as_a_process_sees_what_it_sees_in_process(tmp_
     assert samples
     for path in samples:
         assert (alone / path).read_bytes() == (joined / path).read_bytes()
+
+
+def test_who_joined_sent_and_left_before_anybody_looked_is_heard(host: UnixHost) -> None:
+    """A host that is late: nothing is over its time as long as something waits."""
+    client = join(host)
+    client.send(frame(7))
+    client.shutdown()
+    assert number_of(host.recv(0.0)) == 7

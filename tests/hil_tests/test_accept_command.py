@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
+import time
 import xml.etree.ElementTree as ET
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
-from processes import PATIENCE, Ended, drivetwin
+from processes import PATIENCE, Ended, drivetwin, start
 from stage_bench import REFERENCE, bad, bench_file, scenario_file
 
 from drivetwin.cli.accept import accept_command
@@ -36,6 +39,8 @@ def test_a_sound_controller_is_accepted_with_the_same_bytes_twice(tmp_path: Path
         assert "04_moves.to_and_fro" in done.out
         results.append((tmp_path / f"out{number}" / "results.json").read_bytes())
     assert results[0] == results[1]
+    one, two = ((tmp_path / f"out{number}" / "report.html").read_text(encoding="utf-8") for number in (1, 2))
+    assert one == two.replace("out2", "out1")
     read = json.loads(results[0])
     assert [(case["group"], case["outcome"]) for case in read["cases"]] == [("boot", "accepted"), ("moves", "accepted")]
     assert "report.html" in {path.name for path in (tmp_path / "out1").iterdir()}
@@ -50,6 +55,25 @@ def test_a_controller_that_does_nothing_is_rejected_and_the_requirement_named(tm
     assert done.status == 1
     assert "the machine never stood at slide 0.1 m" in done.out
     assert (tmp_path / "out" / "cases" / "04_moves.to_and_fro" / "bus.log").exists()
+
+
+def test_nothing_of_a_run_that_is_killed_lives_on(tmp_path: Path) -> None:
+    """Two cases at once, each with a controller that waits for good."""
+    waits = ["{python}", "-c", "import time; time.sleep(600)"]
+    bench = bench_file(tmp_path, waits, timeouts={"start": 600.0, "silence": 600.0, "simulated": 60.0})
+    for name in ("one", "two"):
+        scenario_file(tmp_path / "own", f"04_moves/{name}")
+    own = ("--cases", tmp_path / "own", "--select", "04_moves.one", "--select", "04_moves.two")
+    process = start("accept", "--bench", bench, "--out", tmp_path / "out", "--jobs", 2, *own)
+    of_run = psutil.Process(process.pid)
+    while sum(waits[-1] in each.cmdline() for each in of_run.children(recursive=True)) < 2:
+        assert process.poll() is None
+        time.sleep(0.1)
+    children = of_run.children(recursive=True)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    _, living = psutil.wait_procs(children, timeout=PATIENCE)
+    assert living == []
 
 
 def test_what_others_wrote_is_told_as_they_wrote_it(tmp_path: Path) -> None:

@@ -196,3 +196,24 @@ def test_without_a_socket_the_loop_waits_as_before() -> None:
 def test_with_a_socket_the_loop_looks_often(path: Path) -> None:
     with served(path) as bench:
         assert bench.virtual.wait() == REQUEST_WAIT
+
+
+def test_what_is_not_there_is_not_ended(tmp_path: Path) -> None:
+    rise = {"fault": "friction_rise", "node": "rotate", "torque": 20}
+    with served(tmp_path / "control") as bench:
+        client = Client(tmp_path / "control", bench)
+        assert client.ask(end=STO) == {"error": "there is no such sto to end, told as it was struck; there is none"}
+        assert "time" in client.ask(strike=rise)
+        refused = client.ask(end=rise | {"torque": 10})["error"]
+        assert refused == "there is no such friction_rise to end, told as it was struck; there is friction_rise on axis rotate"
+        assert client.ask(end=rise | {"node": "all"})["fault"] == "friction_rise"
+        assert "error" in client.ask(end=rise)
+
+
+def test_what_has_ended_by_itself_is_not_ended_again(tmp_path: Path) -> None:
+    with served(tmp_path / "control") as bench:
+        client = Client(tmp_path / "control", bench)
+        client.send(json.dumps({"strike": STO, "for": 0.01}).encode() + b"\n")
+        client.connection.recv(65536)
+        bench.sync(20)
+        assert "error" in client.ask(end=STO)
