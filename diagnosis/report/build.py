@@ -49,8 +49,6 @@ SHOWN = 0.02
 """Probability from which an effect that was not selected is named."""
 EXPLAINED, PARTLY = 0.1, 0.7
 """Shares of the gap above noise, up to which what is unknown leaves it explained, and partly explained."""
-WORSE = 1.0 + 1e-6
-"""Times the gap, from which it has grown."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,7 @@ def build(
     strong = [one for one in drives if _drive_matters(ready.rows, one, settings)]
     units = placed_drives(ready.rows, strong)
     patch = Patch(in_order([*values.effects, *units]), values.heavier)
-    gaps = _gaps(ready, _without_harm(ready, patch), settings)
+    gaps = _gaps(ready, _worth_a_name(ready, patch, settings.least_share), settings)
     tests = {
         axis: gap_of(gaps.unseen, gaps.fitted, axis, gaps.noise[axis].floor, ready.cutoff_hz) for axis in ready.simulation.axes
     }
@@ -121,8 +119,8 @@ def _gaps(ready: Prepared, patch: Patch, settings: Settings) -> _Gaps:
     return _Gaps(patch, unseen, fitted, noise)
 
 
-def _without_harm(ready: Prepared, patch: Patch) -> Patch:
-    """Without the effects that make the gap larger on motion that was not fitted, the worst first; and bodies if they do."""
+def _worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
+    """Without effects and bodies that close less than a share of the gap on motion that was not fitted, the worst first."""
 
     def left(tried: Patch) -> float:
         try:
@@ -137,7 +135,7 @@ def _without_harm(ready: Prepared, patch: Patch) -> Patch:
         fewer = [replace(patch, effects=tuple(one for one in patch.effects if one is not each)) for each in patch.effects]
         fewer += [replace(patch, heavier=None)] if patch.heavier else []
         best = min(fewer, key=left)
-        if left(best) * WORSE > whole and np.isfinite(whole):
+        if left(best) > whole + least_share and np.isfinite(whole):
             break
         patch = best
     return patch
