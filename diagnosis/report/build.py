@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.model.unknown import by_quantity
+from diagnosis.prepare.motion import Run
 from diagnosis.prepare.noise import Noise, noise_of
 from diagnosis.prepare.prepared import Prepared
 from diagnosis.prepare.rows import Rows
@@ -120,7 +121,10 @@ def _gaps(ready: Prepared, patch: Patch, settings: Settings) -> _Gaps:
 
 
 def _worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
-    """Without effects and bodies that close less than a share of the gap on motion that was not fitted, the worst first."""
+    """Without effects and bodies that close less than a share of the gap on motion that was not fitted, the worst first.
+
+    Of an effect that this motion asks for much less than the fitted one it is enough that it does no harm there.
+    """
 
     def left(tried: Patch) -> float:
         try:
@@ -130,15 +134,38 @@ def _worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
         sizes = {axis: max(gap_rms(told, axis), 1e-300) for axis in ready.simulation.axes}
         return sum((gap_rms(told, axis, "after") / size) ** 2 for axis, size in sizes.items())
 
+    seldom = _seldom_asked_for(ready, patch)
     while patch.effects or patch.heavier:
         whole = left(patch)
-        fewer = [replace(patch, effects=tuple(one for one in patch.effects if one is not each)) for each in patch.effects]
-        fewer += [replace(patch, heavier=None)] if patch.heavier else []
-        best = min(fewer, key=left)
-        if left(best) > whole + least_share and np.isfinite(whole):
+        least = [0.0 if one in seldom else least_share for one in patch.effects]
+        rests = [
+            (replace(patch, effects=tuple(one for one in patch.effects if one is not each)), share)
+            for each, share in zip(patch.effects, least, strict=True)
+        ]
+        rests += [(replace(patch, heavier=None), least_share)] if patch.heavier else []
+        losses = [left(rest) - whole - share for rest, share in rests]
+        worst = int(np.argmin(losses))
+        if losses[worst] > 0.0 and np.isfinite(whole):
             break
-        patch = best
+        patch = rests[worst][0]
     return patch
+
+
+def _seldom_asked_for(ready: Prepared, patch: Patch) -> list[PlacedEffect]:
+    """Effects whose torque on the motion that was not fitted is less than half of that on the fitted one, rms."""
+    fitted, unseen = _torques(ready, ready.runs, patch), _torques(ready, ready.checks, patch)
+    return [one for one, before, after in zip(patch.effects, fitted, unseen, strict=True) if after < 0.5 * before]
+
+
+def _torques(ready: Prepared, runs: Sequence[Run], patch: Patch) -> list[float]:
+    """Torque of each effect on its own axis where it counts, rms [N·m or N]."""
+    parts = [contributions(ready.simulation, run, patch) for run in runs]
+    found = []
+    for number, one in enumerate(patch.effects):
+        rows = [part[number][one.axis][run.axes[one.axis].used] for part, run in zip(parts, runs, strict=True)]
+        squares = np.concatenate(rows) ** 2
+        found.append(float(np.sqrt(np.mean(squares))) if squares.size else 0.0)
+    return found
 
 
 def _shares(ready: Prepared, gaps: _Gaps, axis: str, settings: Settings) -> tuple[tuple[PlacedEffect, ...], tuple[Share, ...]]:

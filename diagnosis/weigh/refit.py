@@ -20,9 +20,6 @@ from emulator.effects import PlacedEffect
 
 Array = NDArray[np.float64]
 
-TURNS = 5
-"""Times that all parameters are moved together."""
-
 
 @dataclass(frozen=True)
 class Refitted:
@@ -38,14 +35,9 @@ class Refitted:
 
 
 def refitted(state: State, bodies: Collection[int]) -> Refitted:
-    """Gauss-Newton from the set's values, until no share of a step leaves less energy. `bodies`: whose mass is free."""
-    left = _left(state, _fit(state, bodies))
-    for _ in range(TURNS if state.effects else 0):
-        ahead, energy = _ahead(state, bodies, left)
-        done = energy > (1.0 - 1e-4) * left
-        state, left = ahead, energy
-        if done:
-            break
+    """One Gauss-Newton step from the set's values, so that what the energy does not tell stays near; `bodies`: of free mass."""
+    if state.effects:
+        state = _ahead(state, bodies)
     values = _fit(state, bodies).coefficients
     heavier = {
         one.body: float(values[k]) for k, one in enumerate(state.bench.nominals) if one.body is not None and one.body in bodies
@@ -53,18 +45,18 @@ def refitted(state: State, bodies: Collection[int]) -> Refitted:
     return Refitted(state, state.effects, _deviations(state, bodies), heavier)
 
 
-def _ahead(state: State, bodies: Collection[int], left: float) -> tuple[State, float]:
-    """A Gauss-Newton step on, as far as less energy is left, and that energy; as it was where none is better."""
+def _ahead(state: State, bodies: Collection[int]) -> State:
+    """One Gauss-Newton step on, as far as less energy is left; as it was where no share of the step is better."""
     fit = _fit(state, bodies)
+    left = _left(state, fit)
     for share in SHARES:
         try:
             ahead = state_of(state.bench, moved_by_fit(state, fit, share), state.system.axes)
         except UserError:
             continue
-        energy = _left(ahead, _fit(ahead, bodies))
-        if energy < left:
-            return ahead, energy
-    return state, left
+        if _left(ahead, _fit(ahead, bodies)) < left:
+            return ahead
+    return state
 
 
 def _held(state: State, bodies: Collection[int]) -> frozenset[int]:
