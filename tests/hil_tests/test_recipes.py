@@ -13,7 +13,7 @@ import yaml
 from stage_bench import bench_file
 
 from controller.__main__ import app as controller
-from drivetwin.cli import app
+from drivetwin.cli.commands import COMMANDS
 from drivetwin.errors import UserError
 from hil_tests.bench import read_bench
 
@@ -28,7 +28,7 @@ NAMES_OF_HOSTS = re.compile(r"https?://|index-url|\bpypi\b|\bnpmjs\b", re.IGNORE
 
 def options(command: str) -> set[str]:
     """Options of a command of `drivetwin`."""
-    (found,) = [sub for name, sub in typer.main.get_command(app).commands.items() if name == command]  # type: ignore[attr-defined]
+    found = COMMANDS[command].load(command)
     return {option for parameter in found.params for option in parameter.opts}
 
 
