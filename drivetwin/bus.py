@@ -394,13 +394,13 @@ def _is_loopback(host: str) -> bool:
 def _socketcan(name: str) -> can.BusABC:
     try:
         bus = SocketcanBus(channel=name)
-        _let_wait(bus.socket)
-        return bus
     except (OSError, can.CanError, AttributeError, NotImplementedError) as error:
         raise UserError(
             f"cannot open {name} ({error}); see `ip link show {name}`, or where the kernel has no CAN use "
             "--bus ws://127.0.0.1:54701"
         ) from None
+    _let_wait(bus.socket)
+    return bus
 
 
 def _let_wait(channel: socket.socket) -> None:
