@@ -16,7 +16,7 @@ from diagnosis.prepare.rows import Column
 from diagnosis.propose.placing import alike
 from diagnosis.settings import Settings
 from diagnosis.weigh.moves import CLEARLY, Family, Proposal
-from diagnosis.weigh.state import PARAMETERS, State, state_of
+from diagnosis.weigh.state import State, state_of
 from drivetwin.errors import UserError
 from emulator.effects import PlacedEffect
 
@@ -115,7 +115,7 @@ def _strain(family: Family, tangents: Sequence[Column], column: Column | None, h
 
 def _without(family: Family) -> frozenset[int]:
     """Nominal parameters that are not free where nothing is off: those that the chosen effect is."""
-    if family.chosen is None or family.chosen.effect.name not in PARAMETERS:
+    if family.chosen is None or not family.chosen.effect.of_model:
         return family.state.held()
     return family.state.held(family.chosen.effect.name, family.chosen.axis)
 

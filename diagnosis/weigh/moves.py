@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.model.colour import Colour
-from diagnosis.model.system import AxisSystem
 from diagnosis.prepare.rows import Column
 from diagnosis.propose.placing import in_order, placed
 from diagnosis.propose.rigid import rigid_starts
@@ -240,22 +239,14 @@ class Search:
 
     def _without(self, pair: Pair, one: PlacedEffect) -> Pair | None:
         """The set less one effect, the noise coloured as it was; None where the others make no mechanism without it."""
-        rest = tuple(each for each in pair.whole.effects if each is not one)
         try:
-            return Pair(
-                *(state_of(bench, rest, state.system.axes) for bench, state in zip(pair.benches, pair.states, strict=True))
-            )
+            return _coloured_as([each for each in pair.whole.effects if each is not one], pair)
         except UserError:
             return None
 
     def settled(self, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal], before: Pair) -> Pair:
         """The set with all its parameters moved together, and the noise coloured as it leaves it."""
-        pair = Pair(
-            *(
-                self._state(bench, effects, state.system.axes)
-                for bench, state in zip(before.benches, before.states, strict=True)
-            )
-        )
+        pair = _coloured_as(effects, before)
         for _ in range(SETTLED):
             ahead = self._ahead(pair)
             if ahead is None:
@@ -298,10 +289,6 @@ class Search:
             bench,
             {axis: (rows - state.system.unknown_of(axis, rows, fit.level[axis])) * level[axis] for axis, rows in left.items()},
         )
-
-    def _state(self, bench: Bench, effects: Sequence[PlacedEffect], axes: Mapping[str, AxisSystem]) -> State:
-        """Another set, the noise coloured as it was."""
-        return state_of(bench, effects, axes)
 
     def tried(self, axis: str) -> int:
         """Kinds of effects that could have been named on an axis."""
@@ -408,6 +395,13 @@ class Pair:
     def benches(self) -> tuple[Bench, Bench]:
         """Of both."""
         return self.whole.bench, self.part.bench
+
+
+def _coloured_as(effects: Sequence[PlacedEffect], before: Pair) -> Pair:
+    """Another set, the noise coloured as it was."""
+    return Pair(
+        *(state_of(bench, effects, state.system.axes) for bench, state in zip(before.benches, before.states, strict=True))
+    )
 
 
 def _with(effects: Sequence[PlacedEffect], new: PlacedEffect, before: float) -> tuple[PlacedEffect, ...]:

@@ -24,9 +24,6 @@ from emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, libr
 
 Array = NDArray[np.float64]
 
-PARAMETERS = ("coulomb", "viscous", "inertia")
-"""Effects that are a nominal parameter, free instead of held near its value."""
-
 FARTHEST = 1.0
 """Steps that matter to a parameter, by which it is moved at most at once: a linear fit holds near by."""
 SHARES = (1.0, 0.5, 0.25, 0.1)
