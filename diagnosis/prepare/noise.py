@@ -36,8 +36,13 @@ class Noise:
 
     @property
     def floor(self) -> float:
-        """What is no gap of the machine: noise and model error together, and what the recorded torque's own noise hides."""
-        return max(float(np.hypot(self.rms, self.model_error)), self.channel)
+        """Both together: what no cause explains."""
+        return float(np.hypot(self.rms, self.model_error))
+
+    @property
+    def hides(self) -> float:
+        """A gap as small is none: it is no more than that, or than the noise in which the recorded torque shows it."""
+        return max(self.floor, self.channel)
 
 
 def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error: float) -> Noise:

@@ -55,7 +55,8 @@ def test_a_torque_that_never_changes_has_the_noise_of_its_resolution(tmp_path: P
     told = told_of(run_of(tmp_path, 0.0 * TIME, noise=0.0))
     assert told.rms == pytest.approx(RESOLUTION["turn"] / np.sqrt(12.0) * np.sqrt(SHARE), rel=0.05)
     assert told.channel == pytest.approx(RESOLUTION["turn"] / np.sqrt(12.0), rel=0.05)
-    assert told.floor == told.channel, "what the recorded torque's own noise hides is no gap"
+    assert told.floor == told.rms
+    assert told.hides == told.channel, "what the recorded torque's own noise hides is no gap"
     assert told.model_error == 0.0
 
 
