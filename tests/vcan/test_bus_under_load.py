@@ -92,9 +92,9 @@ def masters() -> Iterator[list[Master]]:
 
 
 def resident(process: subprocess.Popen[str]) -> int:
-    """Memory of a process [KiB]."""
-    fields = Path(f"/proc/{process.pid}/statm").read_text(encoding="ascii").split()
-    return int(fields[1]) * os.sysconf("SC_PAGE_SIZE") // 1024
+    """Memory of a process without the pages of files, that come in when they are first read [KiB] (proc_pid_statm(5))."""
+    _, resident_pages, shared_pages, *_ = Path(f"/proc/{process.pid}/statm").read_text(encoding="ascii").split()
+    return (int(resident_pages) - int(shared_pages)) * os.sysconf("SC_PAGE_SIZE") // 1024
 
 
 def run(masters: list[Master], requests: int) -> None:
@@ -113,6 +113,14 @@ def run(masters: list[Master], requests: int) -> None:
                 del by_socket[socket]
             else:
                 master.ask()
+
+
+def bursts(flood: can.BusABC, frames: list[can.Message], masters: list[Master], rounds: range) -> None:
+    """A hundred of the frames a round, then a request of each master."""
+    for round_ in rounds:
+        for number in range(100):
+            flood.send(frames[(round_ + number) % len(frames)], timeout=PATIENCE)
+        run(masters, 1)
 
 
 @pytest.mark.usefixtures("emulators")
@@ -139,15 +147,13 @@ def test_ten_masters_lose_no_answer_of_65000(emulators: list[subprocess.Popen[st
 
 
 def test_a_flood_takes_no_answer_away(emulators: list[subprocess.Popen[str]], masters: list[Master]) -> None:
-    """40,000 frames of no use, in bursts of a hundred, among the requests."""
+    """40,000 frames of no use, in bursts of a hundred, among the requests. The first SYNCs among them start the plants."""
     frames = [can.Message(arbitration_id=cob_id, data=b"\xff" * 7, is_extended_id=False) for cob_id in JUNK]
     frames += [can.Message(arbitration_id=cob_id, is_extended_id=True, data=b"\x01") for cob_id in JUNK]
     with can.Bus("vcan0", interface="socketcan", can_filters=[{"can_id": 0x7FF, "can_mask": 0x7FF}]) as flood:
+        bursts(flood, frames, masters, range(40))
         before = [resident(process) for process in emulators]
-        for round_ in range(400):
-            for number in range(100):
-                flood.send(frames[(round_ + number) % len(frames)], timeout=PATIENCE)
-            run(masters, 1)
+        bursts(flood, frames, masters, range(40, 400))
         grown = [resident(process) - held for process, held in zip(emulators, before, strict=True)]
     assert [master.answers for master in masters] == [400] * MASTERS
     assert max(grown) < FLAT, grown
