@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.prepare.rows import AxisRows, Index
+from drivetwin.diagnosis.prepare.rows import AxisRows, Index
 
 Array = NDArray[np.float64]
 
