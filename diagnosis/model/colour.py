@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.prepare.rows import AxisRows, Index
-from drivetwin.compiled import compiled
+from drivetwin.diagnosis.prepare.rows import AxisRows, Index
+from drivetwin.foundation.compiled import compiled
 
 Array = NDArray[np.float64]
 

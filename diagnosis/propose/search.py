@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from diagnosis.model.system import Fit, System
-from diagnosis.prepare.rows import Column, Rows
-from diagnosis.propose.side_by_side import side_by_side
-from drivetwin.errors import UserError
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects import AxisEffect, Effect, Start
+from drivetwin.diagnosis.model.system import Fit, System
+from drivetwin.diagnosis.prepare.rows import Column, Rows
+from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.effects import AxisEffect, Effect, Start
+from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 

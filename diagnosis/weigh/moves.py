@@ -9,16 +9,16 @@ from math import log
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.model.colour import Colour
-from diagnosis.prepare.rows import Column
-from diagnosis.propose.placing import in_order, placed
-from diagnosis.propose.rigid import rigid_starts
-from diagnosis.propose.search import BRIEFLY, REFINED, REFINED_REPLAYS, Begun, coarse, moved
-from diagnosis.propose.side_by_side import side_by_side
-from diagnosis.weigh.state import SHARES, Bench, State, colours_of, first_colours, moved_by_fit, state_of
-from drivetwin.errors import UserError
-from emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
-from emulator.effects.stribeck import Stribeck
+from drivetwin.diagnosis.model.colour import Colour
+from drivetwin.diagnosis.prepare.rows import Column
+from drivetwin.diagnosis.propose.placing import in_order, placed
+from drivetwin.diagnosis.propose.rigid import rigid_starts
+from drivetwin.diagnosis.propose.search import BRIEFLY, REFINED, REFINED_REPLAYS, Begun, coarse, moved
+from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.diagnosis.weigh.state import SHARES, Bench, State, colours_of, first_colours, moved_by_fit, state_of
+from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
+from drivetwin.emulator.effects.stribeck import Stribeck
+from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 Kinds = Mapping[str, Sequence[type[Effect]]]

@@ -9,18 +9,18 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.model.colour import Colour, colour_of, white
-from diagnosis.model.system import AxisSystem, Fit, System, axis_system
-from diagnosis.model.unknown import Component, components
-from diagnosis.prepare.rows import Column, Rows
-from diagnosis.propose.nominal import Nominal, nominal_parameters
-from diagnosis.propose.placing import in_order, placed
-from diagnosis.propose.rigid import Polynomial, polynomial
-from diagnosis.propose.search import Beginnings, Field, Predict, beginnings, movable_fields, tangents
-from diagnosis.settings import Settings
-from drivetwin.errors import UserError
-from emulator.dynamics import AxisDynamics
-from emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
+from drivetwin.diagnosis.model.colour import Colour, colour_of, white
+from drivetwin.diagnosis.model.system import AxisSystem, Fit, System, axis_system
+from drivetwin.diagnosis.model.unknown import Component, components
+from drivetwin.diagnosis.prepare.rows import Column, Rows
+from drivetwin.diagnosis.propose.nominal import Nominal, nominal_parameters
+from drivetwin.diagnosis.propose.placing import in_order, placed
+from drivetwin.diagnosis.propose.rigid import Polynomial, polynomial
+from drivetwin.diagnosis.propose.search import Beginnings, Field, Predict, beginnings, movable_fields, tangents
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.dynamics import AxisDynamics
+from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
+from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 
