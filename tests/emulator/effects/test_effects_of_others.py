@@ -83,7 +83,7 @@ REFUSED = {
     "no effect": ("x = 1\n", "own.py: holds no effect; expected a subclass of emulator.effects.Effect with a `name`"),
     "a name that is taken": (
         EFFECT.replace('"drag"', '"coulomb"'),
-        "own.py: effect 'coulomb' is in the library already, by emulator.effects.coulomb: rename one",
+        "own.py: effect 'coulomb' is in the library already, by drivetwin.emulator.effects.coulomb: rename one",
     ),
     "lacks a method": (EFFECT.replace("def resistance", "def resist"), "own.py: Drag: lacks resistance; docs/effects.md says"),
     "lacks what its kind asks": (
