@@ -1,7 +1,7 @@
 """gocanopen, a CANopen stack in Go, as the master of node 2 and as another node on vcan0.
 
-It is in no package registry: `install-foreign` builds the client where GOCANOPEN names a folder with its sources; without it the
-tests are skipped.
+It is in no package registry: where GOCANOPEN names a folder with its sources `install-foreign` builds the client; elsewhere
+the tests are skipped.
 """
 
 from __future__ import annotations
