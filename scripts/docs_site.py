@@ -26,8 +26,8 @@ def command_line() -> str:
     """One section a command: its help, how it is called, arguments and options."""
     opening = (
         "# Command line\n\nThis page is generated from `drivetwin COMMAND --help`.\n\n"
-        "Exit status of every command: 0 done; 1 a result that the command was asked to fail on; 2 an error, one line on standard "
-        "error says what to correct; 130 Ctrl-C.\n"
+        "Exit status of every command: 0 done; 1 a result that the command was asked to fail on; 2 an error: one line on "
+        "standard error says what to correct; 130 Ctrl-C.\n"
     )
     return "\n".join([opening, *(line for name, entry in COMMANDS.items() for line in _section(name, entry.load(name)))])
 

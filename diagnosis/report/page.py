@@ -8,15 +8,15 @@ from pathlib import Path
 
 import mujoco
 
-from diagnosis.report import page_shares, page_table
-from diagnosis.report.page_axis import axis_section
-from diagnosis.report.page_causes import causes_section
-from diagnosis.report.page_method import inputs_section, method_section
-from diagnosis.report.page_table import DASH, stacking_table
-from diagnosis.report.result import Diagnosis, Verdict
-from diagnosis.report.wording import closed, listed, number, of_torque, p_words, percent, verdict_sentence
-from drivetwin.html_page import write_page
-from drivetwin.machine_picture import machine_picture
+from drivetwin.diagnosis.report import page_shares, page_table
+from drivetwin.diagnosis.report.page_axis import axis_section
+from drivetwin.diagnosis.report.page_causes import causes_section
+from drivetwin.diagnosis.report.page_method import inputs_section, method_section
+from drivetwin.diagnosis.report.page_table import DASH, stacking_table
+from drivetwin.diagnosis.report.result import Diagnosis, Verdict
+from drivetwin.diagnosis.report.wording import closed, listed, number, of_torque, p_words, percent, verdict_sentence
+from drivetwin.foundation.html_page import write_page
+from drivetwin.foundation.machine_picture import machine_picture
 
 _TITLE = "Simulation against machine"
 

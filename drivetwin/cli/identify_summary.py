@@ -10,13 +10,13 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from controller.identification import Identification, Truth
-from controller.identification.friction_law import FrictionLaw
-from controller.identification.truth import true_value
-from controller.identification.wording import headline, row_of
-from controller.procedure import Captured
-from controller.sdo_check import FrictionPoint
-from drivetwin.quantities import scale_of, with_interval
+from drivetwin.controller.procedure import Captured
+from drivetwin.controller.sdo_check import FrictionPoint
+from drivetwin.foundation.quantities import scale_of, with_interval
+from drivetwin.identification import Identification, Truth
+from drivetwin.identification.friction_law import FrictionLaw
+from drivetwin.identification.truth import true_value
+from drivetwin.identification.wording import headline, row_of
 
 
 def print_summary(console: Console, found: Identification, truth: Truth | None, captured: Captured, out: Path) -> None:
