@@ -7,7 +7,7 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 .DEFAULT_GOAL := run
 
-.PHONY: run test test-vcan interoperability seeds bench wafer-handler fuzz fuzz-files blind measured accept accept-repeats mutants lock clean
+.PHONY: run test test-vcan interoperability seeds bench wafer-handler fuzz fuzz-files blind measured accept accept-repeats mutants docs lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -75,6 +75,10 @@ mutants: .venv/.installed
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@touch $@
+
+# The documentation as a site, every link checked: out/site/index.html.
+docs: .venv/.installed
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
 # Renew the lock file (needs uv); hashes only, no index host.
 lock:
