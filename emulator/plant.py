@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.errors import UserError
-from emulator.assembly import DrivenJoint
+from emulator.assembly import DrivenJoint, working_plant
 from emulator.drive.servo import SERVO_PERIOD, ServoBank, filter_share
 from emulator.dynamics import FrictionLaw
 from emulator.effects import PlacedEffect
@@ -35,10 +35,12 @@ class Plant:
     befalls it while it runs.
     """
 
-    def __init__(self, machine: Machine, effects: tuple[PlacedEffect, ...]) -> None:
-        spec = mujoco.MjSpec.from_file(str(machine.model_path))
+    def __init__(self, machine: Machine, effects: tuple[PlacedEffect, ...], model: Path | None = None) -> None:
+        """`model` is an MJCF file in the place of the machine's own. Raises UserError where it lacks an axis of the machine."""
+        drives = {name: _drive(axis) for name, axis in machine.axes.items()}
+        spec = mujoco.MjSpec.from_file(str(machine.model_path)) if model is None else working_plant(model, drives)
         spec.option.timestep = SERVO_PERIOD
-        self._mechanism = Mechanism(spec, {name: _drive(axis) for name, axis in machine.axes.items()}, effects)
+        self._mechanism = Mechanism(spec, drives, effects)
         self.incidents = Incidents(self._mechanism)
         self.model, self.data = self._mechanism.model, self._mechanism.data
         self._warnings = self.data.warning.number[_UNSTABLE[0] : _UNSTABLE[-1] + 1]  # a view of the counters

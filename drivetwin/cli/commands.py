@@ -37,6 +37,7 @@ _REST_IS_THE_FAULTS = {"allow_extra_args": True, "ignore_unknown_options": True}
 
 COMMANDS = {
     "accept": Entry("accept:accept_command", "Run a controller through the acceptance suite."),
+    "apply": Entry("apply:apply_command", "Write what was identified or diagnosed into a model."),
     "blind": Entry("blind:blind_command", "Test the diagnosis on machines whose effects it cannot know."),
     "bus-load": Entry(
         "bus_load:bus_load_command",

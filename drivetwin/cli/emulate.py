@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import signal
+import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -23,12 +24,13 @@ from drivetwin.copper.bit_rate import read_bit_rate
 from drivetwin.errors import UserError
 from emulator.canopen.lss import UNCONFIGURED
 from emulator.clock import CLOCKS
+from emulator.composition import composed
 from emulator.control import serve_control
 from emulator.copper import COPPER, CopperBus
 from emulator.effects import read_effects
 from emulator.machine import load_machine
 from emulator.modbus import serve_modbus
-from emulator.plant import truth_path
+from emulator.plant import Plant, truth_path
 from emulator.snapshot import load_snapshot
 from emulator.virtual_machine import VirtualMachine
 
@@ -42,7 +44,13 @@ def emulate_command(
     bus: Annotated[str, typer.Option(help="vcan0, can0 or ws://127.0.0.1:PORT (port 0: a free one).")] = "ws://127.0.0.1:54701",
     clock: Annotated[str, typer.Option(help="realtime follows the wall clock; sync moves only with SYNC.")] = "realtime",
     truth: Annotated[
-        Path | None, typer.Option(help="True effects of the plant (effects/1); default: the machine's own.")
+        Path | None, typer.Option(help="True effects of the plant (effects/1), in the place of all of the machine's own.")
+    ] = None,
+    model: Annotated[
+        Path | None, typer.Option(metavar="MODEL.xml", help="MuJoCo model (MJCF) in the place of the machine's own.")
+    ] = None,
+    effects: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Effects (effects/1) to add to the machine's own.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sensors' noise.")] = 0,
     store: Annotated[
@@ -73,18 +81,25 @@ def emulate_command(
 
     One line says when others can join, and on which bus. Nodes have the IDs of the machine's file (scara: 1 lift, 2 rotate,
     3 stretch), or those that LSS has stored. Ctrl-C ends it.
+
+    With a model of your own (same joints): drivetwin emulate --machine stage --model twin.xml --effects twin.effects.json. What
+    is added acts beside the machine's own friction; where both say one quantity, the added one acts, and a line says so.
     """
     if clock not in CLOCKS:
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(CLOCKS)}")
     use_effects(effects_from)
     chosen = load_machine(machine)
-    effects = read_effects(truth_path(chosen, truth))
+    joints = {name: axis.joint for name, axis in chosen.axes.items()}
+    acting = composed(read_effects(truth_path(chosen, truth)), read_effects(effects) if effects else (), model, joints)
     drive_type = load_profile(profile) if eds is None else profile_from_eds(eds, load_profile(profile))
     copper = None if bit_rate is None else read_bit_rate(bit_rate)
 
     def connect(transmit: Callable[[can.Message], None]) -> VirtualMachine:
-        return VirtualMachine(chosen, drive_type, effects, CLOCKS[clock](), seed, transmit, store)
+        plant = Plant(chosen, acting.effects, model)
+        return VirtualMachine(chosen, drive_type, acting.effects, CLOCKS[clock](), seed, transmit, store, plant)
 
+    for line in acting.gave_way:
+        print(f"drivetwin: {line}", file=sys.stderr)
     hosted = host_bus(bus)
     try:
         joined = connect(hosted.bus.send) if copper is None else COPPER[clock](copper, connect, hosted.bus.send)
