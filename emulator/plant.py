@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import mujoco
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from drivetwin.errors import UserError
 from emulator.assembly import DrivenJoint, working_plant
 from emulator.drive.servo import SERVO_PERIOD, ServoBank, filter_share
-from emulator.dynamics import FrictionLaw
+from emulator.dynamics import AxisDynamics, FrictionLaw
 from emulator.effects import PlacedEffect
 from emulator.incidents import Incidents
 from emulator.machine import Axis, Machine
@@ -61,10 +62,7 @@ class Plant:
 
     def equip(self, servos: ServoBank) -> None:
         """Let the drives' loops have the power stages that they truly have: what limits and delays the measured current too."""
-        for parameters, axis in zip(servos.parameters, self._mechanism.dynamics.values(), strict=True):
-            parameters["current_limit"] = axis.motor.current_limit / axis.gear_ratio
-            if axis.motor.bandwidth > 0.0:
-                parameters["current_filter"] = filter_share(1.0 / (2.0 * np.pi * axis.motor.bandwidth))
+        equip(servos, self._mechanism.dynamics.values())
 
     def advance(self, servos: ServoBank) -> None:
         """Run `servos.periods` servo periods: encoder, loops, torque, friction, one step of the plant each.
@@ -102,6 +100,14 @@ class Plant:
             name: {"inertia": float(self._mechanism.inertia[number]), **told(axis.friction)}
             for number, (name, axis) in enumerate(self._mechanism.dynamics.items())
         }
+
+
+def equip(servos: ServoBank, axes: Iterable[AxisDynamics], period: float = SERVO_PERIOD) -> None:
+    """Power stages of the axes in loops that run every `period` [s]."""
+    for parameters, axis in zip(servos.parameters, axes, strict=True):
+        parameters["current_limit"] = axis.motor.current_limit / axis.gear_ratio
+        if axis.motor.bandwidth > 0.0:
+            parameters["current_filter"] = filter_share(1.0 / (2.0 * np.pi * axis.motor.bandwidth), period)
 
 
 def _drive(axis: Axis) -> DrivenJoint:

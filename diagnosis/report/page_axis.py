@@ -6,7 +6,6 @@ import re
 from html import escape
 
 from diagnosis.report.figures import gap_figure, left_figure, map_figures, spectrum_figure, time_figure, torque_figure
-from diagnosis.report.page_table import DASH, bar, pictured, plain_table, stacking_table
 from diagnosis.report.remains import spells_after
 from diagnosis.report.result import AxisGap, Diagnosis, Regime
 from diagnosis.report.view import Trace, gap_map, spectra_of, trace_of, worst_window
@@ -22,6 +21,7 @@ from diagnosis.report.wording import (
     untested,
 )
 from drivetwin.motion.filtering import effective_cutoff
+from drivetwin.page_table import DASH, bar, pictured, plain_table, stacking_table
 
 _WINDOW = 4.0
 """Of time that the report opens with [s]."""

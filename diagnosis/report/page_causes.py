@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from html import escape
 
-from diagnosis.report.page_table import DASH, bar, stacking_table
 from diagnosis.report.result import UNKNOWN, Cause, Diagnosis, Estimate, Shrink
 from diagnosis.report.wording import (
     LIKELY,
@@ -17,6 +16,7 @@ from diagnosis.report.wording import (
     percent,
     span_percent,
 )
+from drivetwin.page_table import DASH, bar, stacking_table
 
 
 def causes_section(diagnosis: Diagnosis) -> str:

@@ -62,6 +62,9 @@ COMMANDS = {
     "fit": Entry("fit:fit_command", "Identify inertia and friction from recordings by least squares."),
     "identify": Entry("identify:identify_command", "Identify the friction of every axis over the bus."),
     "import": Entry("import_:import_command", "Turn a drive's exports or a bus log into recordings."),
+    "replay": Entry(
+        "replay:replay_command", "Move a model as a machine was moved, in closed loop, and say how far apart they are."
+    ),
     "snapshot": Entry(
         "snapshot:snapshot_command",
         "Read every object of a live drive by SDO. Nothing is written to the drive, and nothing moves.",

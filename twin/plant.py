@@ -1,0 +1,76 @@
+"""The emulator's mechanism of a model, with motors on the axes of a recording and nothing else that moves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from drivetwin.errors import UserError
+from drivetwin.motion.coupled_motion import check_axes_move_alone
+from drivetwin.motion.inverse_dynamics import Model
+from drivetwin.motion.model_file import motors_of, named_model
+from drivetwin.recording.recording import AxisInfo
+from emulator.assembly import DrivenJoint, working_plant
+from emulator.effects import PlacedEffect
+from emulator.effects.model_tree import free_name
+from emulator.mechanism import Mechanism
+
+
+def mechanism_of(
+    path: Path,
+    axes: Mapping[str, AxisInfo],
+    start: Mapping[str, float],
+    effects: tuple[PlacedEffect, ...],
+    period: float,
+) -> Mechanism:
+    """The mechanism of an MJCF file at time steps of `period` [s]; the axes begin at `start` [rad or m].
+
+    Joints that neither are an axis nor follow one by an equality stand at qpos0, as they do for the diagnosis; those that
+    follow do so rigidly. Raises UserError for an axis that is on no joint of the model, or moves with what was not recorded.
+    """
+    _, model = named_model(path)
+    drives = {axis: _driven(path, model, axis, info, start[axis]) for axis, info in axes.items()}
+    joints = {axis: drive.joint for axis, drive in drives.items()}
+    rigid = Model(model, path)
+    check_axes_move_alone(rigid, joints)
+    moving = np.abs(rigid.ratios(list(joints.values()))).sum(axis=1) > 0.0
+    spec = working_plant(path, drives)
+    _let_stand(spec, {model.joint(j).name for j in range(model.njnt) if moving[int(model.jnt_dofadr[j])]})
+    spec.option.timestep = period
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    for equality in spec.equalities:
+        equality.solref, equality.solimp[:3] = (2.0 * period, 1.0), (0.9999, 0.9999, 0.001)
+    return Mechanism(spec, drives, effects)
+
+
+def _driven(path: Path, model: mujoco.MjModel, axis: str, info: AxisInfo, start: float) -> DrivenJoint:
+    joints = {model.joint(number).name: number for number in range(model.njnt)}
+    if info.joint not in joints:
+        raise UserError(f"{path} has no joint {info.joint!r} for axis {axis}; it has {', '.join(joints) or 'none'}")
+    motors = motors_of(model, joints[info.joint])
+    taken = {model.actuator(number).name for number in range(model.nu)}
+    actuator = info.actuator if info.actuator in motors else motors[0] if motors else free_name(info.joint, taken)
+    own = float(model.actuator(motors[0]).gear[0]) if motors else 1.0
+    gear = abs(info.gear_ratio or own or 1.0)
+    return DrivenJoint(info.joint, actuator, gear, rotor_inertia=0.0, holding_brake=0.0, position=start)
+
+
+def _let_stand(spec: mujoco.MjSpec, moving: set[str]) -> None:
+    """Take out every joint that no axis moves, and what holds or drives it."""
+    still = {joint.name for joint in spec.joints} - moving
+    driven = {actuator.target for actuator in spec.actuators}
+    for tendon in list(spec.tendons):
+        if any(wrap.target is not None and wrap.target.name in still for wrap in tendon.path):
+            spec.delete(tendon)
+    for equality in list(spec.equalities):
+        if {equality.name1, equality.name2} & still:
+            spec.delete(equality)
+    for actuator in list(spec.actuators):
+        if actuator.target in still & driven:
+            spec.delete(actuator)
+    for joint in list(spec.joints):
+        if joint.name in still:
+            spec.delete(joint)
