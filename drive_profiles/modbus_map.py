@@ -12,8 +12,8 @@ from pathlib import Path
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from drive_profiles.profile import PROFILES, DataType, ObjectEntry, load_profile_from
-from drivetwin.errors import UserError
+from drivetwin.drive_profiles.profile import PROFILES, DataType, ObjectEntry, load_profile_from
+from drivetwin.foundation.errors import UserError
 
 REGISTERS: dict[DataType, int] = {
     DataType.BOOL: 1,

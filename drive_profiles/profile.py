@@ -17,7 +17,7 @@ from pathlib import Path
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 
 PROFILES = Path(__file__).parent
 COLUMNS = ["index", "sub", "name", "type", "access", "pdo", "default", "low", "high"]

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import mujoco
 
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.effects.coulomb import Coulomb
+from drivetwin.emulator.effects.viscous import Viscous
 from drivetwin.motion.model_file import named_model, state_motors
-from emulator.effects import PlacedEffect
-from emulator.effects.coulomb import Coulomb
-from emulator.effects.viscous import Viscous
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ import importlib
 import pkgutil
 from pathlib import Path
 
-from drivetwin.errors import UserError
-from mutants.base import Mutant
+from drivetwin.foundation.errors import UserError
+from drivetwin.mutants.base import Mutant
 
 
 def mutant_names() -> tuple[str, ...]:
@@ -19,5 +19,5 @@ def mutant(name: str) -> Mutant:
     """A mutant by its name. Raises UserError naming those that there are."""
     if name not in mutant_names():
         raise UserError(f"there is no mutant {name!r}; there are {', '.join(mutant_names())}")
-    module = importlib.import_module(f"mutants.broken.{name}")
+    module = importlib.import_module(f"drivetwin.mutants.broken.{name}")
     return Mutant(name, " ".join(str(module.__doc__).split()), module.CAUGHT_BY, module.break_controller)

@@ -9,14 +9,14 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from drivetwin.errors import UserError
+from drivetwin.emulator.assembly import check_units
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.effects.inertia import Inertia
+from drivetwin.emulator.effects.model_tree import driven_joints
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.motion.model_file import as_mjcf, motors_of, named_model, state_motors, state_springs
-from emulator.assembly import check_units
-from emulator.dynamics import AxisDynamics, FrictionLaw
-from emulator.effects import PlacedEffect
-from emulator.effects.inertia import Inertia
-from emulator.effects.model_tree import driven_joints
 
 PLAIN = ("coulomb", "viscous", "quadratic", "cubic")
 """Terms of a friction law that a joint of MuJoCo has: `frictionloss` and polynomial `damping`."""

@@ -10,11 +10,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.motion.filtering import derivative, effective_cutoff, reach, zero_phase
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import Recording
-from emulator.effects import PlacedEffect
-from twin.replay import AxisReplay, replay
+from drivetwin.twin.replay import AxisReplay, replay
 
 Array = NDArray[np.float64]
 

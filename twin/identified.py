@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, Field, FiniteFloat, ValidationError
 
-from drivetwin.errors import UserError
+from drivetwin.emulator.effects import PlacedEffect, library
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.coupled_motion import friction_of_followers
 from drivetwin.motion.inverse_dynamics import Model
-from emulator.effects import PlacedEffect, library
 
 DIRECTIONAL = ("coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative")
 STRIBECK = ("static_torque", "stribeck_velocity")

@@ -9,10 +9,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from drivetwin.errors import UserError
+from drivetwin.emulator.drive.servo import Loop, filter_share
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.model_file import ON_JOINT
 from drivetwin.recording.recording import AxisInfo, DriveLaw, DriveLoops
-from emulator.drive.servo import Loop, filter_share
 
 PID_GAINS = ("proportional_gain", "integral_gain", "derivative_gain")
 """Of a `drive` with law `pid` or `pd_position_servo` [N·m/rad, N·m/(rad·s), N·m·s/rad; N/m, N/(m·s), N·s/m]."""

@@ -11,11 +11,11 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from drivetwin import page_table
-from drivetwin.figure_style import AFTER, BEFORE, MEASURED, range_buttons, small, styled
-from drivetwin.html_page import write_page
-from drivetwin.page_table import DASH, pictured, plain_table, stacking_table
-from twin.comparison import MODEL, SIGNALS, WITH_EFFECTS, Array, AxisComparison, Comparison, worst
+from drivetwin.foundation import page_table
+from drivetwin.foundation.figure_style import AFTER, BEFORE, MEASURED, range_buttons, small, styled
+from drivetwin.foundation.html_page import write_page
+from drivetwin.foundation.page_table import DASH, pictured, plain_table, stacking_table
+from drivetwin.twin.comparison import MODEL, SIGNALS, WITH_EFFECTS, Array, AxisComparison, Comparison, worst
 
 _TITLE = "Model beside machine, in closed loop"
 _WINDOW = 2.0

@@ -8,15 +8,15 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from drivetwin.errors import UserError
+from drivetwin.emulator.assembly import DrivenJoint, working_plant
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.effects.model_tree import free_name
+from drivetwin.emulator.mechanism import Mechanism
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.coupled_motion import check_axes_move_alone
 from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.motion.model_file import motors_of, named_model
 from drivetwin.recording.recording import AxisInfo
-from emulator.assembly import DrivenJoint, working_plant
-from emulator.effects import PlacedEffect
-from emulator.effects.model_tree import free_name
-from emulator.mechanism import Mechanism
 
 
 def mechanism_of(

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.errors import UserError
+from drivetwin.emulator.drive.servo import POSITION, SERVO_PERIOD, TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop, ServoBank
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.mechanism import Mechanism
+from drivetwin.emulator.plant import equip
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import Recording
-from emulator.drive.servo import POSITION, SERVO_PERIOD, TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop, ServoBank
-from emulator.effects import PlacedEffect
-from emulator.mechanism import Mechanism
-from emulator.plant import equip
-from twin.loops import Loops, loops_of
-from twin.plant import mechanism_of
+from drivetwin.twin.loops import Loops, loops_of
+from drivetwin.twin.plant import mechanism_of
 
 Array = NDArray[np.float64]
 

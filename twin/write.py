@@ -10,9 +10,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from drivetwin.files import provenance, write_json
-from twin.comparison import AxisComparison, Comparison
-from twin.page import write_replay_page
+from drivetwin.foundation.files import provenance, write_json
+from drivetwin.twin.comparison import AxisComparison, Comparison
+from drivetwin.twin.page import write_replay_page
 
 SCHEMA = "replay/1"
 

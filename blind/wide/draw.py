@@ -13,19 +13,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.case import Case, Cause, Kind
-from blind.wide.channel import passed
-from blind.wide.effects import DRIVE, LIBRARY, NUISANCES, Ground, Sizable, suits
-from blind.wide.families import FAMILIES, draw_family
-from blind.wide.foreign import FOREIGN
-from blind.wide.machines import Draw, Machine
-from blind.wide.motion import Plan
-from blind.wide.robots import ROBOTS, draw_robot, robot_files
-from blind.wide.simulator import Motion, Run
-from blind.wide.truth import DRIVES, LAWS
-from blind.wide.world import World, draw_world, motion_of, rms, slowed, travel
-from drivetwin.children import end_with_parent
-from drivetwin.errors import UserError
+from drivetwin.blind.case import Case, Cause, Kind
+from drivetwin.blind.wide.channel import passed
+from drivetwin.blind.wide.effects import DRIVE, LIBRARY, NUISANCES, Ground, Sizable, suits
+from drivetwin.blind.wide.families import FAMILIES, draw_family
+from drivetwin.blind.wide.foreign import FOREIGN
+from drivetwin.blind.wide.machines import Draw, Machine
+from drivetwin.blind.wide.motion import Plan
+from drivetwin.blind.wide.robots import ROBOTS, draw_robot, robot_files
+from drivetwin.blind.wide.simulator import Motion, Run
+from drivetwin.blind.wide.truth import DRIVES, LAWS
+from drivetwin.blind.wide.world import World, draw_world, motion_of, rms, slowed, travel
+from drivetwin.foundation.children import end_with_parent
+from drivetwin.foundation.errors import UserError
 
 SHARES: dict[Kind, float] = {"double": 0.15, "four": 0.05, "clean": 0.15, "foreign": 0.15}
 """Of all cases; the rest have one cause."""

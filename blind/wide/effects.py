@@ -8,9 +8,9 @@ from math import pi, sqrt
 
 import numpy as np
 
-from blind.case import Cause
-from blind.wide.machines import Draw, Machine
-from blind.wide.truth import COUNTERBALANCE, EDDY_BRAKE, MAXWELL, SLOSH, SOFT_STOP, TETHER, WANDERING_COGGING, Axes
+from drivetwin.blind.case import Cause
+from drivetwin.blind.wide.machines import Draw, Machine
+from drivetwin.blind.wide.truth import COUNTERBALANCE, EDDY_BRAKE, MAXWELL, SLOSH, SOFT_STOP, TETHER, WANDERING_COGGING, Axes
 
 Values = dict[str, float]
 Sizable = Callable[[float], Values]

@@ -7,8 +7,8 @@ from math import exp, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.wide.truth import COULOMB, DAHL, GMS, LUGRE, Record
-from drivetwin.compiled import compiled
+from drivetwin.blind.wide.truth import COULOMB, DAHL, GMS, LUGRE, Record
+from drivetwin.foundation.compiled import compiled
 
 ELEMENTS = 4
 """Springs side by side of `maxwell_slip` and `gms`."""

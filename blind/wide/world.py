@@ -8,17 +8,17 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.case import Cause
-from blind.wide.channel import RATES, Channel, draw_channel, passed
-from blind.wide.drives import LAWS as DRIVE_LAWS
-from blind.wide.drives import Drive, commission, draw_drive
-from blind.wide.effects import CHANNEL, DRIVE, SENSING, put
-from blind.wide.foreign import outside
-from blind.wide.machines import Machine
-from blind.wide.motion import ENDLESS, Plan, Way, draw_plans
-from blind.wide.rigid import RigidBodies, rigid_bodies
-from blind.wide.simulator import TICK, Demand, Motion, Outside, Run, move, needed, quiet
-from blind.wide.truth import COULOMB, LAWS, TORQUE, Axes, blank
+from drivetwin.blind.case import Cause
+from drivetwin.blind.wide.channel import RATES, Channel, draw_channel, passed
+from drivetwin.blind.wide.drives import LAWS as DRIVE_LAWS
+from drivetwin.blind.wide.drives import Drive, commission, draw_drive
+from drivetwin.blind.wide.effects import CHANNEL, DRIVE, SENSING, put
+from drivetwin.blind.wide.foreign import outside
+from drivetwin.blind.wide.machines import Machine
+from drivetwin.blind.wide.motion import ENDLESS, Plan, Way, draw_plans
+from drivetwin.blind.wide.rigid import RigidBodies, rigid_bodies
+from drivetwin.blind.wide.simulator import TICK, Demand, Motion, Outside, Run, move, needed, quiet
+from drivetwin.blind.wide.truth import COULOMB, LAWS, TORQUE, Axes, blank
 
 Array = NDArray[np.float64]
 Items = tuple[Cause, ...]

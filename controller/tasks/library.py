@@ -6,8 +6,8 @@ import importlib
 import pkgutil
 from pathlib import Path
 
-from controller.tasks.base import Task
-from drivetwin.errors import UserError
+from drivetwin.controller.tasks.base import Task
+from drivetwin.foundation.errors import UserError
 
 _NO_TASKS = {"base", "library", "file"}
 
@@ -22,7 +22,7 @@ def task_class(name: str) -> type[Task]:
     """The class of a task. Raises UserError naming the tasks that there are."""
     if name not in task_names():
         raise UserError(f"there is no task {name!r}; this controller can do {', '.join(task_names())}")
-    module = importlib.import_module(f"controller.tasks.{name}")
+    module = importlib.import_module(f"drivetwin.controller.tasks.{name}")
     return next(
         kind
         for kind in vars(module).values()

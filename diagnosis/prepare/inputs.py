@@ -11,9 +11,9 @@ from xml.etree import ElementTree
 
 import mujoco
 
-from diagnosis.prepare.cutoff import USUAL
-from drivetwin.errors import UserError
-from drivetwin.files import sha256
+from drivetwin.diagnosis.prepare.cutoff import USUAL
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import sha256
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.motion.model_file import motors_of
 from drivetwin.motion.pieces import read_pieces

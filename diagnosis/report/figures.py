@@ -12,9 +12,9 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 from scipy import stats
 
-from diagnosis.report.result import Array
-from diagnosis.report.view import GapMap, Spectra, Trace, drawn, mean_over
-from drivetwin.figure_style import AFTER, BEFORE, MEASURED, range_buttons, small, styled
+from drivetwin.diagnosis.report.result import Array
+from drivetwin.diagnosis.report.view import GapMap, Spectra, Trace, drawn, mean_over
+from drivetwin.foundation.figure_style import AFTER, BEFORE, MEASURED, range_buttons, small, styled
 
 NOISE = "#8a97a3"
 _MOST_MARKERS = 2000

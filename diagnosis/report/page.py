@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 
-from diagnosis.report import page_shares
-from diagnosis.report.page_axis import axis_section
-from diagnosis.report.page_causes import causes_section
-from diagnosis.report.page_method import inputs_section, method_section
-from diagnosis.report.result import Diagnosis, Verdict
-from diagnosis.report.wording import closed, listed, number, of_torque, p_words, percent, verdict_sentence
-from drivetwin import page_table
-from drivetwin.html_page import write_page
-from drivetwin.page_table import DASH, stacking_table
+from drivetwin.diagnosis.report import page_shares
+from drivetwin.diagnosis.report.page_axis import axis_section
+from drivetwin.diagnosis.report.page_causes import causes_section
+from drivetwin.diagnosis.report.page_method import inputs_section, method_section
+from drivetwin.diagnosis.report.result import Diagnosis, Verdict
+from drivetwin.diagnosis.report.wording import closed, listed, number, of_torque, p_words, percent, verdict_sentence
+from drivetwin.foundation import page_table
+from drivetwin.foundation.html_page import write_page
+from drivetwin.foundation.page_table import DASH, stacking_table
 
 _TITLE = "Simulation against machine"
 

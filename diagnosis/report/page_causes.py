@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from html import escape
 
-from diagnosis.report.result import UNKNOWN, Cause, Diagnosis, Estimate, Shrink
-from diagnosis.report.wording import (
+from drivetwin.diagnosis.report.result import UNKNOWN, Cause, Diagnosis, Estimate, Shrink
+from drivetwin.diagnosis.report.wording import (
     LIKELY,
     added_words,
     cause_name,
@@ -16,7 +16,7 @@ from diagnosis.report.wording import (
     percent,
     span_percent,
 )
-from drivetwin.page_table import DASH, bar, stacking_table
+from drivetwin.foundation.page_table import DASH, bar, stacking_table
 
 
 def causes_section(diagnosis: Diagnosis) -> str:

@@ -8,11 +8,11 @@ from html import escape
 
 import numpy as np
 
-from diagnosis.report.result import AxisGap, Diagnosis
-from diagnosis.report.wording import level, name_of, number, p_words
-from diagnosis.settings import Settings
+from drivetwin.diagnosis.report.result import AxisGap, Diagnosis
+from drivetwin.diagnosis.report.wording import level, name_of, number, p_words
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.foundation.page_table import plain_table, stacking_table
 from drivetwin.motion.filtering import effective_cutoff
-from drivetwin.page_table import plain_table, stacking_table
 
 _UNITS = {"cutoff_hz": "Hz", "timing_spread": "s"}
 """Of settings that are no pure numbers."""

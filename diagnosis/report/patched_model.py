@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from diagnosis.prepare.simulation import Simulation
+from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.motion.model_file import as_mjcf, named_model, state_springs
 
 

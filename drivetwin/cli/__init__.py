@@ -12,7 +12,7 @@ import typer
 from typer.exceptions import Abort, TyperException
 
 from drivetwin.cli.commands import Commands, add_commands
-from drivetwin.errors import UserError, one_line
+from drivetwin.foundation.errors import UserError, one_line
 
 app = typer.Typer(
     name="drivetwin",

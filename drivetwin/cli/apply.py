@@ -13,14 +13,14 @@ from rich.table import Table
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.out_file import refuse_out_file
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
-from drivetwin.errors import UserError
-from drivetwin.files import new_file, provenance, write_json
+from drivetwin.emulator.effects import PlacedEffect, read_effects
+from drivetwin.emulator.effects.file import effects_payload
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import new_file, provenance, write_json
+from drivetwin.foundation.text_files import parse_json
 from drivetwin.motion.inverse_dynamics import load_model
-from drivetwin.text_files import parse_json
-from emulator.effects import PlacedEffect, read_effects
-from emulator.effects.file import effects_payload
-from twin.apply import Applied, apply_effects, joints_of
-from twin.identified import identified_effects, read_identified
+from drivetwin.twin.apply import Applied, apply_effects, joints_of
+from drivetwin.twin.identified import identified_effects, read_identified
 
 
 def apply_command(

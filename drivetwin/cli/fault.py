@@ -11,9 +11,9 @@ from typing import Annotated
 import typer
 
 from drivetwin.cli.terminal import AsJson
-from drivetwin.errors import UserError
-from emulator.faults.base import Fault, LastingFault
-from emulator.faults.library import FAULTS, read_fault
+from drivetwin.emulator.faults.base import Fault, LastingFault
+from drivetwin.emulator.faults.library import FAULTS, read_fault
+from drivetwin.foundation.errors import UserError
 
 PATIENCE = 10.0
 """How long to wait for the emulator's answer [s]."""

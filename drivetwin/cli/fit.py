@@ -11,11 +11,11 @@ import typer
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from controller.identification import AxisIdentification, Identification, Model, Settings, identify, load_model, write_results
-from controller.identification.wording import LABELS, number
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
-from drivetwin.errors import UserError
-from drivetwin.files import new_directory, refuse_to_replace
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import new_directory, refuse_to_replace
+from drivetwin.identification import AxisIdentification, Identification, Model, Settings, identify, load_model, write_results
+from drivetwin.identification.wording import LABELS, number
 from drivetwin.motion.coupled_motion import check_axes_move_alone
 from drivetwin.motion.pieces import read_pieces
 from drivetwin.recording.reader import check_joints, check_torque, find_recordings

@@ -10,11 +10,11 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from controller.identification import Identification, Parameter, Truth
-from controller.identification.friction_law import FrictionLaw
-from controller.identification.truth import true_value
-from controller.procedure import Captured
-from controller.sdo_check import FrictionPoint
+from drivetwin.controller.procedure import Captured
+from drivetwin.controller.sdo_check import FrictionPoint
+from drivetwin.identification import Identification, Parameter, Truth
+from drivetwin.identification.friction_law import FrictionLaw
+from drivetwin.identification.truth import true_value
 
 
 def print_summary(console: Console, found: Identification, truth: Truth | None, captured: Captured, out: Path) -> None:

@@ -13,17 +13,17 @@ from rich.table import Table
 
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
-from drivetwin.errors import UserError
-from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace
+from drivetwin.emulator.effects import read_effects
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace
+from drivetwin.foundation.page_table import DASH
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.motion.pieces import read_pieces
-from drivetwin.page_table import DASH
 from drivetwin.recording.reader import check_joints, find_recordings
 from drivetwin.recording.recording import Recording
-from emulator.effects import read_effects
-from twin.comparison import SIGNALS, Comparison, compared
-from twin.page import NAMES, relative
-from twin.write import write_replay
+from drivetwin.twin.comparison import SIGNALS, Comparison, compared
+from drivetwin.twin.page import NAMES, relative
+from drivetwin.twin.write import write_replay
 
 
 def replay_command(

@@ -14,8 +14,8 @@ from pathlib import Path
 from traceback import extract_tb
 from types import ModuleType
 
-from drivetwin.errors import UserError
-from emulator.effects.base import FAMILIES, DriveEffect, Effect, Parameter
+from drivetwin.emulator.effects.base import FAMILIES, DriveEffect, Effect, Parameter
+from drivetwin.foundation.errors import UserError
 
 GROUP = "drivetwin.effects"
 """Of entry points: each names a module with effects, or the class of one."""
@@ -87,7 +87,7 @@ def added_effects() -> tuple[EffectFile, ...]:
 def _sources() -> Iterator[tuple[str, list[type[Effect]]]]:
     """Where effects stand, and which."""
     for info in pkgutil.iter_modules([str(Path(__file__).parent)]):
-        module = importlib.import_module(f"emulator.effects.{info.name}")
+        module = importlib.import_module(f"drivetwin.emulator.effects.{info.name}")
         yield module.__name__, _effects_in(module, module.__name__)
     for point in sorted(entry_points(group=GROUP)):
         yield f"entry point {point.name} = {point.value}", _of_package(point)

@@ -10,10 +10,10 @@ from inspect import isabstract
 from pathlib import Path
 from types import ModuleType
 
-from drivetwin.errors import UserError
-from emulator.faults.base import Fault
+from drivetwin.emulator.faults.base import Fault
+from drivetwin.foundation.errors import UserError
 
-_NOT_FAULTS = {"base", "choice", "frame_fault", "frames", "library", "parameter", "restart", "wire"}
+_NOT_FAULTS = {"base", "frame_fault", "library", "parameter", "restart"}
 
 
 def _faults_in(module: ModuleType) -> list[type[Fault]]:
@@ -26,7 +26,8 @@ def _faults_in(module: ModuleType) -> list[type[Fault]]:
 
 def _every_fault() -> dict[str, type[Fault]]:
     folder = pkgutil.iter_modules([str(Path(__file__).parent)])
-    modules = [importlib.import_module(f"emulator.faults.{info.name}") for info in folder if info.name not in _NOT_FAULTS]
+    names = [info.name for info in folder if info.name not in _NOT_FAULTS]
+    modules = [importlib.import_module(f"drivetwin.emulator.faults.{name}") for name in names]
     return {fault.name: fault for module in modules for fault in _faults_in(module)}
 
 

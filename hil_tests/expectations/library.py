@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-from hil_tests.expectations.base import Expectation
+from drivetwin.hil_tests.expectations.base import Expectation
 
 _NOT_EXPECTATIONS = {"base", "library", "reading"}
 
@@ -18,7 +18,7 @@ def library() -> Mapping[str, type[Expectation]]:
     """Every expectation by its name."""
     folder = pkgutil.iter_modules([str(Path(__file__).parent)])
     names = [info.name for info in folder if info.name not in _NOT_EXPECTATIONS]
-    modules = [importlib.import_module(f"hil_tests.expectations.{name}") for name in names]
+    modules = [importlib.import_module(f"drivetwin.hil_tests.expectations.{name}") for name in names]
     return {
         kind.name: kind
         for module in modules

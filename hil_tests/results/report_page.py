@@ -7,14 +7,14 @@ from html import escape
 from itertools import groupby
 from pathlib import Path
 
-from drivetwin.html_page import table, write_page
-from hil_tests.results.acceptance import Acceptance
-from hil_tests.results.pdo_words import ordered_pdos
-from hil_tests.results.report_bars import bar, used
-from hil_tests.results.report_case import anchor, folded_case, rejected_section
-from hil_tests.results.trend import Change, Kind, Trend
-from hil_tests.results.wording import against, case_name, quantity, quantity_name, suite_name, verdict_sentence
-from hil_tests.verdict import CaseResult, Failure, Measured, Outcome
+from drivetwin.foundation.html_page import table, write_page
+from drivetwin.hil_tests.results.acceptance import Acceptance
+from drivetwin.hil_tests.results.pdo_words import ordered_pdos
+from drivetwin.hil_tests.results.report_bars import bar, used
+from drivetwin.hil_tests.results.report_case import anchor, folded_case, rejected_section
+from drivetwin.hil_tests.results.trend import Change, Kind, Trend
+from drivetwin.hil_tests.results.wording import against, case_name, quantity, quantity_name, suite_name, verdict_sentence
+from drivetwin.hil_tests.verdict import CaseResult, Failure, Measured, Outcome
 
 _FIGURES_SHOWN = 3
 """Of a case in the overview: those nearest to their limit."""
@@ -180,12 +180,12 @@ def _how_with_real_drives(acceptance: Acceptance) -> list[str]:
 def _how_with_virtual_drives(acceptance: Acceptance) -> list[str]:
     bench = acceptance.bench
     truth = f"the plant's truth is {bench.truth.as_posix()}" if bench.truth else "the plant has the machine's own true effects"
-    copper = "the wire is modelled" if bench.copper else "frames take no time, and the load is what copper would see"
+    timing = "the wire is modelled" if bench.bit_timing else "frames take no time; the load is that of a physical bus"
     simulated = sum(case.simulated for case in acceptance.cases)
     return [
         "Positions, tracking errors and torques are the plant's own, not what the drives say of them.",
         "Times are simulated, from power on of each case.",
-        f"Bench: {escape(truth)}; {copper}.",
+        f"Bench: {escape(truth)}; {timing}.",
         f"{simulated:.4g} s simulated in {len(acceptance.cases)} cases.",
         f"Digest, the same in every lockstep run: <code>{escape(acceptance.digest)}</code>.",
     ]

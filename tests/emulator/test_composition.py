@@ -8,11 +8,11 @@ import mujoco
 import pytest
 from plant_bench import PlantBench, placed
 
-from drivetwin.errors import UserError
-from emulator.composition import composed
-from emulator.effects import read_effects
-from emulator.machine import load_machine
-from emulator.plant import Plant
+from drivetwin.emulator.composition import composed
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.plant import Plant
+from drivetwin.foundation.errors import UserError
 
 STAGE = load_machine("stage")
 OWN = read_effects(STAGE.effects_path)

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from processes import PATIENCE, start
 
-from controller import machines
-from emulator.canopen.parameter_store import ParameterStore
+from drivetwin.controller import machines
+from drivetwin.emulator.canopen.parameter_store import ParameterStore
 
 
 def start_line(*options: object) -> str:

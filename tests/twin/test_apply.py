@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from drivetwin.cli import main
-from emulator.effects import read_effects
+from drivetwin.emulator.effects import read_effects
 
 ARM = """<mujoco model="arm"><compiler angle="radian"/><option timestep="0.001"/><worldbody>
 <body name="upper"><joint name="shoulder" axis="0 1 0" armature="0.2" frictionloss="0.7" damping="0.4 0.05 0"/>

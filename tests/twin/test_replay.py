@@ -32,10 +32,10 @@ from replay_bench import (
 )
 
 from drivetwin.cli import main
-from drivetwin.errors import UserError
+from drivetwin.emulator.effects import Effect, PlacedEffect, library
+from drivetwin.foundation.errors import UserError
 from drivetwin.recording.writer import write_recording
-from emulator.effects import Effect, PlacedEffect, library
-from twin.replay import replay
+from drivetwin.twin.replay import replay
 
 COUNT = 1500
 GAINS = {"servo_period": STEP, "proportional_gain": KP, "derivative_gain": KV}

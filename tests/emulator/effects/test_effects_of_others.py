@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 from effect_bench import WHOLE, effect, hinge
 
-from drivetwin.errors import UserError
-from emulator.effects import add_effects, added_effects, library, read_effect_file
+from drivetwin.emulator.effects import add_effects, added_effects, library, read_effect_file
+from drivetwin.foundation.errors import UserError
 
 EFFECT = '''
 from dataclasses import dataclass
 from typing import ClassVar
 
-from emulator.effects.base import TORQUE, Parameter, Start, TorqueEffect
+from drivetwin.emulator.effects.base import TORQUE, Parameter, Start, TorqueEffect
 
 
 @dataclass(frozen=True)

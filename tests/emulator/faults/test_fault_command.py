@@ -11,7 +11,7 @@ import pytest
 from processes import Ended, emulator
 
 from drivetwin.cli import main
-from emulator.faults.library import FAULTS
+from drivetwin.emulator.faults.library import FAULTS
 
 INTERLOCK = 1 << 3
 LOOKS = 5000
