@@ -15,6 +15,7 @@ from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.effects.model_tree import clear_defaults
 from drivetwin.foundation.errors import UserError
+from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.motion.model_file import ON_JOINT, working_spec
 
 
@@ -35,12 +36,40 @@ class DrivenJoint:
     position: float
 
 
-def working_plant(path: Path, drives: Mapping[str, DrivenJoint]) -> mujoco.MjSpec:
-    """The specification of an MJCF file as a plant of these drives: a motor on each axis, whatever drives it in the file.
+def working_plant(path: Path, drives: Mapping[str, DrivenJoint], period: float) -> mujoco.MjSpec:
+    """The specification of an MJCF file as a plant of these drives at time steps of `period` [s].
 
-    Contacts, shapes and what watches have no part in it. Raises UserError for an axis that is on no hinge or slide of it.
+    A motor is on each axis, whatever drives it in the file. Joints that neither are an axis nor follow one by an equality stand
+    at qpos0, as they do for the diagnosis; those that follow do so rigidly. Contacts, shapes and what watches have no part in
+    it. Raises UserError for an axis that is on no hinge or slide of it.
     """
-    return working_spec(path, partial(_give_motors, path, drives))
+    spec = working_spec(path, partial(_give_motors, path, drives))
+    model = spec.compile()
+    moving = np.abs(Model(model, path).ratios([drive.joint for drive in drives.values()])).sum(axis=1) > 0.0
+    _let_stand(spec, {model.joint(number).name for number in range(model.njnt) if moving[int(model.jnt_dofadr[number])]})
+    spec.option.timestep = period
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    for equality in spec.equalities:
+        equality.solref, equality.solimp[:3] = (2.0 * period, 1.0), (0.9999, 0.9999, 0.001)
+    return spec
+
+
+def _let_stand(spec: mujoco.MjSpec, moving: set[str]) -> None:
+    """Take out every joint that no axis moves, and what holds or drives it."""
+    still = {joint.name for joint in spec.joints} - moving
+    driven = {actuator.target for actuator in spec.actuators}
+    for tendon in list(spec.tendons):
+        if any(wrap.target is not None and wrap.target.name in still for wrap in tendon.path):
+            spec.delete(tendon)
+    for equality in list(spec.equalities):
+        if {equality.name1, equality.name2} & still:
+            spec.delete(equality)
+    for actuator in list(spec.actuators):
+        if actuator.target in still & driven:
+            spec.delete(actuator)
+    for joint in list(spec.joints):
+        if joint.name in still:
+            spec.delete(joint)
 
 
 def _give_motors(path: Path, drives: Mapping[str, DrivenJoint], spec: mujoco.MjSpec) -> None:

@@ -39,7 +39,9 @@ class Plant:
     def __init__(self, machine: Machine, effects: tuple[PlacedEffect, ...], model: Path | None = None) -> None:
         """`model` is an MJCF file in the place of the machine's own. Raises UserError where it lacks an axis of the machine."""
         drives = {name: _drive(axis) for name, axis in machine.axes.items()}
-        spec = mujoco.MjSpec.from_file(str(machine.model_path)) if model is None else working_plant(model, drives)
+        as_it_stands = model is None and machine.built_in
+        path = machine.model_path if model is None else model
+        spec = mujoco.MjSpec.from_file(str(path)) if as_it_stands else working_plant(path, drives, SERVO_PERIOD)
         spec.option.timestep = SERVO_PERIOD
         self._mechanism = Mechanism(spec, drives, effects)
         self.incidents = Incidents(self._mechanism)

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import mujoco
-import numpy as np
 
 from drivetwin.emulator.assembly import DrivenJoint, working_plant
 from drivetwin.emulator.effects import PlacedEffect
@@ -28,22 +27,13 @@ def mechanism_of(
 ) -> Mechanism:
     """The mechanism of an MJCF file at time steps of `period` [s]; the axes begin at `start` [rad or m].
 
-    Joints that neither are an axis nor follow one by an equality stand at qpos0, as they do for the diagnosis; those that
-    follow do so rigidly. Raises UserError for an axis that is on no joint of the model, or moves with what was not recorded.
+    Raises UserError for an axis that is on no joint of the model, or moves with what was not recorded.
     """
     _, model = named_model(path)
     drives = {axis: _driven(path, model, axis, info, start[axis]) for axis, info in axes.items()}
     joints = {axis: drive.joint for axis, drive in drives.items()}
-    rigid = Model(model, path)
-    check_axes_move_alone(rigid, joints)
-    moving = np.abs(rigid.ratios(list(joints.values()))).sum(axis=1) > 0.0
-    spec = working_plant(path, drives)
-    _let_stand(spec, {model.joint(j).name for j in range(model.njnt) if moving[int(model.jnt_dofadr[j])]})
-    spec.option.timestep = period
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    for equality in spec.equalities:
-        equality.solref, equality.solimp[:3] = (2.0 * period, 1.0), (0.9999, 0.9999, 0.001)
-    return Mechanism(spec, drives, effects)
+    check_axes_move_alone(Model(model, path), joints)
+    return Mechanism(working_plant(path, drives, period), drives, effects)
 
 
 def _driven(path: Path, model: mujoco.MjModel, axis: str, info: AxisInfo, start: float) -> DrivenJoint:
@@ -56,21 +46,3 @@ def _driven(path: Path, model: mujoco.MjModel, axis: str, info: AxisInfo, start:
     own = float(model.actuator(motors[0]).gear[0]) if motors else 1.0
     gear = abs(info.gear_ratio or own or 1.0)
     return DrivenJoint(info.joint, actuator, gear, rotor_inertia=0.0, holding_brake=0.0, position=start)
-
-
-def _let_stand(spec: mujoco.MjSpec, moving: set[str]) -> None:
-    """Take out every joint that no axis moves, and what holds or drives it."""
-    still = {joint.name for joint in spec.joints} - moving
-    driven = {actuator.target for actuator in spec.actuators}
-    for tendon in list(spec.tendons):
-        if any(wrap.target is not None and wrap.target.name in still for wrap in tendon.path):
-            spec.delete(tendon)
-    for equality in list(spec.equalities):
-        if {equality.name1, equality.name2} & still:
-            spec.delete(equality)
-    for actuator in list(spec.actuators):
-        if actuator.target in still & driven:
-            spec.delete(actuator)
-    for joint in list(spec.joints):
-        if joint.name in still:
-            spec.delete(joint)

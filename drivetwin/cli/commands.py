@@ -62,6 +62,7 @@ COMMANDS = {
     "fit": Entry("fit:fit_command", "Identify inertia and friction from recordings by least squares."),
     "identify": Entry("identify:identify_command", "Identify the friction of every axis over the bus."),
     "import": Entry("import_:import_command", "Turn a drive's exports or a bus log into recordings."),
+    "machine": Entry("machine:machine_command", "Make a machine of your own from a robot's model, or check one."),
     "replay": Entry(
         "replay:replay_command", "Move a model as a machine was moved, in closed loop, and say how far apart they are."
     ),

@@ -39,7 +39,9 @@ POLL = 0.2
 
 
 def emulate_command(
-    machine: Annotated[str, typer.Option(help="Machine: scara, stage or arm.")] = "scara",
+    machine: Annotated[
+        str, typer.Option(metavar="NAME|DIR|FILE.yaml", help="Machine: scara, stage, arm or one of your own.")
+    ] = "scara",
     profile: Annotated[str, typer.Option(help="Drive type: servoone, cia402-full or dryve_d1.")] = "servoone",
     bus: Annotated[str, typer.Option(help="vcan0, can0 or ws://127.0.0.1:PORT (port 0: a free one).")] = "ws://127.0.0.1:54701",
     clock: Annotated[str, typer.Option(help="realtime follows the wall clock; sync moves only with SYNC.")] = "realtime",
@@ -110,7 +112,7 @@ def emulate_command(
         ended = _end_on_signals()
         with serve_modbus(virtual, modbus, modbus_serial) as ports, serve_control(virtual, control) as doors:
             where = (hosted.name, *ports, *doors)
-            print(_joinable(machine, profile, nodes, where, clock, as_json=json_), flush=True)
+            print(_joinable(chosen.machine, profile, nodes, where, clock, as_json=json_), flush=True)
             joined.power_on()
             keep_for_good()
             _serve(joined, hosted.bus, ended)
