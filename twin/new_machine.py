@@ -21,6 +21,8 @@ from drivetwin.motion.model_file import ON_JOINT, as_mjcf, motors_of, named_mode
 
 Array = NDArray[np.float64]
 
+UNNAMED = "MuJoCo Model"
+"""What MuJoCo calls a model that its file does not name."""
 POSES = 64
 """In which inertia and weight of an axis are asked for, drawn within the travel of all."""
 TURN, STROKE = pi, 0.25
@@ -64,11 +66,12 @@ class _Needs:
     slope: float
 
 
-def new_machine(path: Path, name: str, bandwidth: float) -> NewMachine:
+def new_machine(path: Path, name: str | None, bandwidth: float) -> NewMachine:
     """A machine of the axes that actuators of an MJCF file drive, or of all hinges and slides where there is none.
 
-    `bandwidth` [Hz] of the velocity loops. Raises UserError where there is no axis, or there are too many, where one moves with
-    what no drive moves, and where a motor of the model is too weak for its axis.
+    `name` is the model's own, or its file's, unless told; `bandwidth` [Hz] is of the velocity loops. Raises UserError where
+    there is no axis, or there are too many, where one moves with what no drive moves, and where a motor of the model is too
+    weak for its axis.
     """
     spec, model = named_model(path)
     joints = _driven(path, model)
@@ -86,7 +89,8 @@ def new_machine(path: Path, name: str, bandwidth: float) -> NewMachine:
         joint: _axis(path, driven, joint, number, travel[joint], need, bandwidth, assumed)
         for number, (joint, need) in enumerate(zip(joints, needs, strict=True), start=1)
     }
-    description = {"schema": "machine/1", "machine": name, "model": "model.xml", "axes": axes}
+    own = path.stem if spec.modelname in ("", UNNAMED) else spec.modelname
+    description = {"schema": "machine/1", "machine": name or own, "model": "model.xml", "axes": axes}
     return NewMachine(description, as_mjcf(spec, driven), tuple(assumed))
 
 

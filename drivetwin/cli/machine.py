@@ -43,7 +43,7 @@ def machine_command(
     path: Annotated[Path, typer.Argument(metavar="ROBOT.xml|DIR|FILE.yaml", help="Of new the MJCF; of check the machine.")],
     *,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="new: the machine's folder.")] = None,
-    name: Annotated[str | None, typer.Option(help="new: what the machine is called; the file's name, unless told.")] = None,
+    name: Annotated[str | None, typer.Option(help="new: what the machine is called; as the model, unless told.")] = None,
     bandwidth: Annotated[float, typer.Option(metavar="HZ", help="new: bandwidth of the velocity loops.")] = 15.0,
     quiet: Quiet = False,
     json_: AsJson = False,
@@ -63,7 +63,7 @@ def machine_command(
             raise UserError(f"--bandwidth {bandwidth:g}: expected 1 to 60 Hz, which loops of 8 kHz can have")
         refuse_foreign(out)
         refuse_to_replace(out, [path])
-        made = new_machine(path, name or path.stem, bandwidth)
+        made = new_machine(path, name, bandwidth)
         with new_directory(out) as staged:
             _write(made, path, staged)
             _checked(staged)
