@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+from math import pi
 from pathlib import Path
 from typing import TypeVar
 
@@ -10,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, V
 
 from drivetwin.bus.node_ids import check_each_its_own
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.machine_file import AxisEntry, checked, named_file, read_machine_file
 
 MACHINES = Path(__file__).parent / "machines"
 
@@ -113,6 +116,7 @@ class Machine(_Strict):
 
     machine: str
     model: str
+    effects: str = "effects.json"
     axes: dict[str, Axis]
     directory: Path
 
@@ -130,7 +134,12 @@ class Machine(_Strict):
     @property
     def effects_path(self) -> Path:
         """The machine's own true effects (effects/1)."""
-        return self.directory / "effects.json"
+        return self.directory / self.effects
+
+    @property
+    def built_in(self) -> bool:
+        """Whether it is one of this package, whose model is a plant as it stands."""
+        return self.directory.parent == MACHINES
 
 
 def available_machines() -> tuple[str, ...]:
@@ -139,12 +148,14 @@ def available_machines() -> tuple[str, ...]:
 
 
 def load_machine(name: str) -> Machine:
-    """The machine of that name.
+    """The machine of that name, or of that folder or file (machine/1).
 
     Raises UserError naming the known machines, or the key of machine.yaml that is wrong.
     """
     path = MACHINES / name / "machine.yaml"
-    if not path.is_file():
+    if name not in available_machines():
+        if (file := named_file(name)) is not None:
+            return _of_file(file)
         raise UserError(f"unknown machine {name!r}; known are {', '.join(available_machines())}")
     try:
         return Machine(**yaml.safe_load(path.read_text(encoding="utf-8")), directory=path.parent)
@@ -152,3 +163,19 @@ def load_machine(name: str) -> Machine:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
         raise UserError(f"{path}: {where}: {first['msg'].removeprefix('Value error, ')}") from None
+
+
+def _of_file(path: Path) -> Machine:
+    told = read_machine_file(path)
+    axes = {name: checked(path, f"axes.{name}.drive", partial(_axis, entry)) for name, entry in told.axes.items()}
+    return checked(
+        path,
+        "",
+        lambda: Machine(machine=told.machine, model=told.model, effects=told.effects, axes=axes, directory=path.parent),
+    )
+
+
+def _axis(entry: AxisEntry) -> Axis:
+    feed = 2.0 * pi if entry.feed is None else entry.feed
+    both = {"node_id": entry.node_id, "joint": entry.joint, "actuator": entry.actuator}
+    return Axis.model_validate({**entry.drive, **both, "gear_ratio": entry.gear[0] / entry.gear[1] * 2.0 * pi / feed})
