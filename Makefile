@@ -7,7 +7,7 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 .DEFAULT_GOAL := run
 
-.PHONY: run test test-vcan interoperability seeds bench wafer-handler fuzz fuzz-files blind measured accept accept-repeats mutants lock clean
+.PHONY: run test test-vcan interoperability seeds bench wafer-handler fuzz fuzz-files blind measured accept accept-repeats mutants docs lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -22,8 +22,9 @@ test: .venv/.installed
 test-vcan: .venv/.installed
 	scripts/vcan/test-vcan
 
-# Every foreign stack that is on this machine, those of no package registry too: lely-core (by pkg-config), and canopend and
-# cocomm (on the PATH). out/interoperability/*.xml says which tests ran and which client was missing.
+# Every foreign stack that is on this machine, those of no package registry too: lely-core (by pkg-config), its coctl, and canopend
+# and cocomm (on the PATH), gocanopen (GOCANOPEN=FOLDER of its sources). out/interoperability/*.xml says which tests ran and which
+# client was missing.
 interoperability: .venv/.installed
 	scripts/vcan/install-foreign
 	$(BIN)/pytest tests/integration/test_lely.py tests/integration/test_boot_order.py tests/integration/test_modbus_clients.py \
@@ -74,6 +75,10 @@ mutants: .venv/.installed
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@touch $@
+
+# The documentation as a site, every link checked: out/site/index.html.
+docs: .venv/.installed
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
 # Renew the lock file (needs uv); hashes only, no index host.
 lock:

@@ -30,6 +30,7 @@ table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nu
 th { text-align: left; font-weight: 600; color: var(--soft); font-size: 13px; }
 th, td { padding: 5px 12px 5px 0; border-bottom: 1px solid var(--line); white-space: nowrap; }
 td.n, th.n { text-align: right; } .in { color: var(--good); } .out { color: var(--bad); font-weight: 600; }
+.machine { display: block; margin: 8px auto; max-width: 100%; }
 ul { margin: 8px 0; padding-left: 20px; } .note { color: var(--soft); }
 """
 

@@ -11,15 +11,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from drivetwin.foundation.quantities import scale_of
 from drivetwin.identification.friction_law import FrictionLaw
-from drivetwin.identification.result import AxisIdentification, Identification
+from drivetwin.identification.result import AxisIdentification, Identification, Truth
 from drivetwin.identification.view import (
+    error_points,
     friction_points,
     motion_seconds,
     residual_series,
     speed_range,
     stroke_points,
 )
+from drivetwin.identification.wording import SHAPE, SIZES
 
 STYLE: dict[str, Any] = {
     "font.size": 9,
@@ -28,6 +31,7 @@ STYLE: dict[str, Any] = {
     "axes.grid": True,
     "grid.alpha": 0.3,
 }
+AXES = ("#00506b", "#d1495b", "#e09f1f", "#5b8c5a", "#7a5195", "#8a6f4e", "#3f88c5")
 _CLOUD, _FIT, _DIRECTIONAL, _TRUE, _STROKE = "#9db4c8", "#d1495b", "#edae49", "#111111", "#00506b"
 
 
@@ -57,11 +61,33 @@ def draw_overview(identification: Identification, directory: Path, true_laws: Ma
     return path
 
 
+def draw_errors(identification: Identification, directory: Path, truth: Truth) -> Path:
+    """Write errors.png: the error of every parameter with its interval, or the interval alone; its path."""
+    path = directory / "errors.png"
+    titled = {"inertia and friction": SIZES, "shape of the Stribeck curve": SHAPE}
+    panels = {title: error_points(identification, truth, names) for title, names in titled.items()}
+    rows = max(len(points) for points in panels.values())
+    colours = {axis: AXES[at % len(AXES)] for at, axis in enumerate(identification.axes)}
+    against = "true" if truth else "identified"
+    with mpl.rc_context(rc=STYLE):  # type: ignore[arg-type]
+        figure = Figure(figsize=(9.6, 1.2 + 0.24 * rows), dpi=150, layout="constrained")
+        for axes, (title, points) in zip(figure.subplots(1, 2), panels.items(), strict=True):
+            for at, point in enumerate(points):
+                sides = [[point.error - point.low], [point.high - point.error]]
+                axes.errorbar([point.error], [at], xerr=sides, fmt="o", color=colours[point.axis], markersize=5, capsize=2)
+            axes.axvline(0.0, color="#333333", linewidth=0.8)
+            axes.set_yticks(range(len(points)), [f"{point.axis}: {point.label}" for point in points])
+            axes.invert_yaxis()
+            axes.set(xlabel=f"deviation from the {against} value [%]", title=title)
+        figure.savefig(path)
+    return path
+
+
 def _torque_speed(axes: Axes, result: AxisIdentification, true_law: FrictionLaw | None) -> None:
     units = result.units
     speed, torque = friction_points(result)
     axes.plot(speed, torque, ".", color=_CLOUD, markersize=1.5, rasterized=True)
-    axes.plot([], [], ".", color=_CLOUD, markersize=6, label="measured, model torque taken off")
+    axes.plot([], [], ".", color=_CLOUD, markersize=6, label="measured, minus model torque")
     points = stroke_points(result)
     if len(points.velocity):
         axes.errorbar(
@@ -92,10 +118,11 @@ def _torque_speed(axes: Axes, result: AxisIdentification, true_law: FrictionLaw 
 def _residual(axes: Axes, result: AxisIdentification) -> None:
     units = result.units
     time, residual, starts = residual_series(result)
-    axes.plot(time, residual, color=_STROKE, linewidth=0.6)
+    scale = scale_of(units.torque, float(np.abs(residual).max(initial=0.0)))
+    axes.plot(time, scale.factor * residual, color=_STROKE, linewidth=0.6)
     for start in starts[1:]:
         axes.axvline(start, color="#888888", linewidth=0.6, linestyle=":")
     axes.set(
-        xlabel="time, recordings one after the other [s]", ylabel=f"measured - model [{units.torque}]",
-        title=f"{result.axis}: residual in motion ({motion_seconds(result):.1f} s)",
+        xlabel="time in motion, recordings one after the other [s]", ylabel=f"measured - model [{scale.unit}]",
+        title=f"{result.axis}: residual while it moves ({motion_seconds(result):.1f} s)",
     )  # fmt: skip

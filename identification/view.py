@@ -2,16 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
-from drivetwin.identification.result import AxisIdentification, Trace
+from drivetwin.identification.result import AxisIdentification, Identification, Trace, Truth
+from drivetwin.identification.truth import true_value
+from drivetwin.identification.wording import LABELS
 from drivetwin.recording.recording import Samples
 
 _MOST_POINTS = 6000
 _MOST_STROKES = 400
+
+
+@dataclass(frozen=True)
+class ErrorPoint:
+    """A parameter's deviation and the ends of its interval [%]: from the true value, else from the identified one."""
+
+    axis: str
+    label: str
+    error: float
+    low: float
+    high: float
+
+
+def error_points(identification: Identification, truth: Truth, names: Sequence[str]) -> list[ErrorPoint]:
+    """Of these parameters on every axis, those with something to relate them to."""
+    points = []
+    for axis, result in identification.axes.items():
+        for name in (each for each in names if each in result.parameters):
+            parameter = result.parameters[name]
+            against = true_value(truth[axis], name) if axis in truth else parameter.value
+            if against:
+                ends = [100.0 * (each - against) / abs(against) for each in (parameter.value, *parameter.interval)]
+                points.append(ErrorPoint(axis, LABELS.get(name, name), *ends))
+    return points
 
 
 @dataclass(frozen=True)
@@ -56,15 +83,17 @@ def speed_range(result: AxisIdentification) -> Samples:
 
 
 def residual_series(result: AxisIdentification) -> tuple[Samples, Samples, list[float]]:
-    """Time [s] with the recordings one after the other, residual (NaN at rest), and where each recording starts."""
+    """Time in motion [s], the residual there, and where each recording with motion starts; pauses are left out."""
     times, residuals, starts = [], [], []
     offset = 0.0
     for trace in _fitted(result):
-        motion = trace.samples.motion
+        moving = trace.samples.moving
+        if not moving.any():
+            continue
         starts.append(offset)
-        times.append(offset + motion.time - motion.time[0])
-        residuals.append(np.where(trace.samples.moving, trace.residual, np.nan))
-        offset = float(times[-1][-1]) + motion.period
+        times.append(offset + trace.samples.motion.period * np.arange(int(moving.sum())))
+        residuals.append(trace.residual[moving])
+        offset = float(times[-1][-1]) + trace.samples.motion.period
     time, residual = np.concatenate(times), np.concatenate(residuals)
     step = max(1, len(time) // _MOST_POINTS)
     return time[::step], residual[::step], starts

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from drivetwin.foundation.files import write_json
-from drivetwin.identification.plots import draw_axis, draw_overview
+from drivetwin.identification.plots import draw_axis, draw_errors, draw_overview
 from drivetwin.identification.report import write_report
 from drivetwin.identification.result import Identification, Truth
 from drivetwin.identification.truth import true_law
@@ -21,13 +21,15 @@ def write_results(
     truth: Truth | None = None,
     seed: int = 0,
     title: str = "Identification",
+    picture: str = "",
     inputs: Sequence[Path] = (),
     progress: Callable[[str], None] | None = None,
 ) -> None:
-    """Write identified.json, report.html, friction.png and two pictures an axis into `directory`, which exists.
+    """Write identified.json, report.html, friction.png, errors.png and two pictures an axis into `directory`, which exists.
 
     `recordings` are those that were fitted and validated on: the sha256 of their files goes into the JSON, with that of
-    `inputs` (the model). `truth` is by axis and parameter. `progress` is told the name of each file before it is made.
+    `inputs` (the model). `truth` is by axis and parameter, `picture` the machine as SVG. `progress` is told the name of each
+    file before it is made.
     """
     told = progress or (lambda _name: None)
     known = truth or {}
@@ -43,5 +45,7 @@ def write_results(
         directory,
         {name: true_law(known.get(name), axis.best_offset) for name, axis in identification.axes.items()},
     )
+    told("errors.png")
+    draw_errors(identification, directory, known)
     told("report.html")
-    write_report(identification, directory / "report.html", known, title)
+    write_report(identification, directory / "report.html", known, title, picture)

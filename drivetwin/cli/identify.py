@@ -32,8 +32,10 @@ from drivetwin.emulator.plant import truth_path
 from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.foundation.errors import InterruptedByUserError, UserError
 from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace, write_json
+from drivetwin.foundation.machine_picture import machine_picture
 from drivetwin.identification import identify, load_model, write_results
 from drivetwin.identification.result import Truth
+from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import Recording
 from drivetwin.recording.writer import write_into
 
@@ -98,7 +100,8 @@ def identify_command(
             found = identify(load_model(known.model_path), fitted, held, FIT)
             told = joined.truth()  # only now: the fit is made
             title = f"{machine}: identification over the bus"
-            write_results(found, [*fitted, *held], staged, truth=told, seed=seed, title=title, inputs=inputs)
+            picture = machine_picture(read_mjcf(known.model_path), {result.joint for result in found.axes.values()})
+            write_results(found, [*fitted, *held], staged, truth=told, seed=seed, title=title, picture=picture, inputs=inputs)
             write_json(staged / "torque_by_sdo.json", to_json(captured.sdo_points, seed, inputs))
             progress.finish()
     print_summary(console, found, told, captured, out)

@@ -7,7 +7,11 @@ from html import escape
 from itertools import groupby
 from pathlib import Path
 
+import mujoco
+
+from drivetwin.emulator.machine import Machine
 from drivetwin.foundation.html_page import table, write_page
+from drivetwin.foundation.machine_picture import machine_picture
 from drivetwin.hil_tests.results.acceptance import Acceptance
 from drivetwin.hil_tests.results.pdo_words import ordered_pdos
 from drivetwin.hil_tests.results.report_bars import bar, used
@@ -59,6 +63,7 @@ def write_report(acceptance: Acceptance, path: Path, trend: Trend | None = None)
         _overview(acceptance.cases),
         *(rejected_section(case, pdos) for case in acceptance.of(Outcome.REJECTED)),
         *([_trend(trend)] if trend is not None else []),
+        _machine(acceptance.bench.virtual),
         _accepted(acceptance.of(Outcome.ACCEPTED)),
         _how(acceptance),
     ]
@@ -73,6 +78,13 @@ def _verdict(acceptance: Acceptance, trend: Trend | None) -> str:
         first = f": {_failure_line(case.failures[0])}" if case.failures else ""
         lines.append(f'<p><a href="#{anchor(case)}">{escape(case_name(case))}</a> {escape(case.title)}{first}</p>')
     return f"<section><h2>Verdict</h2>{''.join(lines)}</section>"
+
+
+def _machine(machine: Machine) -> str:
+    """A picture of the machine, its axes marked by the names of their joints."""
+    joints = {axis.joint for axis in machine.axes.values()}
+    picture = machine_picture(mujoco.MjModel.from_xml_path(str(machine.model_path)), joints)
+    return f"<section><h2>Machine</h2>{picture}</section>" if picture else ""
 
 
 def _failure_line(failure: Failure) -> str:

@@ -5,10 +5,14 @@ from __future__ import annotations
 import html
 from pathlib import Path
 
+import mujoco
+
 from drivetwin.controller.feedforward.metrics import Tracking
 from drivetwin.controller.feedforward.stage import Stage
 from drivetwin.controller.scara.dynamics import PARAMETERS
+from drivetwin.emulator.machine import load_machine
 from drivetwin.foundation.html_page import figure_div, table, write_page
+from drivetwin.foundation.machine_picture import machine_picture
 from drivetwin.identification.result import Parameter
 from wafer_handler.blade_study import LINE, REACH, SAFETY, WAFER
 from wafer_handler.figures import (
@@ -33,6 +37,7 @@ def write_report(study: Study, path: Path) -> None:
         TITLE,
         [
             _header(),
+            _machine(),
             _times(study),
             _errors(study),
             *(_axis(study, axis, result) for axis, result in study.axes.items()),
@@ -52,6 +57,12 @@ def _header() -> str:
         "Manipulator, Machinery Design &amp; Manufacture 2016(3), 82-84, link by link on virtual drives. All motion and all "
         "captured torque went through the CAN bus; the plant has Stribeck friction, stiction and elastic belts.</p></header>"
     )
+
+
+def _machine() -> str:
+    machine = load_machine("scara")
+    joints = {axis.joint for axis in machine.axes.values()}
+    return _section("Machine", machine_picture(mujoco.MjModel.from_xml_path(str(machine.model_path)), joints))
 
 
 def _times(study: Study) -> str:
