@@ -6,12 +6,12 @@ from functools import partial
 from math import pi
 from pathlib import Path
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError, field_validator
+from pydantic import Field, PositiveFloat, PositiveInt, field_validator
 
 from drivetwin.bus.node_ids import check_each_its_own
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.machine_file import AxisEntry, checked, named_file, read_machine_file
+from drivetwin.foundation.typed_yaml import Strict, read_yaml, typed
 
 MACHINES = Path(__file__).parent / "machines"
 
@@ -19,11 +19,7 @@ POSITION_UNIT = 1e-8
 """User unit of position that the controller scales every drive to [m or rad]: about an encoder increment, +-21 in 32 bits."""
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Homing(_Strict):
+class Homing(Strict):
     """How an axis finds its zero: method (6098h), where its switch stands, speeds and acceleration (joint, SI)."""
 
     method: int
@@ -33,7 +29,7 @@ class Homing(_Strict):
     acceleration: PositiveFloat
 
 
-class Axis(_Strict):
+class Axis(Strict):
     """One axis, joint side, SI: m, rad. `feed` is the joint's travel a turn of the gear's output, 2 pi on a revolute axis.
 
     `motor_inertia` is the rotor's [kg·m²], None where no data sheet tells it.
@@ -67,7 +63,7 @@ class Axis(_Strict):
         return self.gear[0] / self.gear[1] * 2.0 * pi / self.feed_constant
 
 
-class Machine(_Strict):
+class Machine(Strict):
     """axes.yaml. `groups` are axes that may be identified at the same time, because they do not act on each other."""
 
     machine: str
@@ -109,12 +105,7 @@ def load_machine(name: str) -> Machine:
         if (file := named_file(name)) is not None:
             return _of_file(file)
         raise UserError(f"the controller knows no machine {name!r}; it knows {', '.join(available_machines())}")
-    try:
-        return Machine(**yaml.safe_load(path.read_text(encoding="utf-8")), directory=path.parent)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise UserError(f"{path}: {where}: {first['msg'].removeprefix('Value error, ')}") from None
+    return typed(Machine, {**read_yaml(path), "directory": path.parent}, path)
 
 
 def _of_file(path: Path) -> Machine:

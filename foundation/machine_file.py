@@ -6,11 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError, field_validator
+from pydantic import Field, PositiveFloat, PositiveInt, ValidationError, field_validator
 
 from drivetwin.foundation.errors import UserError
-from drivetwin.foundation.text_files import parse_yaml
+from drivetwin.foundation.typed_yaml import Strict, read_yaml, typed
 
 FILE = "machine.yaml"
 MOST_AXES = 12
@@ -19,11 +18,7 @@ MOST_AXES = 12
 T = TypeVar("T")
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class AxisEntry(_Strict):
+class AxisEntry(Strict):
     """One axis; `drive`: the emulator's half, `motion`: the controller's. `gear`: motor and output turns; `feed` [m a turn]."""
 
     node_id: int = Field(ge=1, le=127)
@@ -42,7 +37,7 @@ class AxisEntry(_Strict):
         return half
 
 
-class MachineFile(_Strict):
+class MachineFile(Strict):
     """machine.yaml. `model`: MJCF of the plant; `nominal`: the controller's (the same, unless told); `effects`: the plant's."""
 
     schema_: Literal["machine/1"] = Field(alias="schema")
@@ -64,13 +59,9 @@ def named_file(name: str) -> Path | None:
 
 def read_machine_file(path: Path) -> MachineFile:
     """Raises UserError naming the file and the key that is missing or wrong."""
-    try:
-        content = parse_yaml(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UserError(f"{path}: {error.strerror}; `drivetwin machine new robot.xml --out DIR` makes a machine") from None
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
-        raise UserError(f"{path} is not YAML: {error}") from None
-    return checked(path, "", lambda: MachineFile.model_validate(content))
+    if not path.is_file():
+        raise UserError(f"{path} does not exist; `drivetwin machine new robot.xml --out DIR` makes a machine")
+    return typed(MachineFile, read_yaml(path), path)
 
 
 def checked(path: Path, within: str, make: Callable[[], T]) -> T:
