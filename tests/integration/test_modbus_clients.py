@@ -229,6 +229,23 @@ def test_mbpoll_over_tcp() -> None:
 
 
 @pytest.mark.usefixtures("mbpoll_is_here")
+def test_mbpoll_reads_the_exceptions() -> None:
+    """02h, 03h, 01h and 0Bh, by unit, kind of register, register, and what is written to it."""
+    asked = {
+        ("2", "4", "16384"): "Illegal data address",
+        ("2", "4", "1", "99"): "Illegal data value",
+        ("2", "0", "0"): "Illegal function",
+        ("9", "4", "256"): "Target device failed to respond",
+    }
+    with emulated("--machine", "scara", "--profile", "cia402-full") as port:
+        for (unit, kind, register, *values), told in asked.items():
+            options = ("-m", "tcp", "-p", str(port), "-o", "10", "-a", unit, "-t", kind, "-r", register)
+            command = ["mbpoll", "-1", "-0", "-q", *options, "127.0.0.1", *values]
+            done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
+            assert told in done.stderr, done.stdout + done.stderr
+
+
+@pytest.mark.usefixtures("mbpoll_is_here")
 def test_mbpoll_over_a_serial_line() -> None:
     with line() as (here, there), emulated("--machine", "scara", "--modbus-serial", here):
         rtu = ("-m", "rtu", "-b", "19200", "-P", "even", "-o", "10", there)
