@@ -22,8 +22,9 @@ test: .venv/.installed
 test-vcan: .venv/.installed
 	scripts/vcan/test-vcan
 
-# Every foreign stack that is on this machine, those of no package registry too: lely-core (by pkg-config), and canopend and
-# cocomm (on the PATH). out/interoperability/*.xml says which tests ran and which client was missing.
+# Every foreign stack that is on this machine, those of no package registry too: lely-core (by pkg-config), its coctl, and canopend
+# and cocomm (on the PATH), gocanopen (GOCANOPEN=FOLDER of its sources). out/interoperability/*.xml says which tests ran and which
+# client was missing.
 interoperability: .venv/.installed
 	scripts/vcan/install-foreign
 	$(BIN)/pytest tests/integration/test_lely.py tests/integration/test_boot_order.py tests/integration/test_modbus_clients.py \

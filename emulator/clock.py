@@ -51,6 +51,10 @@ class Clock(ABC):
     def wait(self) -> float | None:
         """Seconds until `due` is worth asking again; None if only a SYNC can move time."""
 
+    @abstractmethod
+    def hurry(self, hurries: bool) -> None:
+        """Frames wait too long, or no longer do: a clock that may leave time out does so meanwhile."""
+
 
 class SyncClock(Clock):
     """A SYNC advances the plant by one cycle and nothing else does: two runs are bit-identical."""
@@ -70,6 +74,9 @@ class SyncClock(Clock):
     def wait(self) -> float | None:
         return None
 
+    def hurry(self, hurries: bool) -> None:
+        """Each SYNC is its cycle: nothing may be left out."""
+
 
 class RealtimeClock(Clock):
     """Follows the wall clock in cycles of about a millisecond, and locks them to SYNC as a drive's PLL does.
@@ -77,7 +84,7 @@ class RealtimeClock(Clock):
     While SYNCs come, what lies between two of them is as long as their period: a master's jitter moves the instant of a sample
     but not the set-points' spacing. SYNCs that outrun the wall clock run nothing; a SYNC that is late by `HOLD_OFF` lets the
     plant go on by itself. What was missed for longer than `MAKE_UP` is dropped: no jump after a master that was slow or a host
-    that slept. The drives' timers are the wall clock's, whatever SYNC does.
+    that slept. The drives' timers are the wall clock's, whatever SYNC does. In a hurry the plant's time is left out, too.
     """
 
     runs_alone = True
@@ -99,6 +106,7 @@ class RealtimeClock(Clock):
         self._sync = SyncPeriod()
         self._interval = _Interval(self._began, 0)
         self._outran = False
+        self._hurries = False
 
     def before_sync(self) -> Iterable[Cycle]:
         now = self._look()
@@ -131,7 +139,13 @@ class RealtimeClock(Clock):
     def wait(self) -> float | None:
         return self.POLL
 
+    def hurry(self, hurries: bool) -> None:
+        self._hurries = hurries
+
     def _run(self, cycles: list[Cycle]) -> list[Cycle]:
+        if self._hurries:
+            self._reached = self._now()
+            return []
         self._reached += sum(cycle.periods for cycle in cycles) * SERVO_PERIOD
         return cycles
 

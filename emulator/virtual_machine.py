@@ -135,6 +135,10 @@ class VirtualMachine:
             return pause
         return REQUEST_WAIT if pause is None else min(pause, REQUEST_WAIT)
 
+    def hurry(self, hurries: bool) -> None:
+        """Leave the plant's time out while frames wait too long (`Backlog`)."""
+        self._clock.hurry(hurries)
+
     def cycle(self) -> float:
         """Communication cycle [s]: 1006h of the first drive that has one, or 1 ms; in whole servo periods, 10 s at most."""
         return (self._told() or MILLISECOND) * SERVO_PERIOD

@@ -17,6 +17,7 @@ from drivetwin.hil_tests.bench import Bench
 from drivetwin.hil_tests.run import run_one
 from drivetwin.hil_tests.scenario import Scenario
 from drivetwin.hil_tests.verdict import CaseResult
+from drivetwin.mutants.library import mutant_file
 
 FORMAT = "mutant-cell/1"
 
@@ -112,8 +113,7 @@ def _keep_verdict_only(folder: Path) -> None:
 
 def _state_of(bench: Bench, name: str) -> str:
     """sha256 over all that decides on the verdicts of a mutant on a bench."""
-    folder = INSTALLED / "mutants"
-    own = (folder / "surgery.py", folder / "broken" / f"{name}.py") if name != REFERENCE else ()
+    own = (INSTALLED / "mutants" / "surgery.py", mutant_file(name).resolve()) if name != REFERENCE else ()
     return _digest((*_sources(), *own, bench.path, bench.effects_path))
 
 

@@ -18,6 +18,7 @@ from drivetwin.blind.wide.channel import passed
 from drivetwin.blind.wide.effects import DRIVE, LIBRARY, NUISANCES, Ground, Sizable, suits
 from drivetwin.blind.wide.families import FAMILIES, draw_family
 from drivetwin.blind.wide.foreign import FOREIGN
+from drivetwin.blind.wide.friction import yielding_way
 from drivetwin.blind.wide.machines import Draw, Machine
 from drivetwin.blind.wide.motion import Plan
 from drivetwin.blind.wide.robots import ROBOTS, draw_robot, robot_files
@@ -40,9 +41,6 @@ WEIGHTS = {"rotary": 1.0, "pendulum": 1.0, "linear": 1.0, "lift": 0.8, "gantry":
 """How often a family is drawn; 0.6 for those that are not named, 3 for public robots together."""
 
 FOUR = 4
-
-STIFFEST = (1e-5, 1e-4)
-"""Way on which friction yields at least, on a slide [m], on a hinge [rad]."""
 
 _TRIES, _PATIENCE, _STEPS, _SLOWER = 60, 6, 5, 5
 _CLOSE, _HIDDEN, _REACHED = 0.15, 0.2, 0.8
@@ -288,7 +286,7 @@ class _Drawing:
         return float(worst / _HIDDEN**0.5)
 
     def _stiffest(self) -> NDArray[np.float64]:
-        return np.where([link.slide for link in self.world.machine.links], *STIFFEST)
+        return np.array([yielding_way(link.slide)[0] for link in self.world.machine.links])
 
     def _quiet(self) -> float:
         """What may be there of a clean case, rms over the torque's: some of the noise."""

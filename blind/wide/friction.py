@@ -19,6 +19,11 @@ WEIGHTS = np.arange(1, ELEMENTS + 1) / sum(range(1, ELEMENTS + 1))
 Array = NDArray[np.float64]
 
 
+def yielding_way(slide: bool) -> tuple[float, float]:
+    """On which real friction yields at least and at most before it slides: 10 um to 1 mm, or 0.1 to 10 mrad."""
+    return (1e-5, 1e-3) if slide else (1e-4, 1e-2)
+
+
 @compiled
 def level(axis: Record, position: float, velocity: float, torque: float, time: float) -> float:
     """Friction that the axis slides with, viscous part aside [N·m or N]: at least a hundredth of its Coulomb friction.

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import importlib
-import pkgutil
-from pathlib import Path
 
 from drivetwin.controller.tasks.base import Task
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.plugins import module_names
 
 _NO_TASKS = {"base", "library", "file"}
 
 
 def task_names() -> tuple[str, ...]:
     """What `task_class` knows."""
-    modules = (module.name for module in pkgutil.iter_modules([str(Path(__file__).parent)]))
-    return tuple(name for name in modules if name not in _NO_TASKS)
+    return tuple(name for name in module_names("drivetwin.controller.tasks") if name not in _NO_TASKS)
 
 
 def task_class(name: str) -> type[Task]:

@@ -15,7 +15,8 @@ from drivetwin.diagnosis.propose.placing import in_order, placed
 from drivetwin.diagnosis.propose.rigid import rigid_starts
 from drivetwin.diagnosis.propose.search import BRIEFLY, REFINED, REFINED_REPLAYS, Begun, coarse, moved
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
-from drivetwin.diagnosis.weigh.state import SHARES, Bench, State, colours_of, first_colours, moved_by_fit, state_of
+from drivetwin.diagnosis.weigh.state import Bench, State, colours_of, first_colours, state_of
+from drivetwin.diagnosis.weigh.yielding import best_together, settled_on, simpler, yields
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
 from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.foundation.errors import UserError
@@ -25,8 +26,8 @@ Kinds = Mapping[str, Sequence[type[Effect]]]
 """Effects that can be asked for, by axis."""
 Progress = Callable[[str, float], None]
 
-SETTLED = 3
-"""Times that all parameters are moved together."""
+SETTLED = 20
+"""Gauss-Newton steps at most, with which all parameters move together to where the evidence gains no more."""
 HOPELESS = 1.0
 """Nats that a start must gain with its size free, to be moved at all."""
 FAR_OFF = 50.0
@@ -175,6 +176,7 @@ class Search:
                 self._rivals[one.effect.effect.name, one.effect.axis] = _rivals(one, proposals)
             newest = [one.effect for one in best]
             pair = self.dropped(self.settled((*pair.whole.effects, *newest), proposals, pair), newest)
+            pair = self.yielding(pair, proposals, {one.axis for one in newest if yields(type(one.effect))})
             if (names := _names(pair.whole)) in seen:
                 return pair, proposals
             seen.add(names)
@@ -259,27 +261,24 @@ class Search:
 
     def settled(self, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal], before: Pair) -> Pair:
         """The set with all its parameters moved together, and the noise coloured as it leaves it."""
-        state = state_of(self.bench, effects, before.whole.system.axes)
-        for _ in range(SETTLED):
-            ahead = self._ahead(state)
-            if ahead is None:
-                break
-            done = ahead.fit.evidence - state.fit.evidence < 0.1
-            state = ahead
-            if done:
-                break
+        state = settled_on(state_of(self.bench, effects, before.whole.system.axes), SETTLED)
         return self.pair(state.effects, proposals)
 
-    def _ahead(self, state: State) -> State | None:
-        """The set a Gauss-Newton step on, as far as that is better; None where no share of the step is."""
-        for share in SHARES:
-            try:
-                ahead = state_of(state.bench, moved_by_fit(state, state.fit, share), state.system.axes)
-            except UserError:
+    def yielding(self, pair: Pair, proposals: Sequence[Proposal], axes: Collection[str]) -> Pair:
+        """Where something on one of the axes has begun to yield, what else may yield beside it, both moved together."""
+        for axis in axes:
+            own = {one.effect.name for one in pair.whole.effects if one.axis == axis and yields(type(one.effect))}
+            others = [kind for kind in self.kinds[axis] if yields(kind) and kind.name not in own] if own else []
+            found = [one for kind in others if (one := best_together(pair.part, axis, kind)) is not None]
+            able = [one for one in found if one.fit.evidence > pair.part.fit.evidence + log(self.tried(axis))]
+            able += [each for one in able for each in simpler(one, axis, others)]
+            wholes = [settled_on(state_of(self.bench, one.effects, pair.whole.system.axes), SETTLED) for one in able]
+            best = max(wholes, key=lambda one: one.fit.evidence, default=None)
+            if best is None or best.fit.evidence < pair.whole.fit.evidence + log(self.tried(axis)) + CLEARLY:
                 continue
-            if ahead.fit.evidence > state.fit.evidence:
-                return ahead
-        return None
+            newest = [one for one in best.effects if one.axis == axis and type(one.effect) in others]
+            pair = self.dropped(self.pair(best.effects, proposals), newest)
+        return pair
 
     def pair(self, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal]) -> Pair:
         """The set's states, the noise coloured as what is left by the set and everything that could be asked beside it."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import signal
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
@@ -12,13 +13,14 @@ from typing import Annotated
 import can
 import typer
 
-from drivetwin.bus.channel import Peer, host_bus
+from drivetwin.bus.channel import host_bus
 from drivetwin.bus.timing.bit_rate import read_bit_rate
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.terminal import AsJson
 from drivetwin.drive_profiles import load_profile
 from drivetwin.drive_profiles.eds_profile import profile_from_eds
 from drivetwin.drive_profiles.snapshot import read_snapshot
+from drivetwin.emulator.backlog import Backlog
 from drivetwin.emulator.canopen.lss import UNCONFIGURED
 from drivetwin.emulator.clock import CLOCKS
 from drivetwin.emulator.control import serve_control
@@ -98,7 +100,7 @@ def emulate_command(
             print(_joinable(machine, profile, nodes, where, clock, as_json=json_), flush=True)
             joined.power_on()
             keep_for_good()
-            _serve(joined, hosted.bus, ended)
+            serve(joined, hosted.bus, ended)
     finally:
         hosted.close()
 
@@ -124,10 +126,20 @@ def _end_on_signals() -> threading.Event:
     return ended
 
 
-def _serve(joined: Peer, bus: can.BusABC, ended: threading.Event) -> None:
+def serve(
+    joined: VirtualMachine | TimedBus,
+    bus: can.BusABC,
+    ended: threading.Event,
+    now: Callable[[], float] = time.monotonic,
+) -> None:
+    """Hand each frame of a bus to a machine and let its time pass, until `ended`; `now` is the wall clock [s]."""
+    backlog = Backlog(now)
     while not ended.is_set():
-        pause = joined.wait()
-        message = bus.recv(POLL if pause is None else pause)
+        message = bus.recv(0.0)
+        joined.hurry(backlog.hurries(message is not None))
+        if message is None:
+            pause = joined.wait()
+            message = bus.recv(POLL if pause is None else pause)
         if message is not None:
             joined.receive(message)
         joined.poll()

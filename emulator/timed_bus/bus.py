@@ -57,6 +57,10 @@ class TimedBus(ABC):
     def wait(self) -> float | None:
         """Seconds until `poll` is worth calling again, None if it need not be."""
 
+    def hurry(self, hurries: bool) -> None:
+        """Leave the plant's time out while frames wait too long (`Backlog`)."""
+        self.virtual.hurry(hurries)
+
     @abstractmethod
     def _take(self, message: can.Message) -> None: ...
 

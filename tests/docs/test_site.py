@@ -1,4 +1,4 @@
-"""The documentation builds strictly: every page is in the navigation, every link and anchor leads somewhere, nothing is foreign."""
+"""The documentation builds strictly: every page is in the navigation, links and anchors lead somewhere, nothing is foreign."""
 
 from __future__ import annotations
 

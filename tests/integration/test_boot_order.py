@@ -1,6 +1,6 @@
 """A master and its drives come up in any order, as users of ros2_canopen meet it: STO low, a late slave, an early master.
 
-The master is `canopen`'s BaseNode402; lely's AsyncMaster meets the same in tests/vcan/test_lely.py.
+The master is `canopen`'s BaseNode402; lely's AsyncMaster meets the same in test_lely.py.
 """
 
 from __future__ import annotations

@@ -154,6 +154,7 @@ def exception(answer: ModbusPDU) -> int:
 
 CLIENTS = Path(__file__).parents[1] / "interoperability"
 SERVICES = ["16, 3: 1 57920", "4: 1 57920", "6: 3", "23: 3", "exception: 2", "enabled", "disabled"]
+WITHOUT_23 = [service for service in SERVICES if not service.startswith("23")]
 
 
 def said(*command: object, **environment: str) -> list[str]:
@@ -172,12 +173,28 @@ def test_tokio_modbus_and_goburrow_enable_an_axis(program: str) -> None:
         assert said(installed(program), port) == SERVICES
 
 
+@pytest.mark.parametrize("program", ["rust/debug/modbus", "bin/go-modbus"])
+def test_tokio_modbus_and_goburrow_over_a_serial_line(program: str) -> None:
+    """The same services by Modbus RTU."""
+    client = installed(program)
+    with line() as (here, there), emulated("--machine", "arm", "--profile", "cia402-full", "--modbus-serial", here):
+        assert said(client, there) == SERVICES
+
+
 def test_jsmodbus_enables_an_axis() -> None:
     """Functions 3, 4, 6, 16 and an exception; it has no function 23."""
     installed("node_modules/jsmodbus")
     with emulated("--machine", "arm", "--profile", "cia402-full") as port:
         told = said("node", CLIENTS / "javascript" / "modbus.js", port, NODE_PATH=str(FOREIGN / "node_modules"))
-    assert told == [line for line in SERVICES if not line.startswith("23")]
+    assert told == WITHOUT_23
+
+
+def test_jsmodbus_over_a_serial_line() -> None:
+    """The same services by Modbus RTU."""
+    installed("node_modules/jsmodbus")
+    with line() as (here, there), emulated("--machine", "arm", "--profile", "cia402-full", "--modbus-serial", here):
+        told = said("node", CLIENTS / "javascript" / "modbus.js", there, NODE_PATH=str(FOREIGN / "node_modules"))
+    assert told == WITHOUT_23
 
 
 # -- mbpoll ------------------------------------------------------------------------------------------------------------

@@ -17,6 +17,9 @@ from all_types import FIRST, least_and_most
 from processes import PATIENCE, emulator
 
 MASTER, NODE = 4, 2
+LOG = "log"
+"""What canopend is told by other nodes, beside its socket."""
+
 TYPES = {0x02: "i8", 0x03: "i16", 0x04: "i32", 0x15: "i64", 0x05: "u8", 0x06: "u16", 0x07: "u32", 0x1B: "u64"}
 
 
@@ -30,7 +33,8 @@ def socket(tmp_path_factory: pytest.TempPathFactory, eds_with_types: Path) -> It
     drives = ("--machine", "scara", "--profile", "cia402-full", "--eds", eds_with_types)
     with emulator(*drives, bus="vcan0"):
         command = ["canopend", "vcan0", "-i", str(MASTER), "-c", f"local-{path}"]
-        process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        with (folder / LOG).open("w") as log:
+            process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=log)
         try:
             deadline = time.monotonic() + PATIENCE
             while not path.exists():
@@ -104,6 +108,50 @@ def test_nmt_and_its_node_beside_the_drives(socket: Path) -> None:
             assert frame.data == bytes((state,)), command
     with can.Bus("vcan0", interface="socketcan", can_filters=[{"can_id": 0x700 + MASTER, "can_mask": 0x7FF}]) as bus:
         assert bus.recv(PATIENCE) is not None
+
+
+def test_emergency(socket: Path) -> None:
+    """An RPDO that is too short: 8210h."""
+    assert say(socket, f"{NODE} w 0x1400 1 u32 0x202") == "OK"
+    assert say(socket, f"{NODE} start") == "OK"
+    with can.Bus("vcan0", interface="socketcan") as bus:
+        bus.send(can.Message(arbitration_id=0x202, data=b"\0", is_extended_id=False))
+    deadline = time.monotonic() + PATIENCE
+    while f"node 0x{NODE:02X}: errorCode=0x8210" not in (socket.parent / LOG).read_text(encoding="utf-8"):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    assert say(socket, f"{NODE} reset node") == "OK"
+
+
+def test_its_sync(socket: Path) -> None:
+    """Its own 1005h and 1006h make it the producer; TPDO 1 of the drive comes at its SYNCs."""
+    for command in ("w 0x1800 2 u8 1", "w 0x1800 1 u32 0x182", "start"):
+        assert say(socket, f"{NODE} {command}") == "OK"
+    with can.Bus("vcan0", interface="socketcan") as bus:
+        for command in ("w 0x1006 0 u32 20000", "w 0x1005 0 u32 0x40000080"):
+            assert say(socket, f"{MASTER} {command}") == "OK"
+        seen: list[int] = []
+        while seen.count(0x182) < 5:
+            frame = bus.recv(PATIENCE)
+            assert frame is not None
+            seen.append(frame.arbitration_id)
+        assert seen.count(0x182) <= seen.count(0x80)
+        assert 0x82 not in seen
+    assert say(socket, f"{MASTER} w 0x1005 0 u32 0x80") == "OK"
+    assert say(socket, f"{NODE} reset node") == "OK"
+
+
+def test_its_time(socket: Path) -> None:
+    """Sent every ten seconds; the drive tells no emergency and goes on."""
+    filters = [{"can_id": identifier, "can_mask": 0x7FF} for identifier in (0x82, 0x100)]
+    assert say(socket, f"{MASTER} w 0x1012 0 u32 0x40000100") == "OK"
+    with can.Bus("vcan0", interface="socketcan", can_filters=filters) as bus:
+        frame = bus.recv(PATIENCE)
+        assert frame is not None
+        assert (frame.arbitration_id, frame.dlc) == (0x100, 6)
+        assert say(socket, f"{NODE} r 0x1001 0 u8") == "0"
+        assert bus.recv(0.1) is None
+    assert say(socket, f"{MASTER} w 0x1012 0 u32 0x100") == "OK"
 
 
 def test_lss(socket: Path) -> None:

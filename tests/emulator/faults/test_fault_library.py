@@ -13,7 +13,7 @@ from drivetwin.emulator import faults
 from drivetwin.emulator.faults.base import LastingFault
 from drivetwin.emulator.faults.drive_fault import DriveFault
 from drivetwin.emulator.faults.frames_lost import FramesLost
-from drivetwin.emulator.faults.library import FAULTS, read_fault, required
+from drivetwin.emulator.faults.library import library, read_fault, required
 from drivetwin.emulator.faults.sto import Sto
 from drivetwin.foundation.errors import UserError
 
@@ -23,6 +23,7 @@ EVERY = [
     *("payload", "power_cycle", "probe_input", "sdo_refused", "sdo_silent", "sto", "undervoltage"),
 ]
 DOCS = Path(__file__).parents[3] / "docs" / "faults.md"
+FAULTS = library()
 INSTANT = {"drive_fault", "encoder_glitch", "node_changes_id", "node_dies", "node_resets", "power_cycle"}
 VALUES = {"probe": 1, "new_id": 40, "index": 0x607F, "increments": 100, "side": "negative", "code": 0x4210, "mass": 0.1}
 VALUES |= {"torque": 0.1}

@@ -1,4 +1,5 @@
-// goburrow/modbus as the master of unit 1 on 127.0.0.1:PORT: `modbus PORT`. Prints a line a service.
+// goburrow/modbus as the master of unit 1, on 127.0.0.1:PORT or on a serial line: `modbus PORT` or `modbus DEVICE`. Prints a line a
+// service.
 package main
 
 import (
@@ -7,6 +8,7 @@ import (
 	"fmt"
 	"log"
 	"os"
+	"strconv"
 	"time"
 
 	"github.com/goburrow/modbus"
@@ -19,6 +21,7 @@ const (
 	statusword      = 0x0100
 	profileVelocity = 0x0200
 	nothing         = 0x4000
+	bitRate         = 19200
 	patience        = time.Minute
 )
 
@@ -44,15 +47,24 @@ func reach(drive modbus.Client, command uint16, state uint16) {
 	}
 }
 
-func main() {
-	handler := modbus.NewTCPClientHandler("127.0.0.1:" + os.Args[1])
-	handler.SlaveId = 1
-	handler.Timeout = patience
-	if err := handler.Connect(); err != nil {
-		log.Fatal(err)
+// line gives the way to unit 1; it connects at the first request.
+func line(place string) modbus.ClientHandler {
+	if _, err := strconv.Atoi(place); err == nil {
+		tcp := modbus.NewTCPClientHandler("127.0.0.1:" + place)
+		tcp.SlaveId = 1
+		tcp.Timeout = patience
+		return tcp
 	}
-	defer handler.Close()
-	drive := modbus.NewClient(handler)
+	serial := modbus.NewRTUClientHandler(place)
+	serial.SlaveId = 1
+	serial.Timeout = patience
+	serial.BaudRate = bitRate
+	serial.Parity = "N"
+	return serial
+}
+
+func main() {
+	drive := modbus.NewClient(line(os.Args[1]))
 
 	words(drive.WriteMultipleRegisters(profileVelocity, 2, []byte{0, 1, 0xE2, 0x40}))
 	fmt.Println("16, 3:", words(drive.ReadHoldingRegisters(profileVelocity, 2)))

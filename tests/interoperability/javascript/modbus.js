@@ -1,14 +1,26 @@
-// jsmodbus as the master of unit 1 on 127.0.0.1:PORT: `node modbus.js PORT`. Prints a line a service; it has no function 23.
+// jsmodbus as the master of unit 1, on 127.0.0.1:PORT or on a serial line: `node modbus.js PORT` or `node modbus.js DEVICE`. Prints
+// a line a service; it has no function 23.
 'use strict';
 
+const fs = require('fs');
 const net = require('net');
+const tty = require('tty');
 const { client } = require('jsmodbus');
 
 const CONTROLWORD = 0x0000, MODE = 0x0001, STATUSWORD = 0x0100, PROFILE_VELOCITY = 0x0200, NOTHING = 0x4000;
 const PATIENCE = 60000;
 
-const socket = new net.Socket();
-const drive = new client.TCP(socket, 1, PATIENCE);
+const isPort = /^\d+$/.test(process.argv[2]);
+const socket = isPort ? new net.Socket() : serialLine(process.argv[2]);
+const drive = isPort ? new client.TCP(socket, 1, PATIENCE) : new client.RTU(socket, 1, PATIENCE);
+
+// A terminal that says 'open', as the serial ports do for which jsmodbus is made.
+function serialLine(device) {
+  const line = new tty.ReadStream(fs.openSync(device, fs.constants.O_RDWR | fs.constants.O_NOCTTY));
+  line.setRawMode(true);
+  setImmediate(() => line.emit('open'));
+  return line;
+}
 
 const registers = (done) => Array.from(done.response.body.values);
 const line = (name, values) => console.log(`${name}: [${values.join(' ')}]`);
@@ -35,5 +47,9 @@ async function run() {
   console.log('disabled');
 }
 
-socket.on('connect', () => run().catch((error) => { console.error(error); process.exitCode = 1; }).finally(() => socket.end()));
-socket.connect({ host: '127.0.0.1', port: Number(process.argv[2]) });
+function whole() {
+  run().catch((error) => { console.error(error); process.exitCode = 1; }).finally(() => socket.destroy());
+}
+
+socket.on(isPort ? 'connect' : 'open', whole);
+if (isPort) socket.connect({ host: '127.0.0.1', port: Number(process.argv[2]) });

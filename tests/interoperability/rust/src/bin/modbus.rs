@@ -1,8 +1,10 @@
-//! tokio-modbus as the master of unit 1 on 127.0.0.1:PORT: `modbus PORT`. Prints a line a service.
+//! tokio-modbus as the master of unit 1, on 127.0.0.1:PORT or on a serial line: `modbus PORT` or `modbus DEVICE`. Prints a line a
+//! service.
 
 use std::time::{Duration, Instant};
-use tokio_modbus::client::tcp::connect_slave;
+use tokio_modbus::client::{rtu, tcp};
 use tokio_modbus::prelude::*;
+use tokio_serial::SerialStream;
 
 const CONTROLWORD: u16 = 0x0000;
 const MODE: u16 = 0x0001;
@@ -10,9 +12,17 @@ const TARGET_VELOCITY: u16 = 0x0004;
 const STATUSWORD: u16 = 0x0100;
 const PROFILE_VELOCITY: u16 = 0x0200;
 const NOTHING: u16 = 0x4000;
+const BIT_RATE: u32 = 19200;
 const PATIENCE: Duration = Duration::from_secs(60);
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+
+async fn connect(place: &str) -> Outcome<client::Context> {
+    match place.parse::<u16>() {
+        Ok(port) => Ok(tcp::connect_slave(([127, 0, 0, 1], port).into(), Slave(1)).await?),
+        Err(_) => Ok(rtu::attach_slave(SerialStream::open(&tokio_serial::new(place, BIT_RATE))?, Slave(1))),
+    }
+}
 
 async fn reach(drive: &mut client::Context, controlword: u16, state: u16) -> Outcome<()> {
     drive.write_single_register(CONTROLWORD, controlword).await??;
@@ -27,8 +37,7 @@ async fn reach(drive: &mut client::Context, controlword: u16, state: u16) -> Out
 
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Outcome<()> {
-    let port: u16 = std::env::args().nth(1).ok_or("modbus PORT")?.parse()?;
-    let mut drive = connect_slave(([127, 0, 0, 1], port).into(), Slave(1)).await?;
+    let mut drive = connect(&std::env::args().nth(1).ok_or("modbus PORT or DEVICE")?).await?;
 
     drive.write_multiple_registers(PROFILE_VELOCITY, &[1, 57920]).await??;
     println!("16, 3: {:?}", drive.read_holding_registers(PROFILE_VELOCITY, 2).await??);
