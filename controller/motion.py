@@ -77,7 +77,7 @@ def _check_modes(drives: Sequence[DriveNode], mode: int) -> None:
     for drive in drives:
         shown = int(drive.read(0x6061))
         if shown != mode:
-            raise UserError(f"{drive.where()} was told mode {mode} (6060h) and shows mode {shown} (6061h)")
+            raise UserError(f"{drive.where()} was commanded to mode {mode} (6060h) and shows mode {shown} (6061h)")
 
 
 def _start_up(cycle: Cycle, drives: Sequence[DriveNode], mode: int) -> None:

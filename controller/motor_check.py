@@ -24,6 +24,6 @@ def check_motors(drives: Sequence[DriveNode], machine: Machine) -> None:
             continue
         if abs(told / expected - 1.0) > TOLERANCE:
             raise UserError(
-                f"{drive.where()} tells a motor inertia of {told:.3g} kg·m², and machine {machine.machine} has {expected:.3g}: "
+                f"{drive.where()} has motor inertia {told:.3g} kg·m², and machine {machine.machine} has {expected:.3g}: "
                 f"is --machine {machine.machine} what stands there? Nothing was moved"
             )

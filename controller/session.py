@@ -56,7 +56,7 @@ class Streaming:
     def __post_init__(self) -> None:
         milliseconds = self.period * 1e3
         if milliseconds < 0.5 or abs(milliseconds - round(milliseconds)) > 1e-6:
-            raise UserError(f"a cycle of {milliseconds:g} ms cannot be told to a drive: 60C2h counts whole milliseconds")
+            raise UserError(f"a cycle of {milliseconds:g} ms cannot be set in a drive: 60C2h counts whole milliseconds")
 
     def bus_time(self, axes: int) -> float:
         """Seconds that a cycle's frames take on 1 Mbit/s with worst-case stuffing: SYNC, RPDOs and TPDO of each axis, and a

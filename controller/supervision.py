@@ -172,7 +172,7 @@ def heartbeat_lost(watch: Watch) -> TroubleError | None:
     if not liveness.expected or liveness.silence < NODE_IS_LOST_AFTER:
         return None
     liveness.expected = False
-    return _trouble(watch.drive, f"sent no heartbeat for {liveness.silence:.3g} s, and was told to: is it alive?")
+    return _trouble(watch.drive, f"sent no heartbeat for {liveness.silence:.3g} s, although configured to: is it alive?")
 
 
 def one_too_many(watch: Watch) -> TroubleError | None:

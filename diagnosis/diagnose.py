@@ -48,9 +48,9 @@ def diagnose(
     settings: Settings,
     progress: Progress,
 ) -> Diagnosis:
-    """The causes of the gap, fitted on `training`, their shrink measured on `validation` (blocks held back where empty).
+    """The causes of the gap, fitted on `training` and measured on `validation` (if empty, blocks are held back).
 
-    Raises UserError where a recording's axes do not fit the model, or nothing can be asked of any.
+    Raises UserError if a recording's axes do not fit the model, or no effect can be tested on any axis.
     """
     progress("filter, inverse dynamics", 0.02)
     ready = prepared(model, training, validation, settings)

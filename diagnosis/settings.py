@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Settings:
-    """What steers the answer; the defaults hold for every machine. docs/diagnosis.md has a table of their sensitivity.
+    """Settings of a diagnosis; the defaults serve every machine. docs/diagnosis.md has a table of them.
 
     cutoff_hz: -3 dB frequency of one pass of the zero-phase low-pass [Hz]; None: chosen from the recordings.
     seed: of the Bayesian bootstrap and of the resampled blocks behind the intervals.
@@ -17,14 +17,14 @@ class Settings:
         cycle, and a share of the sample period.
     misfit: rms of each component of the smooth unknown, as a share of the axis's torque: the discrepancy of a calibrated
         simulator (Kennedy and O'Hagan, J. R. Stat. Soc. B 63(3), 2001).
-    misfit_waves: how many bends a component of the unknown may have over its range.
+    misfit_waves: number of waves that a component of the unknown may have over its range.
     colour_order: order of the autoregression that describes the noise.
-    model_error: share of the torque that the comparison itself errs by (filters, derivatives, resampling).
-    least_share: share of an axis's gap energy that an effect has to take, to be worth a name.
-    askew: probability that a hinge that is plumb in the model feels a weight: a tilted base, an unbalanced load.
-    blocks: stretches of contiguous time in which motion is held out.
+    model_error: share of the torque by which the comparison itself errs (filters, derivatives, resampling).
+    least_share: share of an axis's gap energy that an effect must take to be named.
+    askew: probability that a hinge that is vertical in the model feels a weight: a tilted base, an unbalanced load.
+    blocks: intervals of contiguous time in which motion is held out.
     folds: parts of which each is held out in turn (Geisser 1975).
-    rounds: effects that are added at most, axis by axis.
+    rounds: largest number of effects added per axis.
     """
 
     cutoff_hz: float | None = None

@@ -63,7 +63,7 @@ class Control:
         """Raises UserError for a fault that has an end and that nobody struck, or that has ended."""
         if isinstance(fault, LastingFault) and not self._there & self._struck(fault):
             there = ", ".join(sorted({f"{one.name} on axis {self._axis(axis)}" for one, axis in self._there}))
-            raise UserError(f"there is no such {fault.name} to end, told as it was struck; there is {there or 'none'}")
+            raise UserError(f"there is no active {fault.name} with these parameters to end; there is {there or 'none'}")
 
     def _struck(self, fault: Fault) -> set[tuple[Fault, int]]:
         """The fault on each of its axes, however they are called."""

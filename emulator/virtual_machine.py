@@ -1,4 +1,4 @@
-"""A machine's drives and plant on one CAN bus: frames in, frames out, time moved by the clock."""
+"""A machine's drives and plant on one CAN bus: frames in, frames out, time advanced by the clock."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ TICK = 0.001
 class VirtualMachine:
     """Drives of one type on a machine's axes, joined to a bus by `receive` (frames in) and `transmit` (frames out).
 
-    `wires` are the drives' own, in the order of the axes: faults of the bus are injected there. `alarms` ring at the end of the
-    first cycle by which their time has come. A drive that loses its power is another one in `drives` when it is back.
+    `wires` are the lines of the drives, in the order of the axes: bus faults are injected there. `alarms` ring at the end of
+    the first cycle in which they are due. After a loss of power, `drives` contains a new drive.
 
     Single-threaded: whoever owns the bus calls `receive` for each frame and `poll` when none comes.
     """
@@ -75,16 +75,16 @@ class VirtualMachine:
             wire.join(device)
 
     def power_on(self) -> None:
-        """Every drive boots and says so on the bus."""
+        """Every drive boots and sends its boot-up message."""
         for drive in self.drives:
             drive.power_on()
 
     def switch_off(self, axis: int) -> None:
-        """Take the power from the drive of an axis, by its number: no torque, brake engaged, nothing on the bus."""
+        """Switch off the drive of an axis, by its number: no torque, brake engaged, nothing on the bus."""
         self._exchange(axis, None)
 
     def switch_on(self, axis: int, node_id: int | None = None) -> None:
-        """Give it back: the drive boots and knows only what it has stored. `node_id` is another than the machine's own."""
+        """Switch it on again: the drive boots and knows only what it has stored. `node_id` replaces the machine's own."""
         self._exchange(axis, node_id)
         self.drives[axis].power_on()
 
@@ -95,7 +95,7 @@ class VirtualMachine:
     def receive(self, message: can.Message) -> None:
         """Handle one frame of the bus. Error frames, extended and FD frames are not CANopen's.
 
-        SYNC is for each drive what its 1005h says; that of the first drive moves time.
+        Each drive obeys SYNC by its own 1005h; that of the first drive advances time.
         """
         self._hear(message)
         self._hear_own()
@@ -136,7 +136,7 @@ class VirtualMachine:
         return REQUEST_WAIT if pause is None else min(pause, REQUEST_WAIT)
 
     def hurry(self, hurries: bool) -> None:
-        """Leave the plant's time out while frames wait too long (`Backlog`)."""
+        """Skip the plant's time while frames wait too long (`Backlog`)."""
         self._clock.hurry(hurries)
 
     def cycle(self) -> float:

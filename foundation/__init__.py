@@ -1,1 +1,1 @@
-"""What every room stands on: errors, files that appear whole, child processes, compiled functions, the page of a report."""
+"""What every package uses: errors, files written completely or not at all, child processes, compiled functions, reports."""

@@ -1,4 +1,4 @@
-"""The garbage collector, kept from stopping what runs in real time: a look through a large heap takes tens of milliseconds."""
+"""Keeps the garbage collector from interrupting real-time code: a pass over a large heap takes tens of milliseconds."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def without_collector() -> Iterator[None]:
-    """No automatic collection meanwhile; memory is freed by counting references alone. May be nested."""
+    """Suspend automatic collection; reference counting still frees memory. Can be nested."""
     runs = gc.isenabled()
     gc.disable()
     try:
@@ -20,6 +20,6 @@ def without_collector() -> Iterator[None]:
 
 
 def keep_for_good() -> None:
-    """What is there now is never looked through again: for programs that run for days, whose later collections are short."""
+    """Exclude all present objects from later collections, so that these stay short in programs that run for days."""
     gc.collect()
     gc.freeze()

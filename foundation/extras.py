@@ -1,4 +1,4 @@
-"""Libraries that few commands need come with an extra of the package; where one is missing, the error names its extra."""
+"""Libraries that few commands need come with an extra of the package; if one is missing, the error names its extra."""
 
 from __future__ import annotations
 

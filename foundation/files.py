@@ -1,4 +1,4 @@
-"""Files appear whole or not at all, and every JSON says what made it."""
+"""Files are written completely or not at all, and every JSON says what made it."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def new_file(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def new_directory(path: Path) -> Iterator[Path]:
-    """Yield an empty sibling directory that takes the place of `path` when the block ends without an error.
+    """Yield an empty sibling directory that replaces `path` when the block ends without an error.
 
-    Raises UserError where `path` is a file, or a directory that holds something this product did not write.
+    Raises UserError if `path` is a file, or a directory that contains files of other origin.
     """
     path = path.absolute()
     refuse_foreign(path)
@@ -79,7 +79,7 @@ INSTALLED = Path(__file__).resolve().parent.parent
 
 
 def refuse_foreign(path: Path) -> None:
-    """Raise UserError where `new_directory` could not write `path`; ask before long work, and before a machine moves."""
+    """Raise UserError if `new_directory` could not write `path`; call it before long work, and before a machine moves."""
     path = path.absolute()
     if path.exists() and not path.is_dir():
         raise UserError(f"{path} is a file; --out names the directory to write: choose another")
@@ -91,7 +91,7 @@ def refuse_foreign(path: Path) -> None:
 
 
 def refuse_to_replace(path: Path, inputs: Iterable[Path]) -> None:
-    """Raise UserError where one of the files that are read lies in `path`, which `new_directory` replaces with all it holds."""
+    """Raise UserError if an input file lies in `path`, which `new_directory` replaces with all its contents."""
     whole = path.resolve()
     for file in inputs:
         if file.resolve().is_relative_to(whole):
@@ -99,7 +99,7 @@ def refuse_to_replace(path: Path, inputs: Iterable[Path]) -> None:
 
 
 def own_directory(path: Path) -> None:
-    """Make `path` a directory that this product may write to again and again; what it holds stays.
+    """Make `path` a directory that this product may write to repeatedly; its contents stay.
 
     Raises UserError as `refuse_foreign`.
     """
@@ -109,7 +109,7 @@ def own_directory(path: Path) -> None:
 
 
 def write_json(path: Path, payload: dict[str, Any]) -> None:
-    """Write `payload` as indented JSON, whole or not at all."""
+    """Write `payload` as indented JSON, completely or not at all."""
     with new_file(path) as part:
         part.write_text(json.dumps(payload, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
 

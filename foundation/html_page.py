@@ -65,7 +65,7 @@ _DRAW = """
 
 
 def write_page(path: Path, title: str, sections: Sequence[str]) -> None:
-    """Write the page to `path`, whole or not at all; `sections` are HTML. The same sections are the same bytes."""
+    """Write the page to `path`, completely or not at all; `sections` are HTML. The same sections are the same bytes."""
     page = (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'

@@ -1,4 +1,4 @@
-"""Plug-ins are found in one way: those of the product in the modules of their folder, others by entry points of packages.
+"""Finds plug-ins in one way: built-in ones in the modules of their folder, others by entry points of packages.
 
 So adding one to the product is adding a file, and adding one to an installation is installing a package.
 """

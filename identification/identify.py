@@ -1,4 +1,4 @@
-"""The way of the data: recordings -> filtered motion -> regression -> parameters with intervals and verdicts."""
+"""Data flow: recordings -> filtered motion -> regression -> parameters with intervals and verdicts."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def identify(
     """Identify friction, inertia and offset of every axis that moves in `recordings`.
 
     Inverse dynamic identification model with least squares (IDIM-LS; Gautier 1997), errors on `validation` beside it.
-    `progress` is told the name of each axis before it is fitted. Raises UserError where a joint is not in the model, a
+    `progress` is told the name of each axis before it is fitted. Raises UserError if a joint is not in the model, a
     recording is too short or nothing moves.
     """
     chosen = settings or Settings()

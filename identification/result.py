@@ -1,4 +1,4 @@
-"""What the identification found: typed, and as the `identified/1` object of the contract."""
+"""The result of the identification: typed, and as the `identified/1` object of the contract."""
 
 from __future__ import annotations
 
@@ -56,9 +56,9 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Test:
-    """Whether a term of the friction law is real: significant, and worth having on data it was not fitted on.
+    """Whether a term of the friction law is real: significant, and a gain on held-out data.
 
-    `gain` is the share of the cross-validated residual energy that the term takes away; `note` says it in words.
+    `gain` is the share of the cross-validated residual energy that the term removes; `note` is the verdict in words.
     """
 
     __test__ = False
@@ -92,9 +92,9 @@ class Trace:
 
 @dataclass(frozen=True)
 class AxisIdentification:
-    """All that was found for one axis.
+    """The result for one axis.
 
-    `law` and `directional_law` are the fitted friction; `unidentifiable` says for each missing parameter why.
+    `law` and `directional_law` are the fitted friction; `unidentifiable` gives the reason for each missing parameter.
     """
 
     axis: str
@@ -147,7 +147,7 @@ class AxisIdentification:
 
 @dataclass(frozen=True)
 class Identification:
-    """The result for a machine; `skipped` says for each recorded axis without a result why."""
+    """The result for a machine; `skipped` gives the reason for each recorded axis without a result."""
 
     machine: str
     axes: dict[str, AxisIdentification]

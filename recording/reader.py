@@ -36,9 +36,9 @@ SIGNALS = ("signals.parquet", "signals.csv")
 
 
 def find_recordings(path: Path) -> list[Path]:
-    """`path` itself where it is a recording, else the recordings directly below it, by name.
+    """`path` itself if it is a recording, otherwise the recordings directly below it, by name.
 
-    Raises UserError where there is none.
+    Raises UserError if there is none.
     """
     if (path / INFO).is_file():
         return [path]
@@ -53,9 +53,9 @@ def find_recordings(path: Path) -> list[Path]:
 
 
 def read_recording(path: Path, *, allow_gaps: bool = False) -> list[Recording]:
-    """Read the recording in folder `path`; a list of one, or of the pieces between gaps where `allow_gaps` says so.
+    """Read the recording in folder `path`: a list of one recording, or with `allow_gaps` of the segments between gaps.
 
-    Pieces are named NAME-1, NAME-2, ... Raises UserError as the contract lists it: a missing required column, a column
+    Segments are named NAME-1, NAME-2, ... Raises UserError as the contract lists it: a missing required column, a column
     of unequal length, time that does not rise in equal steps, NaN or infinity in a required column, an unknown schema,
     a gap.
     """

@@ -42,7 +42,7 @@ Positive = Annotated[FiniteFloat, Field(gt=0)]
 
 
 def needed(names: Iterable[str]) -> list[str]:
-    """Those of an axis' columns that need a finite number in every row: what was measured, and the demand without torque."""
+    """Columns of an axis that need a finite number in every row: the measured ones, and without torque the demand."""
     present = set(names)
     return [name for name in (TORQUE, *ONE_OF) if name in present] + ["position_demand"] * (
         TORQUE not in present and "position_demand" in present
@@ -50,7 +50,7 @@ def needed(names: Iterable[str]) -> list[str]:
 
 
 class DriveLaw(StrEnum):
-    """What closes the loop of an axis."""
+    """The control law of an axis."""
 
     CASCADE = "cascade"
     """P position loop over a P or PI velocity loop, the gains as in `DriveLoops`."""
@@ -69,12 +69,12 @@ def _law_by_gains(told: dict[str, Any]) -> DriveLaw:
 
 
 class DriveLoops(BaseModel):
-    """What a replay needs of the drive, joint side; None where it is not known.
+    """The drive's control loops, joint side; None if unknown.
 
-    `position_gain` [1/s], `velocity_gain` [N·m·s/rad or N·s/m], `integral_time` [s] (None where it is told: a P velocity loop),
+    `position_gain` [1/s], `velocity_gain` [N·m·s/rad or N·s/m], `integral_time` [s] (None: a P velocity loop),
     `velocity_feedforward` [1] of the demand's derivative, `torque_limit` [N·m or N], `servo_period` [s],
-    `velocity_filter_hz` [Hz], `current_loop_time_constant` [s]. `law`: what the gains belong to; a cascade where gains are
-    given and nothing else is said. Every number is finite and not negative.
+    `velocity_filter_hz` [Hz], `current_loop_time_constant` [s]. `law`: the control law of the gains; a cascade if gains are
+    given without a law. Every number is finite and not negative.
     """
 
     model_config = ConfigDict(extra="allow")
@@ -91,12 +91,12 @@ class DriveLoops(BaseModel):
 
 
 class AxisInfo(BaseModel):
-    """One entry of `axes` in recording.json, joint side; None where it is not known.
+    """One entry of `axes` in recording.json, joint side; None if unknown.
 
     `joint` and `actuator` are names in the MuJoCo model. `rated_torque` and `torque_resolution` [N·m or N],
-    `position_resolution` [rad or m], `gear_ratio` [motor turns a joint turn, or rad/m]: finite, the resolutions may be 0.
-    `torque_bandwidth_hz` [Hz]: the torque column's -3 dB frequency. `torque_delay` [s]: how long ago was what the torque column
-    shows. `position_relative`: the zero of the position is the recording's own, not the model's.
+    `position_resolution` [rad or m], `gear_ratio` [motor turns per joint turn, or rad/m]: finite, the resolutions may be 0.
+    `torque_bandwidth_hz` [Hz]: the torque column's -3 dB frequency. `torque_delay` [s]: delay of the torque
+    column. `position_relative`: the zero of the position belongs to the recording, not to the model.
     """
 
     model_config = ConfigDict(extra="allow")
@@ -133,10 +133,10 @@ StartTime = Annotated[
 
 
 class RecordingInfo(BaseModel):
-    """recording.json; keys that the contract does not name are kept.
+    """recording.json; keys outside the contract are kept.
 
     `sample_period` [s]. `start_time`: the instant at which the `time` column is 0, as seconds since the machine was switched on
-    or as date and time; None: not known, nothing follows from one recording's time to another's. No two axes are on one joint.
+    or as date and time; None: unknown, the times of different recordings are unrelated. No two axes share a joint.
     """
 
     model_config = ConfigDict(extra="allow", populate_by_name=True)
@@ -163,7 +163,7 @@ class Recording:
     """Samples of one recording.
 
     `time` is (n,) [s], rising in equal steps; `columns[axis][name]` is (n,) in SI units on the joint side.
-    `source` is the directory it was read from, None where it has not been written yet.
+    `source` is the directory from which it was read, None if it has not been written yet.
     """
 
     name: str

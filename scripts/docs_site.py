@@ -67,8 +67,12 @@ def _row(parameter: Any, context: Any) -> str:
         if not parameter.is_flag:
             shown = f"{shown} `{parameter.metavar or parameter.display_type(context)}`"
     default = parameter.default
-    told = "required" if parameter.required else "" if default in (None, False, (), "") or callable(default) else f"`{default}`"
+    told = "required" if parameter.required else "" if _is_nothing(default) else f"`{default}`"
     return f"| {shown} | {_cell(parameter.help or '')} | {told} |"
+
+
+def _is_nothing(default: Any) -> bool:
+    return default is None or default is False or default in ((), "", []) or callable(default)
 
 
 def _cell(text: str) -> str:

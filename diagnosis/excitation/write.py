@@ -80,9 +80,9 @@ def _picture(found: Plan) -> Figure:
             va="bottom",
             fontsize=8,
         )
-    place.set_ylabel("position [m or rad]")
+    place.set_ylabel("position [SI units]")
     place.legend(loc="upper right")
-    speed.set_ylabel(f"speed of {axis} [per s]")
+    speed.set_ylabel(f"speed of {axis} [SI units]")
     speed.set_xlabel("time [s]")
-    figure.suptitle(f"To tell apart on {axis}: {', '.join(effect.replace('_', ' ') for effect in found.question.effects)}")
+    figure.suptitle(f"To distinguish on {axis}: {', '.join(effect.replace('_', ' ') for effect in found.question.effects)}")
     return figure

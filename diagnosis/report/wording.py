@@ -90,12 +90,12 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 
 
 def spells_words(count: int) -> str:
-    """So many spells."""
-    return "one spell" if count == 1 else f"{count} spells"
+    """How many intervals of time."""
+    return "one interval" if count == 1 else f"{count} intervals"
 
 
 def time_words(spell: Spell) -> str:
-    """When a spell was, on its recording's own time."""
+    """An interval of time, on its recording's own time."""
     return f"{spell.begin:.2f} to {spell.end:.2f} s"
 
 

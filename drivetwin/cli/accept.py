@@ -45,7 +45,7 @@ _STYLES = {Outcome.ACCEPTED: "green", Outcome.REJECTED: "red", Outcome.SKIPPED: 
 
 def accept_command(
     bench: Annotated[Path, typer.Option(metavar="FILE", help="The bench (bench/1): machine, bus, controller, limits.")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where results and the cases' folders appear.")] = Path("out/accept"),
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Output folder for results and cases.")] = Path("out/accept"),
     junit: Annotated[Path | None, typer.Option(metavar="FILE", help="JUnit XML; default DIR/junit.xml.")] = None,
     html: Annotated[Path | None, typer.Option(metavar="FILE", help="The report; default DIR/report.html.")] = None,
     select: Annotated[
@@ -55,11 +55,11 @@ def accept_command(
         list[Path] | None, typer.Option(metavar="DIR", help="Cases of your own (DIR/NN_group/name.yaml) beside the product's.")
     ] = None,
     baseline: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="results.json of an earlier release: what has become worse rejects.")
+        Path | None, typer.Option(metavar="FILE", help="results.json of an earlier release; worse quantities reject.")
     ] = None,
-    clock: Annotated[str | None, typer.Option(help="sync or realtime, in place of the bench's own.")] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Of the sensors' noise, in place of the bench's own.")] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Cases at once; default: one a core.", show_default=False)] = None,
+    clock: Annotated[str | None, typer.Option(help="sync or realtime; overrides the bench.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the sensors' noise; overrides the bench.")] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Cases at once; default: one per core.", show_default=False)] = None,
     real: Annotated[
         bool, typer.Option("--real", help="The bench has real drives (drives: real), the machine is clear: axes may move.")
     ] = False,
@@ -69,12 +69,12 @@ def accept_command(
 ) -> None:
     """Run a controller through the acceptance suite.
 
-    Starts the controller once a case, as the bench file says, on virtual drives of the machine, and holds what it does against
-    the requirements. DIR gets report.html, junit.xml, results.json, and for each case the bus log, the truth and all that the
-    controller said.
+    Starts the controller once per case, as the bench file defines, on virtual drives of the machine, and compares its behaviour
+    with the requirements. DIR receives report.html, junit.xml, results.json, and for each case the bus log, the truth and the
+    output of the controller.
 
-    On a bench of real drives it only listens to their bus: what will move is said first, cases with faults and what only the
-    plant's truth tells are left out, and the first rejected case is the last. Without --real it says that, and no more.
+    On a bench of real drives it only listens to their bus. It first lists what will move, leaves out cases with faults and
+    figures that need the plant's truth, and stops after the first rejected case. Without --real it only prints the list.
 
     Exit status: 0 accepted, 1 rejected, 2 a wrong bench or case.
 
@@ -117,7 +117,7 @@ def _instead(clock: str | None, seed: int | None) -> dict[str, object]:
 
 def _warn(console: Console, bench: Bench, scenarios: Sequence[Scenario]) -> None:
     """What will move, for whoever stands beside the machine."""
-    console.print(f"Real drives on {bench.bus}. What the controller is allowed, and what it is told:", style="yellow")
+    console.print(f"Real drives on {bench.bus}. What the controller may do, and its tasks:", style="yellow")
     for line in what_moves(scenarios, bench):
         console.print(f"  {line}", highlight=False, soft_wrap=True)
 

@@ -50,13 +50,13 @@ class Generator(StrEnum):
 def blind_command(
     cases: Annotated[int, typer.Option(min=1, help="Number of cases to draw.")] = 300,
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything that is drawn.")] = 0,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where answers, key and score appear.")] = Path("out/blind"),
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Output folder for answers, key and score.")] = Path("out/blind"),
     nominal: Annotated[
-        str, typer.Option(help="Parameters of the model: exact (the machine's own), off (each some 4 % off) or both.")
+        str, typer.Option(help="Parameters of the model: exact (the machine's own), off (each about 4 % off) or both.")
     ] = _BOTH,
     workers: Annotated[int, typer.Option(min=1, help="Worker processes on this machine.")] = 2,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="A running Dask scheduler, tcp://HOST:PORT, in place of --workers.")
+        str | None, typer.Option(metavar="ADDRESS", help="A running Dask scheduler, tcp://HOST:PORT, instead of --workers.")
     ] = None,
     keep_recordings: Annotated[bool, typer.Option("--keep-recordings", help="Keep the recordings of every case.")] = False,
     generator: Annotated[
@@ -64,13 +64,13 @@ def blind_command(
     ] = Generator.WIDE,
     family: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help=f"Of the wide generator, draw only these machines or effects; repeatable. {_NAMES}"),
+        typer.Option(metavar="NAME", help=f"Wide generator: draw only these machines or effects; repeatable. {_NAMES}"),
     ] = None,
     without: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Do not draw these, by the same names; repeatable.")
+        list[str] | None, typer.Option(metavar="NAME", help="Do not draw these machines or effects; repeatable.")
     ] = None,
     robots: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Draw from the MJCF robot models in this folder as well.")
+        Path | None, typer.Option(metavar="DIR", help="Also draw from the MJCF robot models in this folder.")
     ] = None,
     effects_from: EffectsFrom = None,
     quiet: Quiet = False,
@@ -79,7 +79,7 @@ def blind_command(
     """Test the diagnosis on machines whose effects it cannot know.
 
     Draws machines, effects, sizes and noise, seals that key, records every machine, diagnoses it in a process that cannot see
-    the key, opens the key and scores. An interrupted run goes on where it was. docs/blind.md says more.
+    the key, opens the key and scores. An interrupted run continues. See docs/blind.md.
 
     Example: drivetwin blind --cases 30 --seed 1 --out out/blind_30
     """

@@ -28,14 +28,14 @@ console = Console(width=max(100, Console().width))
 def bus_load_command(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A log of candump -L, or .asc, .blf, .trc.", show_default=False)],
     bit_rate: Annotated[str, typer.Option(help="Bit rate of the bus: 1M, 500k, 250k, 125k.")] = "1M",
-    window: Annotated[str, typer.Option(help="Stretch of time that is slid along the log: 100ms, 1s.")] = "100ms",
-    channel: Annotated[str | None, typer.Option(help="Which interface, where the log has several: vcan0.")] = None,
+    window: Annotated[str, typer.Option(help="Length of the window that slides along the log: 100ms, 1s.")] = "100ms",
+    channel: Annotated[str | None, typer.Option(help="The interface, if the log has several: vcan0.")] = None,
     json_: AsJson = False,
 ) -> None:
-    """Say how full a wire would be of the frames of a log: mean, worst window, by service, and whether they would fit.
+    """Compute the load of a physical bus from a log: mean, worst window, by service, and whether the frames would fit.
 
-    Counts the bits of each frame with the stuff bits that its content asks for. What counts is the log from its first SYNC
-    on: before it drives are configured, request by answer, at any pace.
+    Counts the bits of each frame with its actual stuff bits, from the first SYNC of the log on. Before it, drives are
+    configured, one request at a time, at any pace.
 
     Example: drivetwin bus-load out/identify/bus.log --bit-rate 1M
     """

@@ -41,7 +41,7 @@ COMMANDS = {
     "blind": Entry("blind:blind_command", "Test the diagnosis on machines whose effects it cannot know."),
     "bus-load": Entry(
         "bus_load:bus_load_command",
-        "Say how full a wire would be of the frames of a log: mean, worst window, by service, and whether they would fit.",
+        "Compute the load of a physical bus from a log: mean, worst window, by service, and whether the frames would fit.",
     ),
     "diagnose": Entry(
         "diagnose:diagnose_command",
@@ -52,11 +52,11 @@ COMMANDS = {
     "emulate": Entry("emulate:emulate_command", "Put a virtual machine's drives on a bus and let any master command them."),
     "excite": Entry(
         "excite:excite_command",
-        "Write the motion that distinguishes what a report could not: move the machine so, record it, diagnose again.",
+        "Write the motion that distinguishes what a report could not: move the machine, record, diagnose again.",
     ),
     "fault": Entry(
         "fault:fault_command",
-        "Let something go wrong on a running emulator. Options beyond these are the fault's parameters: --code 0x2310.",
+        "Inject a fault into a running emulator. Other options are the fault's parameters: --code 0x2310.",
         context=_REST_IS_THE_FAULTS,
     ),
     "fit": Entry("fit:fit_command", "Identify inertia and friction from recordings by least squares."),

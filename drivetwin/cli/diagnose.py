@@ -36,23 +36,23 @@ class FailOn(StrEnum):
 def diagnose_command(
     model: Annotated[Path, typer.Argument(metavar="MODEL.xml", help="MuJoCo model (MJCF): the simulation as it stands.")],
     recordings: Annotated[
-        list[Path], typer.Argument(metavar="RECORDING...", help="Recordings to find causes in, or folders of recordings.")
+        list[Path], typer.Argument(metavar="RECORDING...", help="Training recordings, or folders of recordings.")
     ],
     *,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where report.html, report.json and patched.xml appear.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Output folder for report.html, report.json and patched.xml.")],
     validate: Annotated[
         list[Path] | None,
-        typer.Option(metavar="RECORDING...", help="Recordings to measure the shrink on, not fitted; up to the next option."),
+        typer.Option(metavar="RECORDING...", help="Validation recordings, not fitted; all paths up to the next option."),
     ] = None,
     cutoff: Annotated[
-        float | None, typer.Option(metavar="HZ", help="Cut-off of the zero-phase filter, in Hz; without it, by the recordings.")
+        float | None, typer.Option(metavar="HZ", help="Cut-off frequency of the filter, in Hz; default: from the recordings.")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of what is drawn for the intervals.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random draws for intervals and probabilities.")] = 0,
     allow_gaps: Annotated[bool, typer.Option("--allow-gaps", help="Split a recording at lost samples.")] = False,
-    no_html: Annotated[bool, typer.Option("--no-html", help="Leave report.html out.")] = False,
+    no_html: Annotated[bool, typer.Option("--no-html", help="Do not write report.html.")] = False,
     effects_from: EffectsFrom = None,
     fail_on: Annotated[
-        FailOn | None, typer.Option(help="Exit status 1 where there is a gap (gap), or one that is unexplained (unexplained).")
+        FailOn | None, typer.Option(help="Exit status 1 on any gap (gap), or on an unexplained one (unexplained).")
     ] = None,
     quiet: Quiet = False,
     json_: AsJson = False,
@@ -63,7 +63,7 @@ def diagnose_command(
 
     Writes report.html and report.json, the simulation with the effects added (patched.xml, effects.json), and what it
     predicts for every validation recording (prediction/). Without --validate blocks of the recordings are held back.
-    docs/diagnosis.md tells how to read the report.
+    docs/diagnosis.md explains how to read the report.
 
     Exit status: 0 with a report, whatever the verdict; 1 where --fail-on names that verdict; 2 an input that is refused.
     """

@@ -93,7 +93,7 @@ def _hints(found: Diagnosis) -> Iterator[str]:
             share = percent(sum(spell.share for spell in spells))
             largest = ", ".join(f"{time_words(spell)} of {spell.recording}" for spell in spells[:_SHOWN_AT_MOST])
             left = level(found.after_rms[axis], found.units[axis])
-            yield f"what is left on {axis}, {left} rms: {share} of its energy in {spells_words(len(spells))}, most at {largest}"
+            yield f"left on {axis}, {left} rms: {share} of its energy in {spells_words(len(spells))}, most at {largest}"
     for axes, effects, reason, needed in _untested(found):
         yield f"not testable on {axes}: {effects} ({reason}; needed: {needed})"
     yield from found.notes

@@ -20,9 +20,9 @@ def eds_command(
     out: Annotated[Path, typer.Option(help="The file to write, for example servoone.eds.")],
     profile: Annotated[str, typer.Option(help="Drive type, as for `drivetwin emulate`.")] = "servoone",
     machine: Annotated[
-        str | None, typer.Option(help="The machine whose drive it is: its values at power-on are DefaultValue then.")
+        str | None, typer.Option(help="The machine of the drive: DefaultValue then contains its power-on values.")
     ] = None,
-    axis: Annotated[str | None, typer.Option(help="The axis of that machine; not needed where it has one.")] = None,
+    axis: Annotated[str | None, typer.Option(help="The axis of that machine; not needed if it has one axis.")] = None,
 ) -> None:
     """Write the EDS (CiA 306) of a drive type.
 

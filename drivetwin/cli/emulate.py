@@ -46,7 +46,7 @@ def emulate_command(
     ] = "scara",
     profile: Annotated[str, typer.Option(help="Drive type: servoone, cia402-full or dryve_d1.")] = "servoone",
     bus: Annotated[str, typer.Option(help="vcan0, can0 or ws://127.0.0.1:PORT (port 0: a free one).")] = "ws://127.0.0.1:54701",
-    clock: Annotated[str, typer.Option(help="realtime follows the wall clock; sync moves only with SYNC.")] = "realtime",
+    clock: Annotated[str, typer.Option(help="realtime follows the wall clock; sync advances only with SYNC.")] = "realtime",
     truth: Annotated[
         Path | None, typer.Option(help="True effects of the plant (effects/1), in the place of all of the machine's own.")
     ] = None,
@@ -61,20 +61,20 @@ def emulate_command(
         Path | None, typer.Option(help="Directory in which the drives keep stored parameters (1010h) between runs.")
     ] = None,
     modbus: Annotated[
-        str | None, typer.Option(help="Serve Modbus TCP too, at HOST:PORT or PORT of 127.0.0.1 (port 0: a free one).")
+        str | None, typer.Option(help="Also serve Modbus TCP, at HOST:PORT or PORT of 127.0.0.1 (port 0: a free one).")
     ] = None,
     modbus_serial: Annotated[
-        str | None, typer.Option(help="Serve Modbus RTU too, on DEVICE[,BAUD[,PARITY]]; 19200,E unless told.")
+        str | None, typer.Option(help="Also serve Modbus RTU, on DEVICE[,BAUD[,PARITY]]; default 19200,E.")
     ] = None,
-    eds: Annotated[Path | None, typer.Option(help="A drive's own EDS or DCF: its objects in place of the profile's.")] = None,
+    eds: Annotated[Path | None, typer.Option(help="A drive's own EDS or DCF: its objects replace the profile's.")] = None,
     snapshot: Annotated[
-        list[Path] | None, typer.Option(help="What `drivetwin snapshot` read of a drive; loaded into the node it names.")
+        list[Path] | None, typer.Option(help="File of `drivetwin snapshot`; loaded into the node that it names.")
     ] = None,
     bit_rate: Annotated[
         str | None, typer.Option(help="Model bit timing at 1M, 500k, 250k or 125k: frames take time, queue and arrive late.")
     ] = None,
     control: Annotated[
-        Path | None, typer.Option(metavar="PATH", help="A Unix socket on which `drivetwin fault` makes things go wrong.")
+        Path | None, typer.Option(metavar="PATH", help="Unix socket on which `drivetwin fault` injects faults.")
     ] = None,
     effects_from: EffectsFrom = None,
     json_: AsJson = False,

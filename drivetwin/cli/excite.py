@@ -21,18 +21,18 @@ from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_
 
 
 def excite_command(
-    model: Annotated[Path, typer.Argument(metavar="MODEL.xml", help="MuJoCo model that was diagnosed; its ranges count.")],
+    model: Annotated[Path, typer.Argument(metavar="MODEL.xml", help="MuJoCo model that was diagnosed; its ranges apply.")],
     *,
     report: Annotated[Path, typer.Option(metavar="FILE", help="report.json of `drivetwin diagnose`.")],
     axis: Annotated[str, typer.Option(metavar="AXIS", help="Axis on which causes are to be distinguished.")],
     limits: Annotated[Path, typer.Option(metavar="FILE", help="YAML: speed, acceleration, jerk, travel of each axis.")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where set-points, motion.json and motion.png appear.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Output folder for set-points, motion.json and motion.png.")],
     period: Annotated[float, typer.Option(metavar="S", help="Time between two set-points, in seconds.")] = 0.001,
     effects_from: EffectsFrom = None,
     quiet: Quiet = False,
     json_: AsJson = False,
 ) -> None:
-    """Write the motion that distinguishes what a report could not: move the machine so, record it, diagnose again.
+    """Write the motion that distinguishes what a report could not: move the machine, record, diagnose again.
 
     Example: drivetwin excite model.xml --report out/gap/report.json --axis lift --limits limits.yaml --out out/motion
 

@@ -23,21 +23,21 @@ LONGEST_ANSWER = 65536
 
 def fault_command(
     context: typer.Context,
-    name: Annotated[str | None, typer.Argument(metavar="FAULT", help="Which; --list shows all.", show_default=False)] = None,
-    on: Annotated[Path | None, typer.Option(metavar="PATH", help="The --control of the running emulator.")] = None,
-    node: Annotated[str | None, typer.Option(help="Whose drive or axis: node-ID, name of the axis, or all.")] = None,
+    name: Annotated[str | None, typer.Argument(metavar="FAULT", help="Its name; --list shows all.", show_default=False)] = None,
+    on: Annotated[Path | None, typer.Option(metavar="PATH", help="The --control socket of the running emulator.")] = None,
+    node: Annotated[str | None, typer.Option(help="The drive or axis: node-ID, name of the axis, or all.")] = None,
     duration: Annotated[
-        str | None, typer.Option("--for", metavar="SECONDS", help="How long it lasts, in simulated time; else until --end.")
+        str | None, typer.Option("--for", metavar="SECONDS", help="Duration in simulated time; default: until --end.")
     ] = None,
-    end: Annotated[bool, typer.Option("--end", help="End it, in place of striking it; told as it was struck.")] = False,
+    end: Annotated[bool, typer.Option("--end", help="End the fault; give the same parameters.")] = False,
     list_: Annotated[bool, typer.Option("--list", help="Show every fault with its parameters.")] = False,
     json_: AsJson = False,
 ) -> None:
-    """Let something go wrong on a running emulator. Options beyond these are the fault's parameters: --code 0x2310.
+    """Inject a fault into a running emulator. Other options are the fault's parameters: --code 0x2310.
 
     Example: drivetwin fault sto --node 2 --for 0.5 --on out/control
 
-    The emulator has been started with --control out/control. docs/faults.md says what each fault does on bus and machine.
+    Start the emulator with --control out/control. docs/faults.md says what each fault does on bus and machine.
     """
     if list_ and json_:
         print(json.dumps({kind.name: _as_json(kind) for kind in library().values()}, indent=1, ensure_ascii=False))

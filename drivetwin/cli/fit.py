@@ -29,20 +29,20 @@ def fit_command(
         list[Path], typer.Argument(metavar="RECORDING...", help="Recordings to fit, or folders of recordings.")
     ],
     *,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where identified.json, report.html and plots appear.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Output folder for identified.json, report.html and plots.")],
     validate: Annotated[
-        list[Path] | None, typer.Option(metavar="RECORDING", help="Recording to check on, not fitted; repeatable.")
+        list[Path] | None, typer.Option(metavar="RECORDING", help="Validation recording: measured, not fitted; repeatable.")
     ] = None,
-    cutoff: Annotated[float, typer.Option(metavar="HZ", help="Cut-off of the zero-phase filter, in Hz.")] = 48.0,
+    cutoff: Annotated[float, typer.Option(metavar="HZ", help="Cut-off frequency of the zero-phase filter, in Hz.")] = 48.0,
     standstill: Annotated[
         list[str] | None,
         typer.Option(metavar="[AXIS=]SPEED", help="Speed above which an axis moves, in rad/s or m/s; default: automatic."),
     ] = None,
     reversal_margin: Annotated[
-        float, typer.Option(metavar="S", help="Time left out on either side of each reversal, in seconds.")
+        float, typer.Option(metavar="S", help="Time left out on each side of each reversal, in seconds.")
     ] = 0.0,
     delay: Annotated[
-        bool, typer.Option("--delay", help="Fit the delay between torque and motion too (captures over a bus).")
+        bool, typer.Option("--delay", help="Also fit the delay between torque and motion (captures over a bus).")
     ] = False,
     allow_gaps: Annotated[bool, typer.Option("--allow-gaps", help="Split a recording at lost samples.")] = False,
     quiet: Quiet = False,
@@ -52,7 +52,7 @@ def fit_command(
 
     Example: drivetwin fit docs/examples/emps/model.xml out/emps --validate out/emps_pulses --out out/emps_fit
 
-    Writes identified.json (parameters with 90 % intervals, errors, verdicts), report.html and two pictures an axis.
+    Writes identified.json (parameters with 90 % intervals, errors, verdicts), report.html and two plots per axis.
     docs/identification.md describes the method.
     """
     console = terminal(silent=quiet or json_)

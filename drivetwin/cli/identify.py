@@ -49,7 +49,7 @@ def identify_command(
     profile: Annotated[str, typer.Option(help="Drive type on the bus: servoone or cia402-full.")] = "servoone",
     bus: Annotated[str, typer.Option(help="inproc (starts the emulator here), vcan0, can0 or ws://127.0.0.1:PORT.")] = INPROC,
     clock: Annotated[
-        str, typer.Option(help="sync: as fast as it goes, moved by SYNC; realtime: 1 kHz on the wall clock.")
+        str, typer.Option(help="sync: as fast as possible, advanced by SYNC; realtime: 1 kHz on the wall clock.")
     ] = "sync",
     out: Annotated[Path, typer.Option(help="Directory for recordings, identified.json, report.html and plots.")] = Path(
         "out/identify"
@@ -59,19 +59,19 @@ def identify_command(
     ] = None,
     limits: Annotated[Path | None, typer.Option(help="Limits file (travel, speed, torque); required on can0.")] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before moving axes on can0.")] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the exciting move, and inproc of the sensors' noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the excitation move, and inproc of the sensors' noise.")] = 0,
     effects_from: EffectsFrom = None,
     quiet: Quiet = False,
     json_: AsJson = False,
 ) -> None:
     """Identify the friction of every axis over the bus.
 
-    Brings up the drives, homes, streams strokes and an exciting move, captures torque by PDO and SDO at 1 kHz, and fits
+    Brings up the drives, homes, streams strokes and an excitation move, captures torque by PDO and SDO at 1 kHz, and fits
     inertia, Coulomb and viscous friction and the Stribeck curve by least squares, with 90 % intervals.
 
     Example: drivetwin identify --machine scara --bus ws://127.0.0.1:54701 --clock realtime --out out/identify
 
-    Ctrl-C quick-stops and disables every axis. Where it fails, OUT is not written; the bus log until then is OUT.failed.log.
+    Ctrl-C quick-stops and disables every axis. If it fails, OUT is not written; the bus log is OUT.failed.log.
     """
     console = terminal(silent=quiet or json_)
     if clock not in PACINGS:

@@ -25,10 +25,10 @@ SHOWN = 12
 
 def import_command(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="CSV, MATLAB .mat, or a bus log (.log .asc .blf).")],
-    map_: Annotated[Path, typer.Option("--map", metavar="MAP.yaml", help="What is which column, in which unit.")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the recording, or one folder a file, appears.")],
+    map_: Annotated[Path, typer.Option("--map", metavar="MAP.yaml", help="The map of columns and units.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Output folder: the recording, or one folder per file.")],
     repair: Annotated[
-        bool, typer.Option("--repair", help="Take out rows that stand twice, and fill in single missing samples.")
+        bool, typer.Option("--repair", help="Remove repeated rows, and fill in single missing samples.")
     ] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -39,9 +39,9 @@ def import_command(
     FILE is a text table of any layout, a MATLAB file up to v7, or a log of candump -L, Vector ASC or BLF.
 
     MAP.yaml names columns, units, signs and the drive's constants: docs/import.md describes it, docs/examples/ has two
-    that work.
+    working maps.
 
-    With one FILE the folder DIR is the recording; with several each is DIR/NAME. Nothing appears unless every file is
+    With one FILE the folder DIR is the recording; with several each is DIR/NAME. Nothing is written unless every file is
     good.
     """
     refuse_to_replace(out, [*files, map_])

@@ -23,8 +23,8 @@ def snapshot_command(
     bus: Annotated[str, typer.Option(help="vcan0, can0 or ws://127.0.0.1:PORT.")],
     node: Annotated[int, typer.Option(min=1, max=127, help="Node-ID of the drive.")],
     out: Annotated[Path, typer.Option(help="The file to write, for example axis1.json.")],
-    profile: Annotated[str, typer.Option(help="Drive type: which objects to read.")] = "servoone",
-    eds: Annotated[Path | None, typer.Option(help="The drive's own EDS or DCF: which objects to read instead.")] = None,
+    profile: Annotated[str, typer.Option(help="Drive type: defines the objects to read.")] = "servoone",
+    eds: Annotated[Path | None, typer.Option(help="The drive's own EDS or DCF: defines the objects instead.")] = None,
     quiet: Quiet = False,
 ) -> None:
     """Read every object of a live drive by SDO. Nothing is written to the drive, and nothing moves.

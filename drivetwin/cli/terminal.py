@@ -7,8 +7,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Write no tables and no progress; errors and exit status stay.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Write the result as one JSON document, in place of all else.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Write no tables and no progress; only errors and the exit status.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Write the result as one JSON document and nothing else.")]
 
 
 def terminal(*, silent: bool = False, markup: bool = True) -> Console:

@@ -33,7 +33,7 @@ console = Console(width=max(112, Console().width))
 
 def write_friction_command(
     identified: Annotated[
-        Path, typer.Argument(metavar="IDENTIFIED.json", help="What identify or fit wrote.", show_default=False)
+        Path, typer.Argument(metavar="IDENTIFIED.json", help="identified.json of identify or fit.", show_default=False)
     ],
     machine: Annotated[
         str, typer.Option(metavar="NAME|DIR|FILE.yaml", help="Machine: scara, stage, arm or one of your own.")
@@ -41,18 +41,18 @@ def write_friction_command(
     profile: Annotated[str, typer.Option(help="Drive type on the bus: servoone, which has a friction table.")] = "servoone",
     bus: Annotated[str | None, typer.Option(help="vcan0, can0 or ws://127.0.0.1:PORT.")] = None,
     axis: Annotated[list[str] | None, typer.Option(help="Only this axis; may be repeated. Default: all in the file.")] = None,
-    store: Annotated[bool, typer.Option("--store", help="Have the drives keep their parameters (1010h:03).")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Show the tables; join no bus, write nothing.")] = False,
+    store: Annotated[bool, typer.Option("--store", help="The drives save their parameters (1010h:03).")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Show the tables; use no bus, write nothing.")] = False,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before writing on can0.")] = False,
 ) -> None:
     """Write identified friction into the drives' own friction tables (servoone: 2182h, 2183h).
 
-    The drive then adds the friction's torque to its demand by itself. Shows each table before and after, and how far it is from
-    the identified law at worst. Nothing moves, and a drive whose voltage may be on is refused.
+    The drive then adds the friction torque to its demand. Shows each table before and after, and its worst deviation from the
+    identified law. Nothing moves, and a drive whose voltage may be on is refused.
 
     Example: drivetwin write-friction out/identify/identified.json --bus ws://127.0.0.1:54701 --axis rotate --store
 
-    --store keeps every application parameter of the drive as it is now, not the table alone.
+    --store saves every application parameter of the drive as it is now, not only the table.
     """
     known, drive_type = load_machine(machine), load_profile(profile)
     check_drive_type(drive_type)

@@ -50,7 +50,7 @@ ANGLE = Unit("rad", "rad")
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter of an effect: its name, unit, and the values that make sense."""
+    """A parameter of an effect: its name, unit and bounds."""
 
     name: str
     unit: Unit
@@ -59,7 +59,7 @@ class Parameter:
 
 
 class Need(StrEnum):
-    """What a motion or a recording must have, so that an effect can be told from others at all."""
+    """What a motion or recording must have to test for an effect."""
 
     BOTH_DIRECTIONS = "both_directions"
     TWO_SPEEDS = "two_speeds"
@@ -72,7 +72,7 @@ class Need(StrEnum):
 
 
 class Exciting(StrEnum):
-    """Motions that set effects apart; `drivetwin excite` makes them."""
+    """Motions that distinguish effects; `drivetwin excite` writes them."""
 
     WARM_UP = "warm_up"
     SLOW_STROKES = "slow_strokes"
@@ -85,7 +85,7 @@ class Exciting(StrEnum):
 
 
 class Look(StrEnum):
-    """What the torque of an effect looks like: of two that share one, either could be taken for a part of the other."""
+    """What the torque of an effect looks like: two effects that share a look can be mistaken for each other."""
 
     PULL = "hardly varies, or slowly with the position"
     INERTIA = "goes with the acceleration"
@@ -130,7 +130,7 @@ class Effect(ABC):
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         """Add the effect to the plant: edit the specification about the axis's joint, or return the axis changed by it.
 
-        Raises UserError where the joint or the model cannot have the effect.
+        Raises UserError if the joint or the model cannot have the effect.
         """
 
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
@@ -150,7 +150,7 @@ class Effect(ABC):
         return frozenset()
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
-        """How rare its size is among machines [nats]: 0 for an ordinary one."""
+        """How rare its size is among machines [nats]: 0 for an ordinary size."""
         return 0.0
 
     @classmethod
@@ -214,7 +214,7 @@ class AxisEffect(Effect):
 
 @dataclass(frozen=True)
 class ReplayedEffect(AxisEffect):
-    """An effect with which the joint moves otherwise than measured: the axis replayed with it, less the axis without."""
+    """An effect that makes the joint deviate from the measured motion: the replayed axis with it, minus the axis without it."""
 
     @abstractmethod
     def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -235,7 +235,7 @@ class StaticEffect(AxisEffect):
 
 @dataclass(frozen=True)
 class TorqueEffect(StaticEffect):
-    """An effect with one equation, a torque by the joint's present state: the plant acts by it, and it is the prediction.
+    """An effect with one equation, a torque by the joint's present state, for both plant and prediction.
 
     For what varies smoothly; friction that sticks is a `FrictionEffect`.
     """
@@ -258,7 +258,7 @@ class TorqueEffect(StaticEffect):
 
 @dataclass(frozen=True)
 class DriveEffect(Effect):
-    """An effect between the torque that a drive's loops ask for and the torque that it gives and reports."""
+    """An effect between the torque that a drive's loops demand and the torque that the drive gives and reports."""
 
     @abstractmethod
     def respond(self, asked: NDArray[np.float64], period: float) -> NDArray[np.float64]:
@@ -277,7 +277,7 @@ class DriveEffect(Effect):
 
 @dataclass(frozen=True)
 class ModelEffect(Effect):
-    """An effect on the rigid bodies, about every axis: what it costs, the inverse dynamics of the changed model tells.
+    """An effect on the rigid bodies, about every axis: its torque follows from the inverse dynamics of the changed model.
 
     It costs its first parameter times a polynomial of degree two in the others, its shape.
     """
@@ -296,7 +296,7 @@ class ModelEffect(Effect):
 
 @dataclass(frozen=True)
 class FrictionEffect(StaticEffect):
-    """An effect that is a change of the friction law: what it costs is what the changed law resists more."""
+    """A change of the friction law: its torque is the additional resistance of the changed law."""
 
     @abstractmethod
     def change(self, law: FrictionLaw) -> FrictionLaw:

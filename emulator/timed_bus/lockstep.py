@@ -104,7 +104,7 @@ class LockstepBus(TimedBus):
         late = whole.received - self._began
         return (
             f"{whole.frame.identifier:03X}h came {1e6 * late:.0f} us after its cycle of {1e3 * self.virtual.cycle():g} ms was "
-            f"over: the frames do not fit into it at {1e-3 * self._line.bit_rate:g} kbit/s (told once)"
+            f"over: the frames do not fit into it at {1e-3 * self._line.bit_rate:g} kbit/s (reported once)"
         )
 
 

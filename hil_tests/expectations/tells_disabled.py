@@ -24,7 +24,7 @@ class TellsDisabled(Expectation):
         finding = MET
         for axis, node in zip(evidence.axes, evidence.nodes, strict=True):
             if evidence.told is not None and axis not in evidence.told:
-                finding += self.fails(f"no frame told the state of node {node} since it booted", axis, evidence.end)
+                finding += self.fails(f"no frame showed the state of node {node} since it booted", axis, evidence.end)
                 continue
             changes = [change for change in evidence.states if change.axis == axis]
             last = [change for change in changes if change.time <= evidence.end][-1:]

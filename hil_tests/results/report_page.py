@@ -161,7 +161,7 @@ def _trend(trend: Trend) -> str:
         f"{kept} figures differ by no more than their tolerance.</p>"
         f"{figures if changes else ''}{outcomes if trend.cases else ''}"
         '<p class="note">The tolerance is 3 standard deviations of the difference of two runs, and no less than what the '
-        "figure is resolved to. A figure that is worse by more rejects the release; one whose noise is not known is told only."
+        "figure is resolved to. A figure that is worse by more rejects the release; one with unknown noise is only reported."
         "</p></section>"
     )
 

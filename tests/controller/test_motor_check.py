@@ -30,7 +30,7 @@ def test_description_and_nominal_model_have_the_same_motors(machine: str) -> Non
 def test_another_motor_is_refused() -> None:
     bench = VirtualBench("stage").up()
     bench.virtual.drives[0].dictionary[0x21CD].value = 2.8e-5
-    with pytest.raises(UserError, match=r"slide \(node 1\) tells a motor inertia of 2.8e-05 .* has 3.8e-05: is --machine"):
+    with pytest.raises(UserError, match=r"slide \(node 1\) has motor inertia 2.8e-05 .* has 3.8e-05: is --machine"):
         check_motors(bench.drives, bench.machine)
 
 

@@ -19,7 +19,7 @@ def said(told: frozenset[str] | None, *states: StateChange) -> list[tuple[str | 
 def test_a_real_drive_has_to_tell_its_state() -> None:
     assert said(frozenset(("lift", "rotate", "stretch")), ENABLED, DISABLED) == []
     assert said(frozenset(("rotate", "stretch")), ENABLED, DISABLED) == [
-        ("lift", "no frame told the state of node 1 since it booted")
+        ("lift", "no frame showed the state of node 1 since it booted")
     ]
 
 

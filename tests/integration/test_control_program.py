@@ -50,7 +50,7 @@ def test_a_wrong_configuration_is_refused_and_its_log_is_there(tmp_path: Path) -
     with emulator("--machine", "arm", "--clock", "sync") as bus:
         status, err = run(task, "--bus", bus, "--out", tmp_path / "out", "--log", tmp_path / "bus.log")
     assert status == 2
-    assert err.startswith("drivetwin-control: axis slide (node 1) tells a motor inertia of")
+    assert err.startswith("drivetwin-control: axis slide (node 1) has motor inertia")
     assert err.count("\n") == 1
     told = json.loads((tmp_path / "out" / "controller.json").read_text(encoding="utf-8"))
     assert told["outcome"] == "refused"

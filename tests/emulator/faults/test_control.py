@@ -202,10 +202,10 @@ def test_what_is_not_there_is_not_ended(tmp_path: Path) -> None:
     rise = {"fault": "friction_rise", "node": "rotate", "torque": 20}
     with served(tmp_path / "control") as bench:
         client = Client(tmp_path / "control", bench)
-        assert client.ask(end=STO) == {"error": "there is no such sto to end, told as it was struck; there is none"}
+        assert client.ask(end=STO) == {"error": "there is no active sto with these parameters to end; there is none"}
         assert "time" in client.ask(strike=rise)
         refused = client.ask(end=rise | {"torque": 10})["error"]
-        assert refused == "there is no such friction_rise to end, told as it was struck; there is friction_rise on axis rotate"
+        assert refused == "there is no active friction_rise with these parameters to end; there is friction_rise on axis rotate"
         assert client.ask(end=rise | {"node": "all"})["fault"] == "friction_rise"
         assert "error" in client.ask(end=rise)
 
