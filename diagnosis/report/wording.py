@@ -10,6 +10,7 @@ from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.report.remains import Spell
 from drivetwin.diagnosis.report.result import AxisGap, Cause, Diagnosis, Estimate, Unknown, Verdict
 from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.foundation.quantities import scale_of
 
 _NAMED_AT_MOST = 3
 """Axes that the verdict names one by one."""
@@ -40,8 +41,9 @@ def span_percent(low: float, high: float) -> str:
 
 
 def level(value: float, unit: str) -> str:
-    """A torque or force with its unit."""
-    return f"{number(value)} {unit}"
+    """A torque or force in a unit that fits its size."""
+    scale = scale_of(unit, value)
+    return f"{number(scale.factor * value)} {scale.unit}"
 
 
 def p_words(p_value: float) -> str:
@@ -79,9 +81,9 @@ def undistinguished(cause: Cause) -> str:
 
 def estimate_words(name: str, estimate: Estimate) -> str:
     """A parameter with its interval."""
-    low, high = estimate.ci90
-    unit = "" if estimate.unit == "1" else f" {estimate.unit}"
-    return f"{name.replace('_', ' ')} {number(estimate.value)} ({number(low)} to {number(high)}){unit}"
+    scale = scale_of(estimate.unit, estimate.value)
+    value, low, high = (number(scale.factor * each) for each in (estimate.value, *estimate.ci90))
+    return f"{name.replace('_', ' ')} {value} ({low} to {high}) {scale.unit}".rstrip()
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:
@@ -180,6 +182,8 @@ def _times(name: str, count: int) -> str:
 
 
 def _shrink(name: str, diagnosis: Diagnosis) -> str:
-    gap, after, unit = diagnosis.axes[name], diagnosis.after_rms[name], diagnosis.units[name]
-    sizes = f"{number(gap.gap_rms)} to {level(after, unit)}" if after != gap.gap_rms else level(after, unit)
+    gap, after = diagnosis.axes[name], diagnosis.after_rms[name]
+    scale = scale_of(diagnosis.units[name], gap.gap_rms)
+    before = f"{number(scale.factor * gap.gap_rms)} to " if after != gap.gap_rms else ""
+    sizes = f"{before}{number(scale.factor * after)} {scale.unit}"
     return f"{name} {sizes} rms, {percent(gap.unknown.share)} unknown"

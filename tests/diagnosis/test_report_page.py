@@ -254,7 +254,7 @@ def test_every_share_of_a_gap_has_its_width_its_interval_and_a_row(page: Page) -
     assert page.titles[0] == "62 % stribeck, 90 % interval 58 to 66 %"
     assert page.titles[3] == "9 % unknown, 90 % interval 5 to 12 %"
     level = CASE.axes["rotate"].gap_rms * np.sqrt(0.18)
-    assert page.row("torque ripple", "18 %") == ["torque ripple", "18 %", "15 to 20 %", f"{level:.3g} N·m"]
+    assert page.row("torque ripple", "18 %") == ["torque ripple", "18 %", "15 to 20 %", f"{1e3 * level:.3g} mN·m"]
     assert page.row("noise")[1:3] == ["4 %", "3 to 5 %"]
     assert sum(row[0] == "noise" for row in page.rows) == 1, "what is no gap is not divided up"
 
@@ -306,7 +306,7 @@ def test_what_could_not_be_tested_has_one_row_a_reason(page: Page) -> None:
 
 
 def test_the_method_tells_every_number_that_steers_the_answer(page: Page) -> None:
-    assert page.row("rotate", "48 Hz")[2:] == ["0.002 rad/s", "0.02 N·m", "0.016 N·m", "0.1 N·m", "p < 1e-12"]
+    assert page.row("rotate", "48 Hz")[2:] == ["0.002 rad/s", "20 mN·m", "16 mN·m", "0.1 N·m", "p < 1e-12"]
     assert page.row("stretch", "48 Hz")[2] == "0.002 m/s"
     assert "Noise of rotate, stretch: spectrum of the torque above 3 cut-offs." in page.text
     for name in asdict(Settings()):
@@ -342,7 +342,7 @@ def test_no_gap_and_held_back_blocks_are_said(tmp_path: Path) -> None:
     axes = {"rotate": CASE.axes["stretch"]}
     calm = replace(CASE, verdict=Verdict.NO_GAP, axes=axes, selected=(), causes=(), held_back=True)
     found = page_of(calm, tmp_path)
-    assert "No gap beyond noise on any axis (rotate 0.0" in found.text
+    assert "No gap beyond noise on any axis (rotate 19.5 mN·m rms)" in found.text
     assert "blocks of the recordings were held back from the fit" in found.text
     assert "No effect is added." in found.text
     assert "What the gap is made of" not in found.text

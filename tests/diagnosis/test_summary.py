@@ -65,7 +65,7 @@ def test_without_causes_there_is_no_table_of_them() -> None:
     axes = {"rotate": CASE.axes["stretch"]}
     calm = replace(CASE, verdict=Verdict.NO_GAP, axes=axes, causes=(), selected=(), held_back=True)
     words = said(calm)
-    assert words.startswith("No gap beyond noise on any axis (rotate 0.0")
+    assert words.startswith("No gap beyond noise on any axis (rotate 19.5 mN·m rms)")
     assert "Gap on blocks held back from the recordings" in words
     assert "Causes" not in words
 
