@@ -7,7 +7,7 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 .DEFAULT_GOAL := run
 
-.PHONY: run test test-vcan interoperability seeds bench paper fuzz fuzz-files blind measured accept accept-repeats mutants lock clean
+.PHONY: run test test-vcan interoperability seeds bench wafer-handler fuzz fuzz-files blind measured accept accept-repeats mutants docs lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -46,9 +46,9 @@ fuzz: .venv/.installed
 fuzz-files: .venv/.installed
 	$(BIN)/python scripts/fuzz_files.py --cases 2000 --seed 0
 
-# The machine of the published study, link by link through the bus: out/paper/report.html and paper.json.
-paper: .venv/.installed
-	PYTHONPATH=scripts $(BIN)/python -m paper --out out/paper
+# The machine of the published study, link by link through the bus: out/wafer-handler/report.html and wafer-handler.json.
+wafer-handler: .venv/.installed
+	PYTHONPATH=docs/examples $(BIN)/python -m wafer_handler --out out/wafer-handler
 
 # 300 machines whose true effects are withheld, recorded over the bus and diagnosed: out/blind/score.html; resumes where it was.
 blind: .venv/.installed
@@ -68,13 +68,17 @@ accept-repeats: .venv/.installed
 
 # Broken controllers through the same suite, and who catches them: out/mutants/table.md; resumes where it was.
 mutants: .venv/.installed
-	$(BIN)/python -m mutants.table --jobs 2 --out out/mutants
+	$(BIN)/python -m drivetwin.mutants.table --jobs 2 --out out/mutants
 
 .venv/.installed: requirements.lock pyproject.toml
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@touch $@
+
+# The documentation as a site, every link checked: out/site/index.html.
+docs: .venv/.installed
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
 # Renew the lock file (needs uv); hashes only, no index host.
 lock:

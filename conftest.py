@@ -22,7 +22,7 @@ def mujoco_warns_of_nothing() -> Iterator[None]:
 @pytest.fixture
 def library_as_it_was() -> Iterator[None]:
     """Effects that a test adds, or a command that it runs in this process, are gone afterwards."""
-    module = import_module("emulator.effects.library")
+    module = import_module("drivetwin.emulator.effects.library")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "_added", [])
         yield

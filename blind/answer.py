@@ -11,8 +11,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from blind.told import Told, read_told
-from drivetwin.errors import UserError
+from drivetwin.blind.told import Told, read_told
+from drivetwin.foundation.errors import UserError
 
 NOMINALS = ("exact", "off")
 """Nominal parameters of the model that the diagnosis is given: the machine's own, or each some 4 % off."""

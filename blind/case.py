@@ -24,7 +24,7 @@ class Cause:
 class Case:
     """One drawn case; everything else about it follows from `seed`.
 
-    `machine` is a family of `blind.machines`, `formulation` the way the withheld plant is written (`blind.plants`).
+    `machine` is a family of `blind/machines.py`, `formulation` the way the withheld plant is written (`blind/plants/`).
     """
 
     number: int

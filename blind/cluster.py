@@ -9,8 +9,8 @@ from pathlib import Path
 
 from distributed import Client, LocalCluster
 
-from drivetwin.errors import UserError
-from drivetwin.scratch import scratch
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.scratch import scratch
 
 _CONNECT_SECONDS = 10
 

@@ -1,7 +1,7 @@
 """The process that diagnoses and knows no truth: what `drivetwin diagnose` does, and its first cause on motion not seen yet.
 
-Started as `python -m blind.diagnoser [EFFECTS.py ...]` with next to no environment, in a folder of nobody; it is told where a
-case stands.
+Started as `python -m drivetwin.blind.diagnoser [EFFECTS.py ...]` with next to no environment, in a folder of nobody; it is told
+where a case stands.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 
-from blind.serving import serve
-from diagnosis.diagnose import diagnose
-from diagnosis.prepare.cutoff import motion_cutoff
-from diagnosis.prepare.inputs import read_inputs
-from diagnosis.prepare.motion import begins, prepare, standstill_of
-from diagnosis.prepare.simulation import simulation
-from diagnosis.report.prediction import Patch, predict
-from diagnosis.report.schema import CausePart, read_report
-from diagnosis.report.write import prediction_table, write_diagnosis
-from diagnosis.settings import Settings
+from drivetwin.blind.serving import serve
+from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.prepare.cutoff import motion_cutoff
+from drivetwin.diagnosis.prepare.inputs import read_inputs
+from drivetwin.diagnosis.prepare.motion import begins, prepare, standstill_of
+from drivetwin.diagnosis.prepare.simulation import simulation
+from drivetwin.diagnosis.report.prediction import Patch, predict
+from drivetwin.diagnosis.report.schema import CausePart, read_report
+from drivetwin.diagnosis.report.write import prediction_table, write_diagnosis
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.effects import PlacedEffect, add_effects, library, read_effect_file
 from drivetwin.recording.reader import read_recording
-from emulator.effects import PlacedEffect, add_effects, library, read_effect_file
 
 
 class GapDiagnosis:

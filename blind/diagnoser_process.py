@@ -12,9 +12,9 @@ import threading
 from dataclasses import asdict
 from functools import cache
 
-from blind.serving import DiagnoseRequest, PredictRequest
+from drivetwin.blind.serving import DiagnoseRequest, PredictRequest
 
-DIAGNOSER = (sys.executable, "-P", "-m", "blind.diagnoser")
+DIAGNOSER = (sys.executable, "-P", "-m", "drivetwin.blind.diagnoser")
 
 PATIENCE = 1800.0
 """Longest that an answer may take [s]: a diagnosis without an end must not stop the others."""

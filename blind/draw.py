@@ -6,13 +6,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from blind.case import FOREIGN, Case, Cause, Kind
-from blind.foreign import FOREIGN_EFFECTS
-from blind.levels import Levels, levels_of
-from blind.machines import DrawnMachine, draw_machine
-from blind.plants import FORMULATIONS, LIBRARY, has_formulations
-from blind.sizes import draw_cause, draw_foreign, drawable, suits
-from emulator.effects import Effect
+from drivetwin.blind.case import FOREIGN, Case, Cause, Kind
+from drivetwin.blind.foreign import FOREIGN_EFFECTS
+from drivetwin.blind.levels import Levels, levels_of
+from drivetwin.blind.machines import DrawnMachine, draw_machine
+from drivetwin.blind.plants import FORMULATIONS, LIBRARY, has_formulations
+from drivetwin.blind.sizes import draw_cause, draw_foreign, drawable, suits
+from drivetwin.emulator.effects import Effect
 
 Draw = np.random.Generator
 

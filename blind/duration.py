@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from drivetwin.files import write_json
+from drivetwin.foundation.files import write_json
 
 SCHEMA = "blind-times/1"
 

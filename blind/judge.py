@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import pi
 
-from blind.answer import Answer, Gap
-from blind.case import FOREIGN, Case, Cause
-from blind.told import NO_GAP, NONE, UNKNOWN, ToldCause, ToldEstimate
-from emulator.effects import library
+from drivetwin.blind.answer import Answer, Gap
+from drivetwin.blind.case import FOREIGN, Case, Cause
+from drivetwin.blind.told import NO_GAP, NONE, UNKNOWN, ToldCause, ToldEstimate
+from drivetwin.emulator.effects import library
 
 NO_ANSWER = "no answer"
 

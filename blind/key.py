@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from blind.case import Case
-from drivetwin.errors import UserError
-from drivetwin.files import new_file
+from drivetwin.blind.case import Case
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import new_file
 
 SCHEMA = "blind-key/1"
 KEY, COMMITMENT = "key.json", "key.sha256"

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.machines import DrawnMachine
-from blind.motions import PERIOD, Plan, draw_plans
+from drivetwin.blind.machines import DrawnMachine
+from drivetwin.blind.motions import PERIOD, Plan, draw_plans
 
 Samples = NDArray[np.float64]
 

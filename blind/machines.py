@@ -10,12 +10,12 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from controller.machine import Axis as ControllerAxis
-from controller.machine import Homing
-from controller.machine import Machine as ControllerMachine
-from emulator.machine import Axis as VirtualAxis
-from emulator.machine import CurrentSensor, Encoder, LimitSwitches, Loops, Motor
-from emulator.machine import Machine as VirtualMachine
+from drivetwin.controller.machine import Axis as ControllerAxis
+from drivetwin.controller.machine import Homing
+from drivetwin.controller.machine import Machine as ControllerMachine
+from drivetwin.emulator.machine import Axis as VirtualAxis
+from drivetwin.emulator.machine import CurrentSensor, Encoder, LimitSwitches, Loops, Motor
+from drivetwin.emulator.machine import Machine as VirtualMachine
 
 MODEL = "model.xml"
 

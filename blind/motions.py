@@ -9,8 +9,8 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.machines import DrawnAxis, DrawnMachine
-from controller.trajectory import Multisine, Positions, exciting, move, stroke
+from drivetwin.blind.machines import DrawnAxis, DrawnMachine
+from drivetwin.controller.trajectory import Multisine, Positions, exciting, move, stroke
 from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited
 
 Draw = np.random.Generator

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import plotly.graph_objects as go
 
-from blind.duration import Duration
-from blind.score import NominalScore, Score, order_of_answers
-from blind.table import (
+from drivetwin.blind.duration import Duration
+from drivetwin.blind.score import NominalScore, Score, order_of_answers
+from drivetwin.blind.table import (
     CALIBRATION_HEAD,
     EXTRA_HEAD,
     HEAD,
@@ -26,7 +26,7 @@ from blind.table import (
     strict_words,
     target_rows,
 )
-from drivetwin.html_page import figure_div, table, write_page
+from drivetwin.foundation.html_page import figure_div, table, write_page
 
 _ACCENT, _SOFT, _GOOD = "#00506b", "#5d6b78", "#2c7a4b"
 _CLASS = {"reached": "in", "missed": "out"}

@@ -9,17 +9,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from blind.answer import answered, tried
-from blind.case import Case
-from blind.key import Key, commit
-from drivetwin.errors import UserError
-from drivetwin.files import INSTALLED, write_json
-from emulator.effects import EffectFile
+from drivetwin.blind.answer import answered, tried
+from drivetwin.blind.case import Case
+from drivetwin.blind.key import Key, commit
+from drivetwin.emulator.effects import EffectFile
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import INSTALLED, write_json
 
 SCHEMA = "blind-run/1"
 RUN = "run.json"
 
-_ANSWERED_BY = ("blind", "controller", "diagnosis", "drive_profiles", "drivetwin", "emulator")
+_ANSWERED_BY = (
+    *("blind", "bus", "controller", "diagnosis", "drive_profiles", "emulator"),
+    *("foundation", "identification", "motion", "recording"),
+)
 
 
 @dataclass(frozen=True)

@@ -15,20 +15,20 @@ from pathlib import Path
 import can
 import numpy as np
 
-from blind.case import Case
-from blind.draw import draw_cases
-from blind.machines import CURRENT_LOOP, MODEL, DrawnMachine, controller_machine, draw_machine, off, virtual_machine
-from blind.motions import PERIOD, Plan, draw_plans
-from blind.plants import plant_of
-from controller.pacing import Lockstep
-from controller.progress import Progress
-from controller.session import Session, Streaming, session_on
-from drive_profiles import load_profile
-from drivetwin.bus import InprocBus
+from drivetwin.blind.case import Case
+from drivetwin.blind.draw import draw_cases
+from drivetwin.blind.machines import CURRENT_LOOP, MODEL, DrawnMachine, controller_machine, draw_machine, off, virtual_machine
+from drivetwin.blind.motions import PERIOD, Plan, draw_plans
+from drivetwin.blind.plants import plant_of
+from drivetwin.bus.channel import InprocBus
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.controller.progress import Progress
+from drivetwin.controller.session import Session, Streaming, session_on
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.recording.recording import Recording
 from drivetwin.recording.writer import write_recording
-from emulator.clock import SyncClock
-from emulator.virtual_machine import VirtualMachine
 
 MODEL_OFF = "model_off.xml"
 

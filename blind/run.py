@@ -9,17 +9,17 @@ from typing import Protocol
 
 from distributed import Client, Future, as_completed
 
-from blind.answer import FAILED, answered, read_answer
-from blind.case import Case
-from blind.duration import Duration, read_seconds, write_times
-from blind.key import open_key, seal
-from blind.page import write_score_page
-from blind.place import Place, claim
-from blind.score import Score, score
-from blind.score_file import write_score
-from blind.table import write_markdown
-from blind.task import SECONDS, Examined, Procedure, examine, unpack
-from drivetwin.files import new_directory, write_json
+from drivetwin.blind.answer import FAILED, answered, read_answer
+from drivetwin.blind.case import Case
+from drivetwin.blind.duration import Duration, read_seconds, write_times
+from drivetwin.blind.key import open_key, seal
+from drivetwin.blind.page import write_score_page
+from drivetwin.blind.place import Place, claim
+from drivetwin.blind.score import Score, score
+from drivetwin.blind.score_file import write_score
+from drivetwin.blind.table import write_markdown
+from drivetwin.blind.task import SECONDS, Examined, Procedure, examine, unpack
+from drivetwin.foundation.files import new_directory, write_json
 
 
 @dataclass(frozen=True)

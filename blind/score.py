@@ -9,11 +9,11 @@ from typing import get_args
 
 import numpy as np
 
-from blind.answer import Answer
-from blind.case import FOREIGN, Case, Kind
-from blind.judge import Judged
-from blind.rates import Rate, rate
-from blind.strict import Called, Strict, brier, calibration, strict
+from drivetwin.blind.answer import Answer
+from drivetwin.blind.case import FOREIGN, Case, Kind
+from drivetwin.blind.judge import Judged
+from drivetwin.blind.rates import Rate, rate
+from drivetwin.blind.strict import Called, Strict, brier, calibration, strict
 
 POINTS_LESS = 0.05
 """What nominal parameters that are off may cost a rate."""

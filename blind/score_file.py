@@ -7,10 +7,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from blind.rates import Rate
-from blind.score import Named, NominalScore, Score, Target
-from blind.strict import Called, Strict
-from drivetwin.files import write_json
+from drivetwin.blind.rates import Rate
+from drivetwin.blind.score import Named, NominalScore, Score, Target
+from drivetwin.blind.strict import Called, Strict
+from drivetwin.foundation.files import write_json
 
 SCHEMA = "blind-score/2"
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol, TextIO
 
-from blind.sight import restrict_sight
+from drivetwin.blind.sight import restrict_sight
 
 
 class Diagnosis(Protocol):

@@ -8,12 +8,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.case import FOREIGN, Cause
-from blind.foreign import FOREIGN_EFFECTS, Scale
-from blind.levels import Levels, extra_torque
-from blind.machines import DrawnMachine
-from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects import AxisEffect, DriveEffect, Effect, Ground, ModelEffect, Site, library
+from drivetwin.blind.case import FOREIGN, Cause
+from drivetwin.blind.foreign import FOREIGN_EFFECTS, Scale
+from drivetwin.blind.levels import Levels, extra_torque
+from drivetwin.blind.machines import DrawnMachine
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from drivetwin.emulator.effects import AxisEffect, DriveEffect, Effect, Ground, ModelEffect, Site, library
 
 Draw = np.random.Generator
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from blind.judge import Judged
-from blind.rates import Rate, rate
+from drivetwin.blind.judge import Judged
+from drivetwin.blind.rates import Rate, rate
 
 TENTHS = tuple((tenth / 10.0, (tenth + 1) / 10.0) for tenth in range(10))
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from rich.table import Table
 
-from blind.rates import Rate
-from blind.score import Extra, Miss, NominalScore, Score, Target
-from blind.strict import Called
-from drivetwin.files import new_file
+from drivetwin.blind.rates import Rate
+from drivetwin.blind.score import Extra, Miss, NominalScore, Score, Target
+from drivetwin.blind.strict import Called
+from drivetwin.foundation.files import new_file
 
 WORDS = {True: "reached", False: "missed", None: "no case"}
 HEAD = ("nominal", "what", "found", "90 % interval", "of", "promised", "")

@@ -13,14 +13,14 @@ from pathlib import Path
 
 from distributed import get_worker
 
-from blind.answer import FAILED, FRESH, REPORT
-from blind.case import Case
-from blind.diagnoser_process import DIAGNOSER, DiagnoserProcess, diagnoser_process
-from blind.duration import Seconds, write_seconds
-from blind.record import record_case
-from blind.serving import DiagnoseRequest, PredictRequest
-from drivetwin.files import write_json
-from emulator.effects import EffectFile, add_effects
+from drivetwin.blind.answer import FAILED, FRESH, REPORT
+from drivetwin.blind.case import Case
+from drivetwin.blind.diagnoser_process import DIAGNOSER, DiagnoserProcess, diagnoser_process
+from drivetwin.blind.duration import Seconds, write_seconds
+from drivetwin.blind.record import record_case
+from drivetwin.blind.serving import DiagnoseRequest, PredictRequest
+from drivetwin.emulator.effects import EffectFile, add_effects
+from drivetwin.foundation.files import write_json
 
 Recorder = Callable[[Case, Path], None]
 """Writes model.xml, model_off.xml and the recordings of a case into a folder, and nothing of its truth."""

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 
 UNKNOWN, NONE, NOISE, NO_GAP = "unknown", "none", "noise", "no_gap"
 """Answers beside the effects, what else a gap is shared out to, and the verdict of a machine without a gap."""

@@ -1,4 +1,4 @@
-"""The controller as a program that is told one task: `python -m controller task.json --bus vcan0 --out out`."""
+"""The controller as a program that is told one task: `python -m drivetwin.controller task.json --bus vcan0 --out out`."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import can
 import typer
 from typer.exceptions import Abort, TyperException
 
-from controller.limits import Limits, read_limits, within
-from controller.outcome import Ending, Outcome
-from controller.pacing import PACINGS
-from controller.perform import Place, perform
-from controller.tasks.file import Order, read_order
-from drivetwin.bus import is_copper, open_bus
-from drivetwin.errors import InterruptedByUserError, UserError
+from drivetwin.bus.channel import is_physical, open_bus
+from drivetwin.controller.limits import Limits, read_limits, within
+from drivetwin.controller.outcome import Ending, Outcome
+from drivetwin.controller.pacing import PACINGS
+from drivetwin.controller.perform import Place, perform
+from drivetwin.controller.tasks.file import Order, read_order
+from drivetwin.foundation.errors import InterruptedByUserError, UserError
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -38,7 +38,7 @@ def control(
     Exit status: 0 done; 3 stopped safely because of trouble on machine or bus; 2 refused, nothing was enabled; 130 after
     Ctrl-C, every axis stopped. OUT/controller.json says which, and why.
 
-    Example: python -m controller task.json --bus unix:/tmp/bus --clock sync --out out/task
+    Example: python -m drivetwin.controller task.json --bus unix:/tmp/bus --clock sync --out out/task
     """
     out.mkdir(parents=True, exist_ok=True)
     outcome = _do(task_file, bus, out, clock, log, limits, yes)
@@ -64,8 +64,8 @@ def _do(task_file: Path, bus: str, out: Path, clock: str, log: Path | None, limi
 
 
 def _within_limits(order: Order, path: Path | None, bus: str, clock: str, yes: bool) -> tuple[Order, Limits | None]:
-    """The order on a machine narrowed to its limits file; on a bus that may be copper there have to be one and a yes."""
-    if is_copper(bus):
+    """The order on a machine narrowed to its limits file; a bus that may be physical needs the file and --yes."""
+    if is_physical(bus):
         if clock != "realtime":
             raise UserError(f"{bus} may be a real machine, whose drives keep time by themselves: give --clock realtime")
         if path is None or not yes:
@@ -96,7 +96,7 @@ def main() -> None:
         _end("interrupted", InterruptedByUserError.exit_status)
     except TyperException as error:
         message = " ".join(error.format_message().split()).rstrip(".") or "no task file given"
-        _end(f"{message}; see: python -m controller --help", UserError.exit_status)
+        _end(f"{message}; see: python -m drivetwin.controller --help", UserError.exit_status)
 
 
 def _end(message: str, status: int) -> NoReturn:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 
-from controller.drive_node import DriveNode
-from controller.error_control import set_error_control
-from controller.limits import Limits, apply_torque_limits
-from controller.link import Link
-from controller.machine import Machine
-from drive_profiles import DriveProfile
-from drivetwin.errors import UserError
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.error_control import set_error_control
+from drivetwin.controller.limits import Limits, apply_torque_limits
+from drivetwin.controller.link import Link
+from drivetwin.controller.machine import Machine
+from drivetwin.drive_profiles import DriveProfile
+from drivetwin.foundation.errors import UserError
 
 logger = logging.getLogger(__name__)
 

@@ -8,7 +8,7 @@ from types import TracebackType
 
 import can
 
-from drivetwin.candump import candump_line
+from drivetwin.bus.candump import candump_line
 
 
 class BusLog:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.drive_node import DriveNode
-from controller.motion import Offsets, Samples
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.motion import Offsets, Samples
 from drivetwin.recording.recording import AxisInfo, DriveLoops, Recording, RecordingInfo
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from controller.drive_node import DriveNode
-from controller.error_control import BEAT_EVERY, HEARTBEAT, HEARTBEAT_COB_ID, consumes_heartbeats
-from controller.link import SYNC_COB_ID, Link
-from controller.pacing import Found, Pacing
-from controller.supervision import Watch, supervise
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.error_control import BEAT_EVERY, HEARTBEAT, HEARTBEAT_COB_ID, consumes_heartbeats
+from drivetwin.controller.link import SYNC_COB_ID, Link
+from drivetwin.controller.pacing import Found, Pacing
+from drivetwin.controller.supervision import Watch, supervise
 
 
 class Cycle:

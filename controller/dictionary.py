@@ -5,7 +5,7 @@ from __future__ import annotations
 import canopen
 from canopen import objectdictionary as od
 
-from drive_profiles import DriveProfile, ObjectEntry
+from drivetwin.drive_profiles import DriveProfile, ObjectEntry
 
 
 def object_dictionary(profile: DriveProfile) -> canopen.ObjectDictionary:

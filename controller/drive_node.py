@@ -16,13 +16,13 @@ import numpy as np
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 from numpy.typing import NDArray
 
-from controller.dictionary import object_dictionary
-from controller.link import NMT_COB_ID, Link, PumpedNode
-from controller.liveness import BASE_COB_ID, Liveness
-from controller.machine import POSITION_UNIT, Axis
-from controller.trouble import TroubleError
-from drive_profiles import DriveProfile, Role
-from drivetwin.errors import UserError
+from drivetwin.controller.dictionary import object_dictionary
+from drivetwin.controller.link import NMT_COB_ID, Link, PumpedNode
+from drivetwin.controller.liveness import BASE_COB_ID, Liveness
+from drivetwin.controller.machine import POSITION_UNIT, Axis
+from drivetwin.controller.trouble import TroubleError
+from drivetwin.drive_profiles import DriveProfile, Role
+from drivetwin.foundation.errors import UserError
 
 logger = logging.getLogger(__name__)
 

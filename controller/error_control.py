@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 
-from controller.drive_node import DriveNode
-from controller.liveness import BASE_COB_ID, OPERATIONAL
-from drivetwin.errors import UserError
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.liveness import BASE_COB_ID, OPERATIONAL
+from drivetwin.foundation.errors import UserError
 
 NODE_ID = 0x7F
 """The controller's own, under which it beats."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.machine import Axis
-from controller.trajectory import Positions, exciting, move, stroke
+from drivetwin.controller.machine import Axis
+from drivetwin.controller.trajectory import Positions, exciting, move, stroke
 
 SPEED_LEVELS = (0.006, 0.01, 0.016, 0.025, 0.04, 0.08, 0.16, 0.3, 0.5, 0.75, 1.0)
 """Speeds of the strokes as shares of full speed: dense where a Stribeck curve falls, down to where it is stiction."""

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.drive_node import DriveNode, place
-from controller.friction_table import POINTS, FrictionTable, Point, friction_table
-from controller.identification.friction_law import FrictionLaw
-from controller.stop import WITHOUT_VOLTAGE
-from drive_profiles import DriveProfile, Role
-from drivetwin.errors import InterruptedByUserError, UserError
+from drivetwin.controller.drive_node import DriveNode, place
+from drivetwin.controller.friction_table import POINTS, FrictionTable, Point, friction_table
+from drivetwin.controller.stop import WITHOUT_VOLTAGE
+from drivetwin.drive_profiles import DriveProfile, Role
+from drivetwin.foundation.errors import InterruptedByUserError, UserError
+from drivetwin.identification.friction_law import FrictionLaw
 
 
 @dataclass(frozen=True)

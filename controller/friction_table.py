@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brute, linprog
 
-from controller.identification.friction_law import FrictionLaw
-from controller.machine import Axis
-from drivetwin.errors import UserError
+from drivetwin.controller.machine import Axis
+from drivetwin.foundation.errors import UserError
+from drivetwin.identification.friction_law import FrictionLaw
 from drivetwin.recording.recording import Samples
 
 POINTS, ALWAYS_ACTIVE = 5, 3

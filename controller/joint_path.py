@@ -10,7 +10,7 @@ from typing import Protocol, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.machine import Axis
+from drivetwin.controller.machine import Axis
 from drivetwin.motion.jerk_limited import MotionLimits
 
 Rows = NDArray[np.float64]

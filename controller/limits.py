@@ -1,4 +1,4 @@
-"""What a controller may do on a bus that may be copper: travel, speed and torque of every axis, from a file."""
+"""What a controller may do on a bus that may be physical: travel, speed and torque of every axis, from a file."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from controller.drive_node import DriveNode
-from controller.machine import Machine
-from drivetwin.errors import UserError
-from drivetwin.text_files import parse_yaml
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.machine import Machine
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.text_files import parse_yaml
 
 
 class AxisLimits(BaseModel):

@@ -12,8 +12,8 @@ import canopen
 from canopen.sdo.client import SdoClient
 from canopen.sdo.exceptions import SdoCommunicationError
 
-from controller.interruption import Interruption
-from drivetwin.errors import UserError
+from drivetwin.controller.interruption import Interruption
+from drivetwin.foundation.errors import UserError
 
 SYNC_COB_ID = 0x80
 NMT_COB_ID = 0x000

@@ -8,9 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.cycle import Cycle
-from controller.drive_node import FAULT, OPERATION_ENABLED, READY_TO_SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON, DriveNode
-from drivetwin.errors import UserError
+from drivetwin.controller.cycle import Cycle
+from drivetwin.controller.drive_node import (
+    FAULT,
+    OPERATION_ENABLED,
+    READY_TO_SWITCH_ON,
+    SWITCH_ON_DISABLED,
+    SWITCHED_ON,
+    DriveNode,
+)
+from drivetwin.foundation.errors import UserError
 
 SHUTDOWN, SWITCH_ON, ENABLE_OPERATION, QUICK_STOP, DISABLE_VOLTAGE = 0x06, 0x07, 0x0F, 0x02, 0x00
 FAULT_RESET = 0x80

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from controller.drive_node import DriveNode
-from controller.machine import Machine
-from drivetwin.errors import UserError
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.machine import Machine
+from drivetwin.foundation.errors import UserError
 
 TOLERANCE = 0.25
 """Share by which a motor's inertia may differ from the data sheet's: data sheets are that good, another motor is not."""

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from enum import Enum
 from pathlib import Path
 
-from drivetwin.files import write_json
+from drivetwin.foundation.files import write_json
 
 FORMAT = "controller/1"
 

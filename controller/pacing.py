@@ -9,9 +9,9 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
-from controller.bring_up import check_time_stands_still
-from controller.drive_node import DriveNode
-from controller.link import Link
+from drivetwin.controller.bring_up import check_time_stands_still
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.link import Link
 
 Found = TypeVar("Found")
 

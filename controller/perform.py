@@ -7,15 +7,15 @@ from pathlib import Path
 
 import can
 
-from controller.limits import Limits
-from controller.outcome import Ending, Outcome
-from controller.pacing import Pacing
-from controller.progress import Progress
-from controller.session import MOST_LOAD, Streaming, machine_on, roomy
-from controller.tasks.base import Work
-from controller.tasks.file import Order
-from controller.trouble import TroubleError
-from drivetwin.errors import InterruptedByUserError, UserError
+from drivetwin.controller.limits import Limits
+from drivetwin.controller.outcome import Ending, Outcome
+from drivetwin.controller.pacing import Pacing
+from drivetwin.controller.progress import Progress
+from drivetwin.controller.session import MOST_LOAD, Streaming, machine_on, roomy
+from drivetwin.controller.tasks.base import Work
+from drivetwin.controller.tasks.file import Order
+from drivetwin.controller.trouble import TroubleError
+from drivetwin.foundation.errors import InterruptedByUserError, UserError
 
 
 @dataclass(frozen=True)

@@ -8,16 +8,16 @@ from pathlib import Path
 
 import can
 
-from controller.excitation import SPEED_LEVELS, VALIDATION_LEVELS, excitation, strokes
-from controller.identification import Settings
-from controller.limits import Limits
-from controller.machine import Machine
-from controller.motion import enable_streaming
-from controller.pacing import Pacing
-from controller.progress import Progress
-from controller.sdo_check import FrictionPoint, friction_by_sdo
-from controller.session import Session, session_on
-from drive_profiles import DriveProfile
+from drivetwin.controller.excitation import SPEED_LEVELS, VALIDATION_LEVELS, excitation, strokes
+from drivetwin.controller.limits import Limits
+from drivetwin.controller.machine import Machine
+from drivetwin.controller.motion import enable_streaming
+from drivetwin.controller.pacing import Pacing
+from drivetwin.controller.progress import Progress
+from drivetwin.controller.sdo_check import FrictionPoint, friction_by_sdo
+from drivetwin.controller.session import Session, session_on
+from drivetwin.drive_profiles import DriveProfile
+from drivetwin.identification import Settings
 from drivetwin.recording.recording import Recording
 
 FIT = Settings(cutoff_hz=100.0, reversal_margin=0.03)

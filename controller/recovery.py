@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 
-from controller.cycle import Cycle
-from controller.drive_node import DriveNode
-from controller.motion import DISABLE_VOLTAGE, FAULT_RESET
-from controller.session import Session
-from controller.stop import stop
-from controller.trouble import TroubleError
-from drivetwin.errors import UserError
+from drivetwin.controller.cycle import Cycle
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.motion import DISABLE_VOLTAGE, FAULT_RESET
+from drivetwin.controller.session import Session
+from drivetwin.controller.stop import stop
+from drivetwin.controller.trouble import TroubleError
+from drivetwin.foundation.errors import UserError
 
 PATIENCE = 10.0
 """How long a node may take to come back, and a fault's cause to go [s]: of the plant's time."""

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.cycle import Cycle
-from controller.drive_node import DriveNode
-from controller.machine import Axis
-from controller.motion import ENABLE_OPERATION, PROFILE_VELOCITY_MODE, hold
-from drivetwin.files import provenance
+from drivetwin.controller.cycle import Cycle
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.machine import Axis
+from drivetwin.controller.motion import ENABLE_OPERATION, PROFILE_VELOCITY_MODE, hold
+from drivetwin.foundation.files import provenance
 
 LEVELS = (0.2, 0.5)
 """Speeds as shares of full speed."""

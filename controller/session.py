@@ -13,28 +13,28 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.bring_up import bring_up, connect
-from controller.bus_log import BusLog
-from controller.capture import describe, position_demand, record
-from controller.cycle import Cycle
-from controller.drive_node import DriveNode
-from controller.error_control import BEAT_EVERY, NODE_BEATS_EVERY, release_error_control
-from controller.excitation import with_held
-from controller.joint_path import limits_of
-from controller.limits import Limits
-from controller.link import Link
-from controller.machine import Machine
-from controller.motion import Offsets, enable_streaming, follow, hold, home, positions_now, stream
-from controller.motor_check import check_motors
-from controller.pacing import Found, Pacing
-from controller.progress import Progress
-from controller.stop import stopped_at_the_end
-from controller.synchronised import synchronised
-from controller.trajectory import move, side_by_side
-from controller.trouble import TroubleError
-from drive_profiles import DriveProfile
-from drivetwin.collector import without_collector
-from drivetwin.errors import UserError
+from drivetwin.controller.bring_up import bring_up, connect
+from drivetwin.controller.bus_log import BusLog
+from drivetwin.controller.capture import describe, position_demand, record
+from drivetwin.controller.cycle import Cycle
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.error_control import BEAT_EVERY, NODE_BEATS_EVERY, release_error_control
+from drivetwin.controller.excitation import with_held
+from drivetwin.controller.joint_path import limits_of
+from drivetwin.controller.limits import Limits
+from drivetwin.controller.link import Link
+from drivetwin.controller.machine import Machine
+from drivetwin.controller.motion import Offsets, enable_streaming, follow, hold, home, positions_now, stream
+from drivetwin.controller.motor_check import check_motors
+from drivetwin.controller.pacing import Found, Pacing
+from drivetwin.controller.progress import Progress
+from drivetwin.controller.stop import stopped_at_the_end
+from drivetwin.controller.synchronised import synchronised
+from drivetwin.controller.trajectory import move, side_by_side
+from drivetwin.controller.trouble import TroubleError
+from drivetwin.drive_profiles import DriveProfile
+from drivetwin.foundation.collector import without_collector
+from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import AxisInfo, Recording
 
 logger = logging.getLogger(__name__)

@@ -10,13 +10,13 @@ import canopen
 from canopen.objectdictionary import ObjectDictionaryError
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
-from controller.dictionary import object_dictionary
-from controller.drive_node import place
-from controller.link import Link, PumpedNode
-from drive_profiles import DriveProfile, ObjectEntry
-from drive_profiles.profile import BYTE_TYPES
-from drive_profiles.snapshot import Reading, Snapshot
-from drivetwin.errors import UserError
+from drivetwin.controller.dictionary import object_dictionary
+from drivetwin.controller.drive_node import place
+from drivetwin.controller.link import Link, PumpedNode
+from drivetwin.drive_profiles import DriveProfile, ObjectEntry
+from drivetwin.drive_profiles.profile import BYTE_TYPES
+from drivetwin.drive_profiles.snapshot import Reading, Snapshot
+from drivetwin.foundation.errors import UserError
 
 logger = logging.getLogger(__name__)
 

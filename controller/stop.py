@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 
-from controller.cycle import Cycle
-from controller.drive_node import FAULT, SWITCH_ON_DISABLED, DriveNode
-from controller.motion import DISABLE_VOLTAGE, QUICK_STOP, STATE_TIMEOUT, disable
-from drivetwin.errors import InterruptedByUserError, UserError
+from drivetwin.controller.cycle import Cycle
+from drivetwin.controller.drive_node import FAULT, SWITCH_ON_DISABLED, DriveNode
+from drivetwin.controller.motion import DISABLE_VOLTAGE, QUICK_STOP, STATE_TIMEOUT, disable
+from drivetwin.foundation.errors import InterruptedByUserError, UserError
 
 WITHOUT_VOLTAGE = (SWITCH_ON_DISABLED, FAULT)
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from controller.drive_node import OPERATION_ENABLED, DriveNode
-from controller.error_control import NODE_IS_LOST_AFTER
-from controller.liveness import NMT_STATES, OPERATIONAL
-from controller.trouble import DriveFaultError, TroubleError
+from drivetwin.controller.drive_node import OPERATION_ENABLED, DriveNode
+from drivetwin.controller.error_control import NODE_IS_LOST_AFTER
+from drivetwin.controller.liveness import NMT_STATES, OPERATIONAL
+from drivetwin.controller.trouble import DriveFaultError, TroubleError
 
 HINTS = {
     0x8611: ", following error: is the axis blocked, or its torque limit too low for gravity and friction?",

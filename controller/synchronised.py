@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from controller.joint_path import JointPath
-from drivetwin.errors import UserError
+from drivetwin.controller.joint_path import JointPath
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 
 _STANDS = 1e-12

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 
 
 class TroubleError(UserError):

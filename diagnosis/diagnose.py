@@ -10,17 +10,17 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from diagnosis.prepare.prepared import prepared
-from diagnosis.propose.drives import drive_effects
-from diagnosis.report.build import build
-from diagnosis.report.result import Diagnosis
-from diagnosis.settings import Settings
-from diagnosis.weigh.averaging import believed, weighed
-from diagnosis.weigh.moves import Search
-from diagnosis.weigh.refit import refitted
-from diagnosis.weigh.state import bench_of
+from drivetwin.diagnosis.prepare.prepared import prepared
+from drivetwin.diagnosis.propose.drives import drive_effects
+from drivetwin.diagnosis.report.build import build
+from drivetwin.diagnosis.report.result import Diagnosis
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.averaging import believed, weighed
+from drivetwin.diagnosis.weigh.moves import Search
+from drivetwin.diagnosis.weigh.refit import refitted
+from drivetwin.diagnosis.weigh.state import bench_of
+from drivetwin.emulator.effects import DriveEffect
 from drivetwin.recording.recording import Recording
-from emulator.effects import DriveEffect
 
 Progress = Callable[[str, float], None]
 

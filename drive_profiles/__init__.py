@@ -1,6 +1,6 @@
 """Drive types as data: one folder a type, read by `load_profile`."""
 
-from drive_profiles.profile import (
+from drivetwin.drive_profiles.profile import (
     Access,
     DataType,
     DriveProfile,

@@ -8,9 +8,9 @@ from dataclasses import replace
 from math import isfinite
 from pathlib import Path
 
-from drive_profiles.eds_reader import EdsFile, EdsObject, parse_number, read_eds
-from drive_profiles.eds_sections import Complaints
-from drive_profiles.profile import (
+from drivetwin.drive_profiles.eds_reader import EdsFile, EdsObject, parse_number, read_eds
+from drivetwin.drive_profiles.eds_sections import Complaints
+from drivetwin.drive_profiles.profile import (
     BITS,
     BYTE_TYPES,
     FLOATS,
@@ -24,8 +24,8 @@ from drive_profiles.profile import (
     load_profile,
     supported_modes,
 )
-from drive_profiles.requirements import MANDATORY, Address, mode_objects, required_objects
-from drivetwin.errors import UserError
+from drivetwin.drive_profiles.requirements import MANDATORY, Address, mode_objects, required_objects
+from drivetwin.foundation.errors import UserError
 
 # AccessType of CiA 306-1: access by SDO, and which PDOs may carry the object where PDOMapping says that one may.
 _ACCESS = {

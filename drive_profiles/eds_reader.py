@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from drive_profiles.eds_sections import Complaints, Section, read_sections
-from drivetwin.errors import UserError
+from drivetwin.drive_profiles.eds_sections import Complaints, Section, read_sections
+from drivetwin.foundation.errors import UserError
 
 _VAR, _ARRAY, _RECORD = 0x7, 0x8, 0x9
 _UNSIGNED8 = 0x5

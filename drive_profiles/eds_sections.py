@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 
 logger = logging.getLogger(__name__)
 

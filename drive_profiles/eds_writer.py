@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import groupby
 
-from drive_profiles.profile import BYTE_TYPES, FLOATS, SIGNED, TEXT_TYPES, Access, DataType, DriveProfile, ObjectEntry
+from drivetwin.drive_profiles.profile import BYTE_TYPES, FLOATS, SIGNED, TEXT_TYPES, Access, DataType, DriveProfile, ObjectEntry
 
 BIT_RATES = (10, 20, 50, 125, 250, 500, 800, 1000)
 """[kbit/s] of CiA 306-1, table 'DeviceInfo'."""

@@ -12,8 +12,8 @@ from pathlib import Path
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from drive_profiles.profile import PROFILES, DataType, ObjectEntry, load_profile_from
-from drivetwin.errors import UserError
+from drivetwin.drive_profiles.profile import DataType, ObjectEntry, load_profile_from, profile_folders
+from drivetwin.foundation.errors import UserError
 
 REGISTERS: dict[DataType, int] = {
     DataType.BOOL: 1,
@@ -54,7 +54,8 @@ def load_modbus_map(name: str) -> ModbusMap:
 
     Raises UserError naming the file and what is wrong with which register.
     """
-    return load_modbus_map_from(PROFILES / name)
+    folder = profile_folders().get(name)
+    return ModbusMap() if folder is None else load_modbus_map_from(folder)
 
 
 @cache

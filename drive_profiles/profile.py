@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum, StrEnum
 from functools import cache
@@ -17,9 +17,13 @@ from pathlib import Path
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.plugins import installed
 
 PROFILES = Path(__file__).parent
+
+GROUP = "drivetwin.profiles"
+"""Of entry points: each names a package whose folder is a drive type of the folder's name."""
 COLUMNS = ["index", "sub", "name", "type", "access", "pdo", "default", "low", "high"]
 
 
@@ -186,7 +190,24 @@ class DriveProfile:
 
 def available_profiles() -> tuple[str, ...]:
     """Names that `load_profile` knows."""
-    return tuple(sorted(path.parent.name for path in PROFILES.glob("*/profile.yaml")))
+    return tuple(profile_folders())
+
+
+@cache
+def profile_folders() -> Mapping[str, Path]:
+    """The folder of every drive type by its name: the product's own, then those that packages hold, each by an entry point.
+
+    Raises UserError for an entry point that does not import or names no such folder, and for a name twice.
+    """
+    found = {path.parent.name: path.parent for path in sorted(PROFILES.glob("*/profile.yaml"))}
+    for where, package in installed(GROUP):
+        folder = Path(getattr(package, "__file__", None) or "nowhere").parent
+        if not (folder / "profile.yaml").is_file():
+            raise UserError(f"{where}: expected a package whose folder is a drive type, with profile.yaml and objects.csv")
+        if folder.name in found:
+            raise UserError(f"{where}: drive type {folder.name!r} is there already, in {found[folder.name]}: rename one")
+        found[folder.name] = folder
+    return found
 
 
 def load_profile(name: str) -> DriveProfile:
@@ -197,7 +218,7 @@ def load_profile(name: str) -> DriveProfile:
     if name not in available_profiles():
         own = f"; for a drive's own file write --eds {name}" if name.lower().endswith((".eds", ".dcf")) else ""
         raise UserError(f"unknown drive profile {name!r}; known are {', '.join(available_profiles())}{own}")
-    return load_profile_from(PROFILES / name)
+    return load_profile_from(profile_folders()[name])
 
 
 @cache

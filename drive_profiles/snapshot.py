@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from drivetwin.errors import UserError
-from drivetwin.files import provenance, write_json
-from drivetwin.text_files import parse_json
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import provenance, write_json
+from drivetwin.foundation.text_files import parse_json
 
 SCHEMA = "snapshot/1"
 

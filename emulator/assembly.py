@@ -9,10 +9,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.errors import UserError
-from emulator.dynamics import AxisDynamics, FrictionLaw
-from emulator.effects import PlacedEffect
-from emulator.effects.model_tree import clear_defaults
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.effects.model_tree import clear_defaults
+from drivetwin.foundation.errors import UserError
 
 
 @dataclass(frozen=True)

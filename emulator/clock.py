@@ -7,8 +7,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from emulator.drive.servo import SERVO_PERIOD
-from emulator.sync_period import MILLISECOND, SyncPeriod
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.sync_period import MILLISECOND, SyncPeriod
 
 
 @dataclass(frozen=True)

@@ -19,12 +19,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from drivetwin.errors import UserError
-from emulator.canopen.alarms import Alarm
-from emulator.faults.base import Fault, LastingFault
-from emulator.faults.library import read_fault
-from emulator.faults.parameter import ALL, Number
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.canopen.alarms import Alarm
+from drivetwin.emulator.faults.base import Fault, LastingFault
+from drivetwin.emulator.faults.library import read_fault
+from drivetwin.emulator.faults.parameter import ALL, Number
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.errors import UserError
 
 DURATION = Number("for", "how long it lasts, in simulated time", "s", 0.0, 1e6)
 

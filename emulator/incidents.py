@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
-from emulator.mechanism import Mechanism
+from drivetwin.emulator.mechanism import Mechanism
 
 
 @dataclass(frozen=True)

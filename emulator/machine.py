@@ -8,8 +8,8 @@ from typing import TypeVar
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError, field_validator, model_validator
 
-from drivetwin.errors import UserError
-from drivetwin.node_ids import check_each_its_own
+from drivetwin.bus.node_ids import check_each_its_own
+from drivetwin.foundation.errors import UserError
 
 MACHINES = Path(__file__).parent / "machines"
 

@@ -9,19 +9,19 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.compiled import compiled
-from emulator.assembly import DrivenJoint, assemble, check_time_step, motor_joint
-from emulator.dynamics import AxisDynamics, FrictionLaw
-from emulator.dynamics.encoder import Encoders
-from emulator.dynamics.friction import Friction, VaryingFriction
-from emulator.dynamics.load import Loads
-from emulator.dynamics.motor import Motors, Ripples
-from emulator.dynamics.place import Place
-from emulator.dynamics.records import acting
-from emulator.dynamics.resistance import Resistances
-from emulator.dynamics.transmission import ElasticTransmissions, UnevenTransmissions
-from emulator.effects import PlacedEffect
-from emulator.effects.model_tree import outermost
+from drivetwin.emulator.assembly import DrivenJoint, assemble, check_time_step, motor_joint
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
+from drivetwin.emulator.dynamics.encoder import Encoders
+from drivetwin.emulator.dynamics.friction import Friction, VaryingFriction
+from drivetwin.emulator.dynamics.load import Loads
+from drivetwin.emulator.dynamics.motor import Motors, Ripples
+from drivetwin.emulator.dynamics.place import Place
+from drivetwin.emulator.dynamics.records import acting
+from drivetwin.emulator.dynamics.resistance import Resistances
+from drivetwin.emulator.dynamics.transmission import ElasticTransmissions, UnevenTransmissions
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.effects.model_tree import outermost
+from drivetwin.foundation.compiled import compiled
 
 
 @compiled

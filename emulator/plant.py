@@ -8,14 +8,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.errors import UserError
-from emulator.assembly import DrivenJoint
-from emulator.drive.servo import SERVO_PERIOD, ServoBank, filter_share
-from emulator.dynamics import FrictionLaw
-from emulator.effects import PlacedEffect
-from emulator.incidents import Incidents
-from emulator.machine import Axis, Machine
-from emulator.mechanism import Mechanism
+from drivetwin.emulator.assembly import DrivenJoint
+from drivetwin.emulator.drive.servo import SERVO_PERIOD, ServoBank, filter_share
+from drivetwin.emulator.dynamics import FrictionLaw
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.incidents import Incidents
+from drivetwin.emulator.machine import Axis, Machine
+from drivetwin.emulator.mechanism import Mechanism
+from drivetwin.foundation.errors import UserError
 
 _UNSTABLE = (
     mujoco.mjtWarning.mjWARN_BADQPOS,

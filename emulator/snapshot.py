@@ -6,14 +6,14 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
-from drive_profiles.snapshot import Reading, Snapshot
-from drivetwin.errors import UserError
-from emulator.canopen.abort_codes import SdoAbort
-from emulator.canopen.data_types import decode
-from emulator.canopen.device import PDO_COUNT
-from emulator.canopen.object_dictionary import COMMUNICATION_AREA, ObjectDictionary, Variable
-from emulator.canopen.pdo_mapping import MappingRule, maps_to_rpdo, maps_to_tpdo, parse_mapping
-from emulator.drive.drive import Drive
+from drivetwin.drive_profiles.snapshot import Reading, Snapshot
+from drivetwin.emulator.canopen.abort_codes import SdoAbort
+from drivetwin.emulator.canopen.data_types import decode
+from drivetwin.emulator.canopen.device import PDO_COUNT
+from drivetwin.emulator.canopen.object_dictionary import COMMUNICATION_AREA, ObjectDictionary, Variable
+from drivetwin.emulator.canopen.pdo_mapping import MappingRule, maps_to_rpdo, maps_to_tpdo, parse_mapping
+from drivetwin.emulator.drive.drive import Drive
+from drivetwin.foundation.errors import UserError
 
 logger = logging.getLogger(__name__)
 

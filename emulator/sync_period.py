@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
 
 MILLISECOND = round(0.001 / SERVO_PERIOD)
 """In servo periods; the period of SYNC until there is another reason."""

@@ -8,18 +8,18 @@ from pathlib import Path
 
 import can
 
-from drive_profiles import DriveProfile
-from emulator.canopen.alarms import Alarms
-from emulator.canopen.parameter_store import ParameterStore
-from emulator.clock import Clock, Cycle
-from emulator.drive.drive import Drive
-from emulator.drive.hardware import Hardware
-from emulator.drive.servo import SERVO_PERIOD, Servo, ServoBank
-from emulator.effects import PlacedEffect
-from emulator.faults import FaultyWire
-from emulator.machine import Machine
-from emulator.plant import Plant
-from emulator.sync_period import MILLISECOND
+from drivetwin.drive_profiles import DriveProfile
+from drivetwin.emulator.canopen.alarms import Alarms
+from drivetwin.emulator.canopen.parameter_store import ParameterStore
+from drivetwin.emulator.clock import Clock, Cycle
+from drivetwin.emulator.drive.drive import Drive
+from drivetwin.emulator.drive.hardware import Hardware
+from drivetwin.emulator.drive.servo import SERVO_PERIOD, Servo, ServoBank
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.machine import Machine
+from drivetwin.emulator.plant import Plant
+from drivetwin.emulator.sync_period import MILLISECOND
+from drivetwin.emulator.wire.faulty_wire import FaultyWire
 
 LONGEST_CYCLE = 10.0
 """A larger 1006h counts as this [s]."""

@@ -10,15 +10,15 @@ from typing import Literal
 import mujoco
 from pydantic import Field, FiniteFloat, PositiveFloat, PositiveInt, field_validator
 
-from drive_profiles import DriveProfile, load_profile
-from drivetwin.bus import is_copper
-from drivetwin.errors import UserError
-from emulator.effects import PlacedEffect, read_effects
-from emulator.machine import Machine, load_machine
-from emulator.plant import truth_path
-from hil_tests.real_limits import Bounds, check_narrower, machine_bounds, read_limits
-from hil_tests.strict import Strict, read_yaml, typed
-from hil_tests.task import TaskName
+from drivetwin.bus.channel import is_physical
+from drivetwin.drive_profiles import DriveProfile, load_profile
+from drivetwin.emulator.effects import PlacedEffect, read_effects
+from drivetwin.emulator.machine import Machine, load_machine
+from drivetwin.emulator.plant import truth_path
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.real_limits import Bounds, check_narrower, machine_bounds, read_limits
+from drivetwin.hil_tests.strict import Strict, read_yaml, typed
+from drivetwin.hil_tests.task import TaskName
 
 EMBEDDED = "embedded"
 """A unix: bus of its own for each case."""
@@ -67,7 +67,7 @@ class Timeouts(Strict):
 
 
 class RealDrives(Strict):
-    """The limits file that the controller of real drives is given; `any_bus`: they are on one whose name is not copper's."""
+    """The limits file that the controller of real drives is given; `any_bus`: their bus may have any name."""
 
     limits: Path | None = None
     any_bus: bool = False
@@ -88,7 +88,7 @@ class Bench(Strict):
     bus: str = EMBEDDED
     clock: Literal["sync", "realtime"] = "sync"
     bit_rate: PositiveInt = Field(default=1_000_000, ge=10_000, le=1_000_000)
-    copper: bool = False
+    bit_timing: bool = False
     cycle: PositiveFloat = 0.001
     seed: int = Field(default=0, ge=0)
     controller: ControllerCommand
@@ -189,7 +189,7 @@ def read_bench(path: Path, real: bool = False, changes: Mapping[str, object] | N
 
 
 def _check_virtual(bench: Bench, path: Path, real: bool) -> None:
-    if is_copper(bench.bus):
+    if is_physical(bench.bus):
         raise UserError(
             f"{path}: bus: {bench.bus} may have real drives, and the suite brings virtual ones with the same node-IDs; "
             f"choose {EMBEDDED}, vcan0 or ws://127.0.0.1:PORT"
@@ -204,14 +204,14 @@ def _check_real(bench: Bench, path: Path) -> None:
     """All that has to hold before axes move that can hurt somebody, but that somebody is there."""
     if bench.bus == EMBEDDED:
         raise UserError(f"{path}: bus: {EMBEDDED} is made for a case, and real drives are on none; write for example can0")
-    if not (is_copper(bench.bus) or bench.real.any_bus):
+    if not (is_physical(bench.bus) or bench.real.any_bus):
         raise UserError(
-            f"{path}: bus: {bench.bus} is not the name of copper, as can0 is; where it is meant, add any_bus: true to real"
+            f"{path}: bus: {bench.bus} is not named like a physical bus (can0); if it is meant, add any_bus: true to real"
         )
     if bench.clock != "realtime":
         raise UserError(f"{path}: clock: real drives keep time by themselves; write clock: realtime")
-    if bench.copper or bench.truth is not None:
-        wrong = "copper: their wire" if bench.copper else "truth: their plant"
+    if bench.bit_timing or bench.truth is not None:
+        wrong = "bit_timing: their wire" if bench.bit_timing else "truth: their plant"
         raise UserError(f"{path}: {wrong} is not modelled where drives are real; leave it out")
     if bench.limits_path is None:
         raise UserError(f"{path}: real.limits: name the file of travel, speed and torque that this machine may be driven at")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from drivetwin.errors import UserError
-from emulator.drive.state_machine import State
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.foundation.errors import UserError
 
 STATES = {state.name.lower(): state for state in State}
 """operation_enabled, fault, ..."""

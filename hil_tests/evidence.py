@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.drive.state_machine import State
-from hil_tests.bench import Bench
-from hil_tests.task import Task
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.task import Task
 
 Samples = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ class BusFrame(NamedTuple):
     requested: int | None
     """Data length that a remote frame asks for [byte]; None: a data frame."""
     heard: float
-    """When the stand took it by the wall clock, since power on, or when it was whole on copper [s]; 0 where it has neither."""
+    """When the stand took it by the wall clock, since power on, or when its last bit was on the wire [s]; else 0."""
 
 
 class StateChange(NamedTuple):

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from drivetwin.files import write_json
+from drivetwin.foundation.files import write_json
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.stand.log import write_log
+from drivetwin.hil_tests.verdict import CaseResult
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo, Samples
 from drivetwin.recording.writer import write_into
-from hil_tests.evidence import Evidence
-from hil_tests.stand.log import write_log
-from hil_tests.verdict import CaseResult
 
 BUS_LOG, TRUTH, VERDICT, CONTROLLER_LOG = "bus.log", "truth", "verdict.json", "controller.log"
 

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from hil_tests.bench import Bench
-from hil_tests.evidence import Evidence
-from hil_tests.expectations.base import MET, Finding
-from hil_tests.scenario import Scenario
-from hil_tests.stand.stalls import HOST, LONGEST
-from hil_tests.verdict import CaseResult, Failure, Measured, Outcome
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.expectations.base import MET, Finding
+from drivetwin.hil_tests.scenario import Scenario
+from drivetwin.hil_tests.stand.stalls import HOST, LONGEST
+from drivetwin.hil_tests.verdict import CaseResult, Failure, Measured, Outcome
 
 
 def judge(scenario: Scenario, evidence: Evidence, folder: Path, wall: float) -> CaseResult:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from hil_tests.bench import Bench
-from hil_tests.scenario import Scenario
-from hil_tests.targets import targets
-from hil_tests.task import Task, TaskName
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.scenario import Scenario
+from drivetwin.hil_tests.targets import targets
+from drivetwin.hil_tests.task import Task, TaskName
 
 _MOVES: Mapping[TaskName, str] = {
     "boot": "nothing moves",

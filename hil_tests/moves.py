@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_tests.evidence import Truth
+from drivetwin.hil_tests.evidence import Truth
 
 HOMING = 6
 """Mode of operation 6060h (CiA 402-2)."""

@@ -19,4 +19,4 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Load the suite where a bench is given."""
     if config.getoption("--bench") is not None:
-        config.pluginmanager.import_plugin("hil_tests.pytest_suite")
+        config.pluginmanager.import_plugin("drivetwin.hil_tests.pytest_suite")

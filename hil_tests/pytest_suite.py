@@ -8,21 +8,21 @@ from pathlib import Path
 import can
 import pytest
 
-from drivetwin.bus import InprocBus
-from drivetwin.errors import UserError
-from emulator.clock import SyncClock
-from emulator.drive.drive import Drive
-from emulator.virtual_machine import VirtualMachine
-from hil_tests.bench import Bench, read_bench
-from hil_tests.evidence import BusFrame
-from hil_tests.folder import VERDICT
-from hil_tests.results.wording import failure_words, measured_words
-from hil_tests.run import run_one
-from hil_tests.scenario import Scenario, read_scenario
-from hil_tests.stand.log import FrameLog
-from hil_tests.stand.observer import Observer
-from hil_tests.suite import CASES
-from hil_tests.verdict import CaseResult, Outcome
+from drivetwin.bus.channel import InprocBus
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.drive.drive import Drive
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import Bench, read_bench
+from drivetwin.hil_tests.evidence import BusFrame
+from drivetwin.hil_tests.folder import VERDICT
+from drivetwin.hil_tests.results.wording import failure_words, measured_words
+from drivetwin.hil_tests.run import run_one
+from drivetwin.hil_tests.scenario import Scenario, read_scenario
+from drivetwin.hil_tests.stand.log import FrameLog
+from drivetwin.hil_tests.stand.observer import Observer
+from drivetwin.hil_tests.suite import CASES
+from drivetwin.hil_tests.verdict import CaseResult, Outcome
 
 BENCH = pytest.StashKey[Bench]()
 

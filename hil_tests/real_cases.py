@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hil_tests.bench import Bench
-from hil_tests.expectations.base import Expectation
-from hil_tests.expectations.outcome import Outcome
-from hil_tests.targets import targets
-from hil_tests.task import Task
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.expectations.base import Expectation
+from drivetwin.hil_tests.expectations.outcome import Outcome
+from drivetwin.hil_tests.targets import targets
+from drivetwin.hil_tests.task import Task
 
 
 def why_not_on_real_drives(

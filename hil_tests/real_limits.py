@@ -9,9 +9,9 @@ from pathlib import Path
 
 from pydantic import FiniteFloat, PositiveFloat, field_validator
 
-from drivetwin.errors import UserError
-from emulator.machine import Machine
-from hil_tests.strict import Strict, read_yaml, typed
+from drivetwin.emulator.machine import Machine
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.strict import Strict, read_yaml, typed
 
 
 @dataclass(frozen=True)

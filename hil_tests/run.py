@@ -12,18 +12,18 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from pathlib import Path
 
-from drivetwin.children import end_with_parent
-from drivetwin.collector import without_collector
-from drivetwin.errors import UserError
-from emulator.effects import EffectFile, add_effects, added_effects
-from hil_tests.bench import EMBEDDED, Bench
-from hil_tests.folder import write_case
-from hil_tests.judge import judge, not_run, skipped
-from hil_tests.scenario import Scenario
-from hil_tests.stand.real_stand import run_real_case
-from hil_tests.stand.stalls import HOST
-from hil_tests.stand.stand import run_case
-from hil_tests.verdict import CaseResult, Outcome
+from drivetwin.emulator.effects import EffectFile, add_effects, added_effects
+from drivetwin.foundation.children import end_with_parent
+from drivetwin.foundation.collector import without_collector
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import EMBEDDED, Bench
+from drivetwin.hil_tests.folder import write_case
+from drivetwin.hil_tests.judge import judge, not_run, skipped
+from drivetwin.hil_tests.scenario import Scenario
+from drivetwin.hil_tests.stand.real_stand import run_real_case
+from drivetwin.hil_tests.stand.stalls import HOST
+from drivetwin.hil_tests.stand.stand import run_case
+from drivetwin.hil_tests.verdict import CaseResult, Outcome
 
 STANDS = {"virtual": run_case, "real": run_real_case}
 """By what the bench's drives are."""

@@ -9,20 +9,20 @@ from typing import Any, Literal
 
 from pydantic import Field, PositiveFloat, PositiveInt
 
-from drivetwin.errors import UserError
-from emulator.faults.base import Fault, LastingFault
-from emulator.faults.library import read_fault
-from hil_tests.bench import Bench
-from hil_tests.conditions import Condition, read_condition
-from hil_tests.expectations.base import Expectation
-from hil_tests.expectations.homed import Homed
-from hil_tests.expectations.homing_attained import HomingAttained
-from hil_tests.expectations.outcome import Outcome
-from hil_tests.expectations.reading import expectation_kind, read_expectation
-from hil_tests.expectations.torque_limit_kept import TorqueLimitKept
-from hil_tests.real_cases import why_not_on_real_drives
-from hil_tests.strict import Strict, read_yaml, typed
-from hil_tests.task import Task
+from drivetwin.emulator.faults.base import Fault, LastingFault
+from drivetwin.emulator.faults.library import read_fault
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.conditions import Condition, read_condition
+from drivetwin.hil_tests.expectations.base import Expectation
+from drivetwin.hil_tests.expectations.homed import Homed
+from drivetwin.hil_tests.expectations.homing_attained import HomingAttained
+from drivetwin.hil_tests.expectations.outcome import Outcome
+from drivetwin.hil_tests.expectations.reading import expectation_kind, read_expectation
+from drivetwin.hil_tests.expectations.torque_limit_kept import TorqueLimitKept
+from drivetwin.hil_tests.real_cases import why_not_on_real_drives
+from drivetwin.hil_tests.strict import Strict, read_yaml, typed
+from drivetwin.hil_tests.task import Task
 
 CONTROLLER_KILLED = "controller_killed"
 """The fault of the one who is tested: its process is killed (SIGKILL)."""

@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from drivetwin.errors import UserError
-from drivetwin.text_files import parse_yaml
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.text_files import parse_yaml
 
 
 class Strict(BaseModel):

@@ -7,9 +7,9 @@ from fnmatch import fnmatch
 from itertools import pairwise
 from pathlib import Path
 
-from drivetwin.errors import UserError
-from hil_tests.bench import Bench
-from hil_tests.scenario import Scenario, read_scenario
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.scenario import Scenario, read_scenario
 
 CASES = Path(__file__).parent / "cases"
 """The product's own."""

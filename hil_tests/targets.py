@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from drivetwin.errors import UserError
-from hil_tests.bench import Bench
-from hil_tests.task import Task
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.task import Task
 
 
 def targets(task: Task) -> list[dict[str, float]]:

@@ -1,12 +1,12 @@
-"""A broken controller as a program: `python -m mutants NAME TASK_FILE --bus BUS --out DIR`, all else as the reference's."""
+"""A broken controller as a program: `python -m drivetwin.mutants NAME TASK_FILE --bus BUS --out DIR`."""
 
 from __future__ import annotations
 
 import sys
 
-from controller.__main__ import main as control
-from drivetwin.errors import UserError
-from mutants.library import mutant
+from drivetwin.controller.__main__ import main as control
+from drivetwin.foundation.errors import UserError
+from drivetwin.mutants.library import mutant
 
 
 def main() -> None:

@@ -11,19 +11,26 @@ from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
 
-from drivetwin.errors import UserError
-from drivetwin.files import INSTALLED, write_json
-from hil_tests.bench import Bench
-from hil_tests.run import run_one
-from hil_tests.scenario import Scenario
-from hil_tests.verdict import CaseResult
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import INSTALLED, write_json
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.run import run_one
+from drivetwin.hil_tests.scenario import Scenario
+from drivetwin.hil_tests.verdict import CaseResult
+from drivetwin.mutants.library import mutant_file
 
 FORMAT = "mutant-cell/1"
 
 REFERENCE = "reference"
 """The name of the controller that is not broken."""
 
-WHAT_MATTERS = ("controller", "drive_profiles", "drivetwin", "emulator", "hil_tests")
+CONTROLLER = "drivetwin.controller"
+"""The module that runs it."""
+
+WHAT_MATTERS = (
+    *("bus", "controller", "drive_profiles", "emulator", "foundation"),
+    *("hil_tests", "identification", "motion", "recording"),
+)
 """Packages whose content decides on a verdict."""
 
 
@@ -72,10 +79,10 @@ def broken_bench(bench: Bench, name: str) -> Bench:
     if name == REFERENCE:
         return bench
     command = bench.controller.command
-    if "controller" not in command:
-        raise UserError(f"{bench.path}: controller.command: expected the reference controller (-m controller), to break it")
-    place = command.index("controller")
-    broken = [*command[:place], "mutants", name, *command[place + 1 :]]
+    if CONTROLLER not in command:
+        raise UserError(f"{bench.path}: controller.command: expected the reference controller (-m {CONTROLLER}), to break it")
+    place = command.index(CONTROLLER)
+    broken = [*command[:place], "drivetwin.mutants", name, *command[place + 1 :]]
     return bench.model_copy(update={"controller": bench.controller.model_copy(update={"name": name, "command": broken})})
 
 
@@ -106,8 +113,7 @@ def _keep_verdict_only(folder: Path) -> None:
 
 def _state_of(bench: Bench, name: str) -> str:
     """sha256 over all that decides on the verdicts of a mutant on a bench."""
-    folder = INSTALLED / "mutants"
-    own = (folder / "surgery.py", folder / "broken" / f"{name}.py") if name != REFERENCE else ()
+    own = (INSTALLED / "mutants" / "surgery.py", mutant_file(name).resolve()) if name != REFERENCE else ()
     return _digest((*_sources(), *own, bench.path, bench.effects_path))
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 
-from drivetwin.files import provenance
-from hil_tests.scenario import Scenario
-from mutants.base import Mutant
-from mutants.cells import REFERENCE, Cell
+from drivetwin.foundation.files import provenance
+from drivetwin.hil_tests.scenario import Scenario
+from drivetwin.mutants.base import Mutant
+from drivetwin.mutants.cells import REFERENCE, Cell
 
 FORMAT = "mutants/1"
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import controller.tasks.file as task_file
-from controller import supervision
-from controller.machine import Axis, Machine, load_machine
+import drivetwin.controller.tasks.file as task_file
+from drivetwin.controller import supervision
+from drivetwin.controller.machine import Axis, Machine, load_machine
 
 
 def replace(owner: object, name: str, broken: object) -> None:

@@ -1,4 +1,4 @@
-"""Runs every mutant through the acceptance suite and says who is caught: `python -m mutants.table --out out/mutants`."""
+"""Runs every mutant through the acceptance suite, says who is caught: `python -m drivetwin.mutants.table --out out/mutants`."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ import typer
 from rich.console import Console
 from typer.exceptions import TyperException
 
-from drivetwin.children import end_with_parent
-from drivetwin.errors import UserError
-from drivetwin.files import INSTALLED, new_file, own_directory, write_json
-from hil_tests.bench import Bench, read_bench
-from hil_tests.scenario import Scenario
-from hil_tests.suite import CASES, find_cases
-from mutants.base import Mutant
-from mutants.cells import REFERENCE, Cell, Field, fill
-from mutants.library import mutant, mutant_names
-from mutants.report import Table, markdown, payload
+from drivetwin.foundation.children import end_with_parent
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import INSTALLED, new_file, own_directory, write_json
+from drivetwin.hil_tests.bench import Bench, read_bench
+from drivetwin.hil_tests.scenario import Scenario
+from drivetwin.hil_tests.suite import CASES, find_cases
+from drivetwin.mutants.base import Mutant
+from drivetwin.mutants.cells import REFERENCE, Cell, Field, fill
+from drivetwin.mutants.library import mutant, mutant_names
+from drivetwin.mutants.report import Table, markdown, payload
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 console = Console(width=max(112, Console().width))
@@ -48,7 +48,7 @@ def table_command(
     What was run before and has not changed since is not run again. Exit status: 0 every mutant is rejected by the case and the
     expectation meant for it, and the reference controller is accepted; 1 not so; 2 wrong input.
 
-    Example: python -m mutants.table --own --only floods_the_bus
+    Example: python -m drivetwin.mutants.table --own --only floods_the_bus
     """
     chosen = read_bench(bench)
     scenarios = find_cases(chosen, [CASES], ())
@@ -121,7 +121,7 @@ def main() -> None:
         print(f"mutants: {error}", file=sys.stderr)
         sys.exit(error.exit_status)
     except TyperException as error:
-        print(f"mutants: {error.format_message()}; see: python -m mutants.table --help", file=sys.stderr)
+        print(f"mutants: {error.format_message()}; see: python -m drivetwin.mutants.table --help", file=sys.stderr)
         sys.exit(UserError.exit_status)
 
 

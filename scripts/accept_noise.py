@@ -12,9 +12,9 @@ from pathlib import Path
 
 import yaml
 
-from drivetwin.errors import UserError
-from hil_tests.results.noise import noise_between
-from hil_tests.results.results_file import read_results
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.results.noise import noise_between
+from drivetwin.hil_tests.results.results_file import read_results
 
 
 def main() -> int:

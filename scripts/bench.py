@@ -22,24 +22,24 @@ from bench_diagnosis import SYSID_IS_THERE, beside_sysid, fits_table, five_minut
 from rich.console import Console
 from rich.table import Table
 
-from controller.bring_up import bring_up, connect
-from controller.cycle import Cycle
-from controller.drive_node import READY_TO_SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON, DriveNode
-from controller.excitation import excitation
-from controller.link import SYNC_COB_ID, Link
-from controller.machine import load_machine
-from controller.motion import DISABLE_VOLTAGE, SHUTDOWN, SWITCH_ON, enable_streaming, home, positions_now, stream
-from controller.pacing import Lockstep
-from controller.trajectory import move, side_by_side
-from drive_profiles import load_profile
-from drivetwin.bus import InprocBus
-from drivetwin.files import provenance, write_json
-from emulator.clock import Clock, RealtimeClock, SyncClock
-from emulator.drive.servo import SERVO_PERIOD
-from emulator.effects import read_effects
-from emulator.machine import load_machine as load_virtual_machine
-from emulator.plant import Plant
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.bus.channel import InprocBus
+from drivetwin.controller.bring_up import bring_up, connect
+from drivetwin.controller.cycle import Cycle
+from drivetwin.controller.drive_node import READY_TO_SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON, DriveNode
+from drivetwin.controller.excitation import excitation
+from drivetwin.controller.link import SYNC_COB_ID, Link
+from drivetwin.controller.machine import load_machine
+from drivetwin.controller.motion import DISABLE_VOLTAGE, SHUTDOWN, SWITCH_ON, enable_streaming, home, positions_now, stream
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.controller.trajectory import move, side_by_side
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import Clock, RealtimeClock, SyncClock
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine as load_virtual_machine
+from drivetwin.emulator.plant import Plant
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.files import provenance, write_json
 
 SECONDS = 4.0
 PERIOD = 0.001

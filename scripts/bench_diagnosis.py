@@ -20,25 +20,25 @@ from mujoco import rollout, sysid
 from numpy.typing import NDArray
 from rich.table import Table
 
-from controller.machine import load_machine
-from controller.pacing import Lockstep
-from controller.progress import Progress
-from controller.session import session_on
-from diagnosis.diagnose import diagnose
-from diagnosis.excitation.choice import Question
-from diagnosis.excitation.limits import AxisLimits
-from diagnosis.excitation.plan import plan
-from diagnosis.prepare.prepared import prepared
-from diagnosis.settings import Settings
-from diagnosis.weigh.state import bench_of, first_colours, state_of
-from drive_profiles import load_profile
-from drivetwin.bus import InprocBus
+from drivetwin.bus.channel import InprocBus
+from drivetwin.controller.machine import load_machine
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.controller.progress import Progress
+from drivetwin.controller.session import session_on
+from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.excitation.choice import Question
+from drivetwin.diagnosis.excitation.limits import AxisLimits
+from drivetwin.diagnosis.excitation.plan import plan
+from drivetwin.diagnosis.prepare.prepared import prepared
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.state import bench_of, first_colours, state_of
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine as load_virtual_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.motion.jerk_limited import MotionLimits
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
-from emulator.clock import SyncClock
-from emulator.effects import read_effects
-from emulator.machine import load_machine as load_virtual_machine
-from emulator.virtual_machine import VirtualMachine
 
 Array = NDArray[np.float64]
 T = TypeVar("T")

@@ -31,14 +31,14 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from controller.bring_up import bring_up, connect
-from controller.cycle import Cycle
-from controller.link import Link
-from controller.machine import load_machine
-from controller.motion import disable, enable_streaming, home, positions_now, stream
-from controller.pacing import Lockstep
-from controller.trajectory import move, side_by_side
-from drivetwin.bus import InprocBus
+from drivetwin.bus.channel import InprocBus
+from drivetwin.controller.bring_up import bring_up, connect
+from drivetwin.controller.cycle import Cycle
+from drivetwin.controller.link import Link
+from drivetwin.controller.machine import load_machine
+from drivetwin.controller.motion import disable, enable_streaming, home, positions_now, stream
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.controller.trajectory import move, side_by_side
 
 PROFILES = ("servoone", "cia402-full")
 EPISODE = 500

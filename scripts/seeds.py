@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from drivetwin.files import provenance, write_json
+from drivetwin.foundation.files import provenance, write_json
 
 COUNTED = ("coulomb", "viscous")
 """The coefficients that the promise is about: within 2 % of the truth, and nine of ten in their 90 % interval."""

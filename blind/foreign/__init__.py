@@ -1,16 +1,16 @@
 """Effects that the library lacks, one a file: of these a diagnosis has to say that it does not know them."""
 
-from blind.foreign.base import Axis, Foreign, Influence, Scale
-from blind.foreign.chatter import Chatter
-from blind.foreign.counterbalance import Counterbalance
-from blind.foreign.dropouts import Dropouts
-from blind.foreign.fan import Fan
-from blind.foreign.jamming import Jamming
-from blind.foreign.pulses import Pulses
-from blind.foreign.slosh import Slosh
-from blind.foreign.tether import Tether
-from blind.foreign.wandering_cogging import WanderingCogging
-from blind.foreign.wind import Wind
+from drivetwin.blind.foreign.base import Axis, Foreign, Influence, Scale
+from drivetwin.blind.foreign.chatter import Chatter
+from drivetwin.blind.foreign.counterbalance import Counterbalance
+from drivetwin.blind.foreign.dropouts import Dropouts
+from drivetwin.blind.foreign.fan import Fan
+from drivetwin.blind.foreign.jamming import Jamming
+from drivetwin.blind.foreign.pulses import Pulses
+from drivetwin.blind.foreign.slosh import Slosh
+from drivetwin.blind.foreign.tether import Tether
+from drivetwin.blind.foreign.wandering_cogging import WanderingCogging
+from drivetwin.blind.foreign.wind import Wind
 
 __all__ = ["FOREIGN_EFFECTS", "Axis", "Foreign", "Influence", "Scale"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from blind.foreign.base import Axis, Draw, Foreign, Influence, Scale, Values
+from drivetwin.blind.foreign.base import Axis, Draw, Foreign, Influence, Scale, Values
 
 
 class Counterbalance(Foreign):

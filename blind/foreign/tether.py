@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from blind.foreign.base import Axis, Draw, Foreign, Influence, Scale, Values
+from drivetwin.blind.foreign.base import Axis, Draw, Foreign, Influence, Scale, Values
 
 
 class Tether(Foreign):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi, sin, sqrt
 from typing import ClassVar
 
-from blind.foreign.base import Axis, Draw, Foreign, Influence, Scale, Values
+from drivetwin.blind.foreign.base import Axis, Draw, Foreign, Influence, Scale, Values
 
 
 class WanderingCogging(Foreign):

@@ -8,9 +8,9 @@ from math import cos, inf, pi, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.case import Cause
-from blind.machines import DrawnAxis, DrawnMachine
-from blind.plants.friction import MAXWELL_SLIP
+from drivetwin.blind.case import Cause
+from drivetwin.blind.machines import DrawnAxis, DrawnMachine
+from drivetwin.blind.plants.friction import MAXWELL_SLIP
 
 AXIS = np.dtype(
     [

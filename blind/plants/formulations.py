@@ -5,17 +5,17 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from blind.case import FOREIGN, Case, Cause
-from blind.foreign import FOREIGN_EFFECTS, Foreign
-from blind.machines import DrawnMachine
-from blind.plants.axis import FORMULATED, withheld_axes
-from blind.plants.friction import LUGRE, MAXWELL_SLIP
-from blind.plants.rigid import RigidBodies, rigid_bodies
-from blind.plants.withheld import WithheldPlant
-from emulator.dynamics import AxisDynamics
-from emulator.effects import ModelEffect, PlacedEffect, library
-from emulator.machine import Machine
-from emulator.plant import Plant
+from drivetwin.blind.case import FOREIGN, Case, Cause
+from drivetwin.blind.foreign import FOREIGN_EFFECTS, Foreign
+from drivetwin.blind.machines import DrawnMachine
+from drivetwin.blind.plants.axis import FORMULATED, withheld_axes
+from drivetwin.blind.plants.friction import LUGRE, MAXWELL_SLIP
+from drivetwin.blind.plants.rigid import RigidBodies, rigid_bodies
+from drivetwin.blind.plants.withheld import WithheldPlant
+from drivetwin.emulator.dynamics import AxisDynamics
+from drivetwin.emulator.effects import ModelEffect, PlacedEffect, library
+from drivetwin.emulator.machine import Machine
+from drivetwin.emulator.plant import Plant
 
 LIBRARY = "library"
 """The emulator's own plant with the library's effects: for comparison, and for effects that have no other formulation."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import exp, log, pi, sin, sqrt, tanh
 
-from drivetwin.compiled import compiled
+from drivetwin.foundation.compiled import compiled
 
 LUGRE, MAXWELL_SLIP = 0, 1
 """Formulations."""

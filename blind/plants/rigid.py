@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.compiled import compiled
+from drivetwin.foundation.compiled import compiled
 
 Matrix = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ from math import atan2, cos, sin
 
 import numpy as np
 
-from blind.plants.friction import lugre, maxwell_slip, sliding_level, viscous_torque
-from blind.plants.rigid import accelerations
-from drivetwin.compiled import compiled
+from drivetwin.blind.plants.friction import lugre, maxwell_slip, sliding_level, viscous_torque
+from drivetwin.blind.plants.rigid import accelerations
+from drivetwin.foundation.compiled import compiled
 
 STATE = np.dtype(
     [

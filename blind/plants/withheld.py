@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.foreign import Axis, Foreign
-from blind.machines import DrawnMachine
-from blind.plants.friction import ELEMENTS
-from blind.plants.rigid import RigidBodies
-from blind.plants.step import STATE, advance, read_encoders
-from emulator.drive.servo import SERVO_PERIOD, ServoBank, filter_share
-from emulator.plant import Plant
+from drivetwin.blind.foreign import Axis, Foreign
+from drivetwin.blind.machines import DrawnMachine
+from drivetwin.blind.plants.friction import ELEMENTS
+from drivetwin.blind.plants.rigid import RigidBodies
+from drivetwin.blind.plants.step import STATE, advance, read_encoders
+from drivetwin.emulator.drive.servo import SERVO_PERIOD, ServoBank, filter_share
+from drivetwin.emulator.plant import Plant
 
 STEPS = 4
 """Steps a servo period: of 31.25 us."""

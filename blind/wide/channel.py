@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from blind.case import Cause
-from blind.wide.machines import Draw, Machine
-from blind.wide.motion import SETTLE
-from blind.wide.simulator import TICK
+from drivetwin.blind.case import Cause
+from drivetwin.blind.wide.machines import Draw, Machine
+from drivetwin.blind.wide.motion import SETTLE
+from drivetwin.blind.wide.simulator import TICK
 
 Array = NDArray[np.float64]
 

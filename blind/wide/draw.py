@@ -13,19 +13,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.case import Case, Cause, Kind
-from blind.wide.channel import passed
-from blind.wide.effects import DRIVE, LIBRARY, NUISANCES, Ground, Sizable, suits
-from blind.wide.families import FAMILIES, draw_family
-from blind.wide.foreign import FOREIGN
-from blind.wide.machines import Draw, Machine
-from blind.wide.motion import Plan
-from blind.wide.robots import ROBOTS, draw_robot, robot_files
-from blind.wide.simulator import Motion, Run
-from blind.wide.truth import DRIVES, LAWS
-from blind.wide.world import World, draw_world, motion_of, rms, slowed, travel
-from drivetwin.children import end_with_parent
-from drivetwin.errors import UserError
+from drivetwin.blind.case import Case, Cause, Kind
+from drivetwin.blind.wide.channel import passed
+from drivetwin.blind.wide.effects import DRIVE, LIBRARY, NUISANCES, Ground, Sizable, suits
+from drivetwin.blind.wide.families import FAMILIES, draw_family
+from drivetwin.blind.wide.foreign import FOREIGN
+from drivetwin.blind.wide.friction import yielding_way
+from drivetwin.blind.wide.machines import Draw, Machine
+from drivetwin.blind.wide.motion import Plan
+from drivetwin.blind.wide.robots import ROBOTS, draw_robot, robot_files
+from drivetwin.blind.wide.simulator import Motion, Run
+from drivetwin.blind.wide.truth import DRIVES, LAWS
+from drivetwin.blind.wide.world import World, draw_world, motion_of, rms, slowed, travel
+from drivetwin.foundation.children import end_with_parent
+from drivetwin.foundation.errors import UserError
 
 SHARES: dict[Kind, float] = {"double": 0.15, "four": 0.05, "clean": 0.15, "foreign": 0.15}
 """Of all cases; the rest have one cause."""
@@ -40,9 +41,6 @@ WEIGHTS = {"rotary": 1.0, "pendulum": 1.0, "linear": 1.0, "lift": 0.8, "gantry":
 """How often a family is drawn; 0.6 for those that are not named, 3 for public robots together."""
 
 FOUR = 4
-
-STIFFEST = (1e-5, 1e-4)
-"""Way on which friction yields at least, on a slide [m], on a hinge [rad]."""
 
 _TRIES, _PATIENCE, _STEPS, _SLOWER = 60, 6, 5, 5
 _CLOSE, _HIDDEN, _REACHED = 0.15, 0.2, 0.8
@@ -288,7 +286,7 @@ class _Drawing:
         return float(worst / _HIDDEN**0.5)
 
     def _stiffest(self) -> NDArray[np.float64]:
-        return np.where([link.slide for link in self.world.machine.links], *STIFFEST)
+        return np.array([yielding_way(link.slide)[0] for link in self.world.machine.links])
 
     def _quiet(self) -> float:
         """What may be there of a clean case, rms over the torque's: some of the noise."""

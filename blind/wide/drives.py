@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.wide.machines import Draw, Machine
-from blind.wide.simulator import TICK
-from blind.wide.truth import CASCADE, DRIVES, PI_P, PID, TORQUE, Axes
+from drivetwin.blind.wide.machines import Draw, Machine
+from drivetwin.blind.wide.simulator import TICK
+from drivetwin.blind.wide.truth import CASCADE, DRIVES, PI_P, PID, TORQUE, Axes
 
 LAWS = {"cascade": 0.35, "pi_p": 0.2, "pid": 0.15, "torque": 0.15, "untold": 0.15}
 """How often each is drawn; `untold` is one of the first three of which the recording does not say which."""

@@ -8,9 +8,10 @@ from math import pi, sqrt
 
 import numpy as np
 
-from blind.case import Cause
-from blind.wide.machines import Draw, Machine
-from blind.wide.truth import COUNTERBALANCE, EDDY_BRAKE, MAXWELL, SLOSH, SOFT_STOP, TETHER, WANDERING_COGGING, Axes
+from drivetwin.blind.case import Cause
+from drivetwin.blind.wide.friction import yielding_way
+from drivetwin.blind.wide.machines import Draw, Machine
+from drivetwin.blind.wide.truth import COUNTERBALANCE, EDDY_BRAKE, MAXWELL, SLOSH, SOFT_STOP, TETHER, WANDERING_COGGING, Axes
 
 Values = dict[str, float]
 Sizable = Callable[[float], Values]
@@ -91,8 +92,10 @@ def _presliding(g: Ground) -> Sizable:
     way = g.log(0.002, 0.02) * g.travel
     ratio = g.log(0.02, 0.3)
 
+    longest = yielding_way(g.machine.links[g.axis].slide)[1]
+
     def sized(s: float) -> Values:
-        stiffness = 1.6 * known.coulomb / (way * s)
+        stiffness = known.coulomb / min(way * s / 1.6, longest)
         return {"stiffness": stiffness, "damping": 2.0 * ratio * sqrt(stiffness * (g.links + known.rotor))}
 
     return sized

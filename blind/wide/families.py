@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from blind.wide.machines import AxisLimits, Draw, Link, Machine, equipped, hinge_limits, slide_limits
+from drivetwin.blind.wide.machines import AxisLimits, Draw, Link, Machine, equipped, hinge_limits, slide_limits
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 Sketch = tuple[list[Link], list[AxisLimits]]

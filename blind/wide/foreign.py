@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from blind.case import Cause
-from blind.wide.effects import FOREIGN_PREFIX, Ground, Sizable, Values
-from blind.wide.machines import Draw
-from blind.wide.simulator import TICK, Outside, quiet
+from drivetwin.blind.case import Cause
+from drivetwin.blind.wide.effects import FOREIGN_PREFIX, Ground, Sizable, Values
+from drivetwin.blind.wide.machines import Draw
+from drivetwin.blind.wide.simulator import TICK, Outside, quiet
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from math import exp, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.wide.truth import COULOMB, DAHL, GMS, LUGRE, Record
-from drivetwin.compiled import compiled
+from drivetwin.blind.wide.truth import COULOMB, DAHL, GMS, LUGRE, Record
+from drivetwin.foundation.compiled import compiled
 
 ELEMENTS = 4
 """Springs side by side of `maxwell_slip` and `gms`."""
@@ -17,6 +17,11 @@ WEIGHTS = np.arange(1, ELEMENTS + 1) / sum(range(1, ELEMENTS + 1))
 """Share of the level at which each of them slips (Al-Bender, Lampaert, Swevers 2005); all springs are equal."""
 
 Array = NDArray[np.float64]
+
+
+def yielding_way(slide: bool) -> tuple[float, float]:
+    """On which real friction yields at least and at most before it slides: 10 um to 1 mm, or 0.1 to 10 mrad."""
+    return (1e-5, 1e-3) if slide else (1e-4, 1e-2)
 
 
 @compiled

@@ -10,8 +10,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.wide.machines import AxisLimits, Draw, Machine
-from blind.wide.simulator import TICK
+from drivetwin.blind.wide.machines import AxisLimits, Draw, Machine
+from drivetwin.blind.wide.simulator import TICK
 
 Array = NDArray[np.float64]
 Way = Literal["both", "one_direction", "one_speed"]

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.case import Case, Cause
-from blind.wide.channel import bandwidth, late, passed, quantised, sample_times, sampled
-from blind.wide.draw import WideCase, world_of
-from blind.wide.drives import told
-from blind.wide.machines import off
-from blind.wide.motion import SETTLE, Plan
-from blind.wide.simulator import Run
-from blind.wide.truth import TORQUE, Axes
-from blind.wide.world import World
+from drivetwin.blind.case import Case, Cause
+from drivetwin.blind.wide.channel import bandwidth, late, passed, quantised, sample_times, sampled
+from drivetwin.blind.wide.draw import WideCase, world_of
+from drivetwin.blind.wide.drives import told
+from drivetwin.blind.wide.machines import off
+from drivetwin.blind.wide.motion import SETTLE, Plan
+from drivetwin.blind.wide.simulator import Run
+from drivetwin.blind.wide.truth import TORQUE, Axes
+from drivetwin.blind.wide.world import World
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
 from drivetwin.recording.writer import write_recording
 

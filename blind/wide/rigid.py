@@ -12,7 +12,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from drivetwin.compiled import compiled
+from drivetwin.foundation.compiled import compiled
 
 llvm.load_library_permanently(str(next(Path(mujoco.__file__).parent.glob("libmujoco.so*"), "libmujoco.so")))
 

@@ -10,8 +10,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from blind.wide.machines import AxisLimits, Draw, Known, Link, Machine, equipped, hinge_limits, slide_limits
-from drivetwin.errors import UserError
+from drivetwin.blind.wide.machines import AxisLimits, Draw, Known, Link, Machine, equipped, hinge_limits, slide_limits
+from drivetwin.foundation.errors import UserError
 
 ROBOTS = "robots"
 """Name of the family of all models in a folder."""

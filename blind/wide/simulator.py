@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.wide.friction import ELEMENTS, level, presliding, viscous
-from blind.wide.rigid import RigidBodies, mass_and_bias
-from blind.wide.truth import (
+from drivetwin.blind.wide.friction import ELEMENTS, level, presliding, viscous
+from drivetwin.blind.wide.rigid import RigidBodies, mass_and_bias
+from drivetwin.blind.wide.truth import (
     CASCADE,
     COUNTERBALANCE,
     EDDY_BRAKE,
@@ -28,7 +28,7 @@ from blind.wide.truth import (
     Axes,
     Record,
 )
-from drivetwin.compiled import compiled
+from drivetwin.foundation.compiled import compiled
 
 Array = NDArray[np.float64]
 

@@ -8,17 +8,18 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from blind.case import Cause
-from blind.wide.channel import RATES, Channel, draw_channel, passed
-from blind.wide.drives import LAWS as DRIVE_LAWS
-from blind.wide.drives import Drive, commission, draw_drive
-from blind.wide.effects import CHANNEL, DRIVE, SENSING, put
-from blind.wide.foreign import outside
-from blind.wide.machines import Machine
-from blind.wide.motion import ENDLESS, Plan, Way, draw_plans
-from blind.wide.rigid import RigidBodies, rigid_bodies
-from blind.wide.simulator import TICK, Demand, Motion, Outside, Run, move, needed, quiet
-from blind.wide.truth import COULOMB, LAWS, TORQUE, Axes, blank
+from drivetwin.blind.case import Cause
+from drivetwin.blind.wide.channel import RATES, Channel, draw_channel, passed
+from drivetwin.blind.wide.drives import LAWS as DRIVE_LAWS
+from drivetwin.blind.wide.drives import Drive, commission, draw_drive
+from drivetwin.blind.wide.effects import CHANNEL, DRIVE, SENSING, put
+from drivetwin.blind.wide.foreign import outside
+from drivetwin.blind.wide.friction import yielding_way
+from drivetwin.blind.wide.machines import Machine
+from drivetwin.blind.wide.motion import ENDLESS, Plan, Way, draw_plans
+from drivetwin.blind.wide.rigid import RigidBodies, rigid_bodies
+from drivetwin.blind.wide.simulator import TICK, Demand, Motion, Outside, Run, move, needed, quiet
+from drivetwin.blind.wide.truth import COULOMB, LAWS, TORQUE, Axes, blank
 
 Array = NDArray[np.float64]
 Items = tuple[Cause, ...]
@@ -188,7 +189,7 @@ def draw_world(seed: int, machine: Machine) -> World:
     links = _inertias(machine)
     micro = []
     for link, limit in zip(machine.links, machine.limits, strict=True):
-        low, high = (1e-5, 1e-3) if link.slide else (1e-4, 1e-2)
+        low, high = yielding_way(link.slide)
         high = max(2.0 * low, min(high, (limit.high - limit.low) / 200.0))
         micro.append(float(np.exp(draw.uniform(np.log(low), np.log(high)))))
     drive = str(draw.choice(list(DRIVE_LAWS), p=list(DRIVE_LAWS.values())))

@@ -8,9 +8,9 @@ from argparse import ArgumentParser
 from dataclasses import asdict
 from pathlib import Path
 
-from blind.wide.draw import choice, each_wide
-from blind.wide.record import record_wide
-from drivetwin.files import write_json
+from drivetwin.blind.wide.draw import choice, each_wide
+from drivetwin.blind.wide.record import record_wide
+from drivetwin.foundation.files import write_json
 
 
 def main() -> None:

@@ -8,10 +8,10 @@ from math import pi
 
 import numpy as np
 
-from controller.drive_node import DriveNode
-from controller.joint_path import JointPath, Rows
-from controller.motion import Offsets
-from drivetwin.errors import UserError
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.joint_path import JointPath, Rows
+from drivetwin.controller.motion import Offsets
+from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import AxisInfo, DriveLoops
 
 CURRENT_LOOP_TIME = 0.0005

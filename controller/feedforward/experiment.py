@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.feedforward.alignment import Loops, aligned, aligned_velocity, loop_reaction
-from controller.feedforward.learning import Learner
-from controller.feedforward.leg import Leg
-from controller.feedforward.stage import Stage, feed_velocity
-from controller.feedforward.standing import held_torque
-from controller.joint_path import JointPath, Rows
-from controller.motion import Offsets
-from controller.session import Session
-from drivetwin.errors import UserError
+from drivetwin.controller.feedforward.alignment import Loops, aligned, aligned_velocity, loop_reaction
+from drivetwin.controller.feedforward.learning import Learner
+from drivetwin.controller.feedforward.leg import Leg
+from drivetwin.controller.feedforward.stage import Stage, feed_velocity
+from drivetwin.controller.feedforward.standing import held_torque
+from drivetwin.controller.joint_path import JointPath, Rows
+from drivetwin.controller.motion import Offsets
+from drivetwin.controller.session import Session
+from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Recording
 
 TorqueModel = Callable[[JointPath], Rows]

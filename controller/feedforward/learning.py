@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from controller.feedforward.alignment import Loops
+from drivetwin.controller.feedforward.alignment import Loops
 from drivetwin.motion.filtering import zero_phase
 
 Torque = NDArray[np.float64]

@@ -7,7 +7,7 @@ from math import ceil
 
 import numpy as np
 
-from controller.joint_path import JointPath, Rows
+from drivetwin.controller.joint_path import JointPath, Rows
 from drivetwin.motion.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 
 LEAD_IN = 0.03

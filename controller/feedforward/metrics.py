@@ -8,8 +8,8 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.feedforward.leg import LEAD_IN, Leg, rows_of
-from drivetwin.errors import UserError
+from drivetwin.controller.feedforward.leg import LEAD_IN, Leg, rows_of
+from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Recording
 
 BAND = 0.05

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from controller.session import Session
+from drivetwin.controller.session import Session
 
 
 class Stage(Enum):

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.feedforward.alignment import Loops
-from controller.feedforward.leg import LEAD_IN
-from controller.motion import positions_now, stream
-from controller.session import Session
+from drivetwin.controller.feedforward.alignment import Loops
+from drivetwin.controller.feedforward.leg import LEAD_IN
+from drivetwin.controller.motion import positions_now, stream
+from drivetwin.controller.session import Session
 
 HOLD = 2.4
 """Over how long the measured torque is averaged [s]; at 1 ms a current sensor's noise of 0.4 % of rated becomes 0.016 %."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.drive_node import DriveNode
-from controller.joint_path import JointPath, Rows
-from controller.machine import POSITION_UNIT
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.joint_path import JointPath, Rows
+from drivetwin.controller.machine import POSITION_UNIT
 from drivetwin.motion.filtering import zero_phase
 from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.recording.recording import Recording

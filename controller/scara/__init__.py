@@ -1,1 +1,1 @@
-"""The single-arm SCARA wafer handler of docs/paper.md: kinematics, dynamics, moves of the blade."""
+"""The single-arm SCARA wafer handler of docs/wafer-handler.md: kinematics, dynamics, moves of the blade."""

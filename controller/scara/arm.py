@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.joint_path import limits_of
-from controller.machine import Machine, load_machine
-from controller.scara.geometry import Geometry, Travel, load_geometry, travel_of
-from controller.scara.kinematics import forward
+from drivetwin.controller.joint_path import limits_of
+from drivetwin.controller.machine import Machine, load_machine
+from drivetwin.controller.scara.geometry import Geometry, Travel, load_geometry, travel_of
+from drivetwin.controller.scara.kinematics import forward
 from drivetwin.motion.jerk_limited import MotionLimits
 
 
@@ -38,5 +38,5 @@ class Arm:
 
 
 def load_arm() -> Arm:
-    """The machine of docs/paper.md; raises UserError where a file of it is wrong."""
+    """The machine of docs/wafer-handler.md; raises UserError where a file of it is wrong."""
     return Arm(load_geometry(), load_machine("scara"))

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from controller.joint_path import JointPath, Rows, axis_stretch, slowed
-from controller.scara.arm import Arm
-from controller.scara.geometry import Geometry
-from controller.scara.kinematics import Pose, inverse
-from controller.scara.tool_motion import ToolMotion, joint_path
-from controller.trajectory import Positions
-from drivetwin.errors import UserError
+from drivetwin.controller.joint_path import JointPath, Rows, axis_stretch, slowed
+from drivetwin.controller.scara.arm import Arm
+from drivetwin.controller.scara.geometry import Geometry
+from drivetwin.controller.scara.kinematics import Pose, inverse
+from drivetwin.controller.scara.tool_motion import ToolMotion, joint_path
+from drivetwin.controller.trajectory import Positions
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.jerk_limited import JerkLimited, MotionLimits, jerk_limited
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from controller.session import Session
-from controller.trajectory import Multisine, exciting
+from drivetwin.controller.session import Session
+from drivetwin.controller.trajectory import Multisine, exciting
 from drivetwin.recording.recording import Recording
 
 POSES = (0.1, 0.9)

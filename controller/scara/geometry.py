@@ -11,8 +11,8 @@ import numpy as np
 import yaml
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
-from controller.machine import MACHINES, Machine
-from drivetwin.errors import UserError
+from drivetwin.controller.machine import MACHINES, Machine
+from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Samples
 
 DRAWING = MACHINES / "scara" / "geometry.yaml"

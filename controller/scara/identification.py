@@ -14,15 +14,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from controller.identification.covariance import hac_covariance
-from controller.identification.friction_law import FrictionLaw
-from controller.identification.least_squares import Solution, solve, told
-from controller.identification.regressors import Design, Label, Stribeck, Term, column
-from controller.identification.result import Parameter
-from controller.identification.settings import Settings
-from controller.scara.dynamics import PARAMETERS, BaseParameters, regressor
-from controller.scara.geometry import JOINTS
-from drivetwin.errors import UserError
+from drivetwin.controller.scara.dynamics import PARAMETERS, BaseParameters, regressor
+from drivetwin.controller.scara.geometry import JOINTS
+from drivetwin.foundation.errors import UserError
+from drivetwin.identification.covariance import hac_covariance
+from drivetwin.identification.friction_law import FrictionLaw
+from drivetwin.identification.least_squares import Solution, solve, told
+from drivetwin.identification.regressors import Design, Label, Stribeck, Term, column
+from drivetwin.identification.result import Parameter
+from drivetwin.identification.settings import Settings
 from drivetwin.motion.axis_motion import AxisMotion, AxisSamples, axis_motions, select, standstill_velocity
 from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.recording.recording import Recording, Samples

@@ -1,4 +1,4 @@
-"""Where the blade is for the joints, and the joints for where it should be: docs/paper.md, "Kinematics".
+"""Where the blade is for the joints, and the joints for where it should be: docs/wafer-handler.md, "Kinematics".
 
 Joints are (lift [m], rotate = theta2 [rad], stretch = theta3 [rad]). The belts keep the blade pointing along theta2 + 90 deg:
 
@@ -12,8 +12,8 @@ from math import hypot, pi
 
 import numpy as np
 
-from controller.scara.geometry import BELT_OFFSET, BELTS, FULL_TRAVEL, Geometry, Travel
-from drivetwin.errors import UserError
+from drivetwin.controller.scara.geometry import BELT_OFFSET, BELTS, FULL_TRAVEL, Geometry, Travel
+from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Samples
 
 ROUNDING = 1e-9

@@ -8,8 +8,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from controller.scara.geometry import BELTS, JOINTS
-from drivetwin.errors import UserError
+from drivetwin.controller.scara.geometry import BELTS, JOINTS
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.inverse_dynamics import read_mjcf
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.joint_path import JointPath, Rows
-from controller.scara.geometry import Geometry
-from controller.scara.kinematics import Pose, inverse, jacobian
+from drivetwin.controller.joint_path import JointPath, Rows
+from drivetwin.controller.scara.geometry import Geometry
+from drivetwin.controller.scara.kinematics import Pose, inverse, jacobian
 
 
 @dataclass(frozen=True)

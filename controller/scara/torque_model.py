@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.identification.friction_law import FrictionLaw
-from controller.joint_path import JointPath, Rows
-from controller.machine import POSITION_UNIT
-from controller.scara.dynamics import BaseParameters, friction, torque
+from drivetwin.controller.joint_path import JointPath, Rows
+from drivetwin.controller.machine import POSITION_UNIT
+from drivetwin.controller.scara.dynamics import BaseParameters, friction, torque
+from drivetwin.identification.friction_law import FrictionLaw
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from enum import Enum
 from itertools import pairwise
 from math import cos, sin
 
-from controller.joint_path import AnyMove, JointPath, joined, slowed
-from controller.scara.arm import Arm
-from controller.scara.blade_path import Point, blade_line
-from controller.scara.wafer import Wafer, line_limits, turn_limits, wafer_stretch
-from controller.synchronised import synchronised
+from drivetwin.controller.joint_path import AnyMove, JointPath, joined, slowed
+from drivetwin.controller.scara.arm import Arm
+from drivetwin.controller.scara.blade_path import Point, blade_line
+from drivetwin.controller.scara.wafer import Wafer, line_limits, turn_limits, wafer_stretch
+from drivetwin.controller.synchronised import synchronised
 from drivetwin.motion.jerk_limited import MotionLimits
 
 

@@ -7,12 +7,12 @@ from math import atan, degrees, pi, sqrt, tan
 
 import numpy as np
 
-from controller.joint_path import JointPath, Rows
-from controller.scara.dynamics import GRAVITY
-from controller.scara.geometry import Geometry
-from controller.scara.tool_motion import tool_acceleration
-from controller.trajectory import Positions
-from drivetwin.errors import UserError
+from drivetwin.controller.joint_path import JointPath, Rows
+from drivetwin.controller.scara.dynamics import GRAVITY
+from drivetwin.controller.scara.geometry import Geometry
+from drivetwin.controller.scara.tool_motion import tool_acceleration
+from drivetwin.controller.trajectory import Positions
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.jerk_limited import MotionLimits
 
 

@@ -10,11 +10,11 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
 
-from controller.machine import Machine
-from controller.recovery import GivenUpError, recover
-from controller.session import Session
-from controller.trouble import TroubleError
-from drivetwin.errors import UserError
+from drivetwin.controller.machine import Machine
+from drivetwin.controller.recovery import GivenUpError, recover
+from drivetwin.controller.session import Session
+from drivetwin.controller.trouble import TroubleError
+from drivetwin.foundation.errors import UserError
 
 logger = logging.getLogger(__name__)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from controller.tasks.base import Task, Work
+from drivetwin.controller.tasks.base import Task, Work
 
 LISTEN = 0.5
 """How long the nodes are supervised [s]: some heartbeats."""

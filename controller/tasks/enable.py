@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pydantic import PositiveFloat
 
-from controller.motion import enable_streaming
-from controller.tasks.base import Task, Work
+from drivetwin.controller.motion import enable_streaming
+from drivetwin.controller.tasks.base import Task, Work
 
 
 class Enable(Task):

@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from controller.feedforward.alignment import loops_of
-from controller.feedforward.experiment import Bench
-from controller.feedforward.leg import with_rest
-from controller.feedforward.stage import Stage, feed_velocity
-from controller.feedforward.torque_model import ModelTorque, fitted
-from controller.joint_path import JointPath, joined, limits_of
-from controller.machine import Machine
-from controller.motion import positions_now
-from controller.session import Session
-from controller.synchronised import synchronised
-from controller.tasks.base import Task, Work
-from drivetwin.files import provenance, write_json
+from drivetwin.controller.feedforward.alignment import loops_of
+from drivetwin.controller.feedforward.experiment import Bench
+from drivetwin.controller.feedforward.leg import with_rest
+from drivetwin.controller.feedforward.stage import Stage, feed_velocity
+from drivetwin.controller.feedforward.torque_model import ModelTorque, fitted
+from drivetwin.controller.joint_path import JointPath, joined, limits_of
+from drivetwin.controller.machine import Machine
+from drivetwin.controller.motion import positions_now
+from drivetwin.controller.session import Session
+from drivetwin.controller.synchronised import synchronised
+from drivetwin.controller.tasks.base import Task, Work
+from drivetwin.foundation.files import provenance, write_json
 from drivetwin.motion.inverse_dynamics import load_model
 from drivetwin.recording.recording import Recording
 

@@ -9,12 +9,12 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveFloat, ValidationError
 
-from controller.machine import Machine, load_machine
-from controller.tasks.base import Task
-from controller.tasks.library import task_class
-from drive_profiles import DriveProfile, load_profile
-from drivetwin.errors import UserError
-from drivetwin.text_files import parse_json
+from drivetwin.controller.machine import Machine, load_machine
+from drivetwin.controller.tasks.base import Task
+from drivetwin.controller.tasks.library import task_class
+from drivetwin.drive_profiles import DriveProfile, load_profile
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.text_files import parse_json
 
 
 class _TaskFile(BaseModel):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from controller.tasks.base import Task, Work
+from drivetwin.controller.tasks.base import Task, Work
 
 STAND = 0.1
 """For how long the axes stand afterwards [s]."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from controller.identification import identify, load_model
-from controller.procedure import FIT, capture_friction
-from controller.tasks.base import Task, Work
-from drivetwin.files import write_json
+from drivetwin.controller.procedure import FIT, capture_friction
+from drivetwin.controller.tasks.base import Task, Work
+from drivetwin.foundation.files import write_json
+from drivetwin.identification import identify, load_model
 
 
 class Identify(Task):

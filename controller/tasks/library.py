@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 import importlib
-import pkgutil
-from pathlib import Path
 
-from controller.tasks.base import Task
-from drivetwin.errors import UserError
+from drivetwin.controller.tasks.base import Task
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.plugins import module_names
 
 _NO_TASKS = {"base", "library", "file"}
 
 
 def task_names() -> tuple[str, ...]:
     """What `task_class` knows."""
-    modules = (module.name for module in pkgutil.iter_modules([str(Path(__file__).parent)]))
-    return tuple(name for name in modules if name not in _NO_TASKS)
+    return tuple(name for name in module_names("drivetwin.controller.tasks") if name not in _NO_TASKS)
 
 
 def task_class(name: str) -> type[Task]:
     """The class of a task. Raises UserError naming the tasks that there are."""
     if name not in task_names():
         raise UserError(f"there is no task {name!r}; this controller can do {', '.join(task_names())}")
-    module = importlib.import_module(f"controller.tasks.{name}")
+    module = importlib.import_module(f"drivetwin.controller.tasks.{name}")
     return next(
         kind
         for kind in vars(module).values()

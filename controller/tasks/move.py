@@ -6,9 +6,9 @@ from functools import partial
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeFloat, PositiveInt
 
-from controller.machine import Machine
-from controller.session import Session
-from controller.tasks.base import Task, Work, check_target
+from drivetwin.controller.machine import Machine
+from drivetwin.controller.session import Session
+from drivetwin.controller.tasks.base import Task, Work, check_target
 
 
 class SingleMove(BaseModel):

@@ -7,8 +7,8 @@ from itertools import cycle
 
 from pydantic import PositiveFloat
 
-from controller.machine import Machine
-from controller.tasks.base import Task, Work
+from drivetwin.controller.machine import Machine
+from drivetwin.controller.tasks.base import Task, Work
 
 REACH = 0.3
 """How far an axis goes to either side of the middle of its travel, as a share of the travel."""

@@ -6,9 +6,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from typing import ClassVar
 
-from diagnosis.excitation.limits import AxisLimits
-from diagnosis.excitation.path import Path
-from emulator.effects import Exciting
+from drivetwin.diagnosis.excitation.limits import AxisLimits
+from drivetwin.diagnosis.excitation.path import Path
+from drivetwin.emulator.effects import Exciting
 
 
 class Excitation(ABC):

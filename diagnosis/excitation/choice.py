@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from diagnosis.excitation.base import Excitation
-from diagnosis.excitation.short_moves import ShortMoves
-from diagnosis.excitation.slow_strokes import SlowStrokes
-from diagnosis.excitation.small_reversals import SmallReversals
-from diagnosis.excitation.speed_levels import SpeedLevels
-from diagnosis.excitation.standstills import Standstills
-from diagnosis.excitation.sweep import Sweep
-from diagnosis.excitation.warm_up import WarmUp
-from diagnosis.excitation.whole_travel import WholeTravel
-from diagnosis.prepare.testable import WHY
-from diagnosis.report.result import UNKNOWN
-from diagnosis.report.schema import CausePart, GapReport, NotTestablePart
-from drivetwin.errors import UserError
-from emulator.effects import Effect, Need, library
+from drivetwin.diagnosis.excitation.base import Excitation
+from drivetwin.diagnosis.excitation.short_moves import ShortMoves
+from drivetwin.diagnosis.excitation.slow_strokes import SlowStrokes
+from drivetwin.diagnosis.excitation.small_reversals import SmallReversals
+from drivetwin.diagnosis.excitation.speed_levels import SpeedLevels
+from drivetwin.diagnosis.excitation.standstills import Standstills
+from drivetwin.diagnosis.excitation.sweep import Sweep
+from drivetwin.diagnosis.excitation.warm_up import WarmUp
+from drivetwin.diagnosis.excitation.whole_travel import WholeTravel
+from drivetwin.diagnosis.prepare.testable import WHY
+from drivetwin.diagnosis.report.result import UNKNOWN
+from drivetwin.diagnosis.report.schema import CausePart, GapReport, NotTestablePart
+from drivetwin.emulator.effects import Effect, Need, library
+from drivetwin.foundation.errors import UserError
 
 EXCITATIONS: tuple[Excitation, ...] = (
     WarmUp(),

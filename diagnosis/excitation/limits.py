@@ -9,10 +9,10 @@ import mujoco
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.text_files import parse_yaml
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.motion.jerk_limited import MotionLimits
-from drivetwin.text_files import parse_yaml
 
 INNER = 0.9
 """Share of the travel that is used: what overshoots stays inside."""

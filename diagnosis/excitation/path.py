@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.excitation.limits import AxisLimits
+from drivetwin.diagnosis.excitation.limits import AxisLimits
 from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited
 
 Path = NDArray[np.float64]

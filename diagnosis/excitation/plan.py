@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.excitation.base import Excitation
-from diagnosis.excitation.choice import Question, by_poses, chosen
-from diagnosis.excitation.limits import AxisLimits
-from diagnosis.excitation.path import PAUSE, Path, joined, move, stand
-from drivetwin.errors import UserError
+from drivetwin.diagnosis.excitation.base import Excitation
+from drivetwin.diagnosis.excitation.choice import Question, by_poses, chosen
+from drivetwin.diagnosis.excitation.limits import AxisLimits
+from drivetwin.diagnosis.excitation.path import PAUSE, Path, joined, move, stand
+from drivetwin.foundation.errors import UserError
 
 POSES = (0.5, 0.15, 0.85)
 """Shares of the travel at which the other axes stand."""

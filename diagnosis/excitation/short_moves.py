@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from diagnosis.excitation.base import Excitation
-from diagnosis.excitation.limits import AxisLimits
-from diagnosis.excitation.path import Path, back_and_forth
-from emulator.effects import Exciting
+from drivetwin.diagnosis.excitation.base import Excitation
+from drivetwin.diagnosis.excitation.limits import AxisLimits
+from drivetwin.diagnosis.excitation.path import Path, back_and_forth
+from drivetwin.emulator.effects import Exciting
 
 ACCELERATIONS = (0.25, 0.5, 0.75, 1.0)
 """Shares of the highest; the last asks for all the torque that the limits allow."""

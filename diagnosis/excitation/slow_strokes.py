@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from diagnosis.excitation.base import Excitation
-from diagnosis.excitation.limits import AxisLimits
-from diagnosis.excitation.path import Path, back_and_forth
-from emulator.effects import Exciting
+from drivetwin.diagnosis.excitation.base import Excitation
+from drivetwin.diagnosis.excitation.limits import AxisLimits
+from drivetwin.diagnosis.excitation.path import Path, back_and_forth
+from drivetwin.emulator.effects import Exciting
 
 SHARES = tuple(float(share) for share in np.geomspace(0.005, 0.3, 8))
 """Of full speed."""

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from diagnosis.excitation.base import Excitation
-from diagnosis.excitation.limits import AxisLimits
-from diagnosis.excitation.path import Path, wave, window
-from emulator.effects import Exciting
+from drivetwin.diagnosis.excitation.base import Excitation
+from drivetwin.diagnosis.excitation.limits import AxisLimits
+from drivetwin.diagnosis.excitation.path import Path, wave, window
+from drivetwin.emulator.effects import Exciting
 
 PLACES = (0.2, 0.5, 0.8)
 SIZES = (0.0005, 0.004, 0.02)

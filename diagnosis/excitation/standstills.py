@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from diagnosis.excitation.base import Excitation
-from diagnosis.excitation.limits import AxisLimits
-from diagnosis.excitation.path import Path, move, stand
-from emulator.effects import Exciting
+from drivetwin.diagnosis.excitation.base import Excitation
+from drivetwin.diagnosis.excitation.limits import AxisLimits
+from drivetwin.diagnosis.excitation.path import Path, move, stand
+from drivetwin.emulator.effects import Exciting
 
 PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)
 """Shares of the travel."""

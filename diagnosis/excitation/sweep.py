@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from diagnosis.excitation.base import Excitation
-from diagnosis.excitation.limits import AxisLimits
-from diagnosis.excitation.path import Path, wave, window
-from emulator.effects import Exciting
+from drivetwin.diagnosis.excitation.base import Excitation
+from drivetwin.diagnosis.excitation.limits import AxisLimits
+from drivetwin.diagnosis.excitation.path import Path, wave, window
+from drivetwin.emulator.effects import Exciting
 
 BANDS = ((1.0, 4.0), (4.0, 12.0), (12.0, 40.0))
 """From and to [Hz], each a piece with an amplitude of its own."""

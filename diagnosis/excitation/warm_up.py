@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from diagnosis.excitation.base import Excitation
-from diagnosis.excitation.limits import AxisLimits
-from diagnosis.excitation.path import Path, back_and_forth
-from emulator.effects import Exciting
+from drivetwin.diagnosis.excitation.base import Excitation
+from drivetwin.diagnosis.excitation.limits import AxisLimits
+from drivetwin.diagnosis.excitation.path import Path, back_and_forth
+from drivetwin.emulator.effects import Exciting
 
 SECONDS = 90.0
 SPEED = 0.6

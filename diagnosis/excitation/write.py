@@ -12,9 +12,9 @@ import pyarrow.csv as pc
 import pyarrow.parquet as pq
 from matplotlib.figure import Figure
 
-from diagnosis.excitation.limits import AxisLimits
-from diagnosis.excitation.plan import Passage, Plan
-from drivetwin.files import provenance, write_json
+from drivetwin.diagnosis.excitation.limits import AxisLimits
+from drivetwin.diagnosis.excitation.plan import Passage, Plan
+from drivetwin.foundation.files import provenance, write_json
 
 SCHEMA = "excitation/1"
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.prepare.rows import AxisRows, Index
+from drivetwin.diagnosis.prepare.rows import AxisRows, Index
+from drivetwin.foundation.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -122,15 +123,24 @@ def _levinson(correlation: Array) -> tuple[tuple[Array, ...], Array]:
 
 def _errors(columns: Array, age: Index, predictors: tuple[Array, ...], deviation: Array) -> Array:
     order = len(predictors) - 1
-    out = columns.copy()
     if not predictors[order].any():
-        return out
-    for lag in range(1, order + 1):
-        out[lag:] -= predictors[order][lag - 1] * columns[:-lag]
-    for j in range(order):
-        young = np.flatnonzero(age == j)
-        errors = columns[young].copy()
-        for lag in range(1, j + 1):
-            errors -= predictors[j][lag - 1] * columns[young - lag]
-        out[young] = errors / deviation[j]
+        return columns.copy()
+    table = np.zeros((order + 1, order))
+    for j, own in enumerate(predictors):
+        table[j, :j] = own
+    return np.asarray(_predicted_from(columns.reshape(len(columns), -1), age, table, deviation)).reshape(columns.shape)
+
+
+@compiled
+def _predicted_from(columns, age, table, deviation):  # type: ignore[no-untyped-def]
+    """Rows (N, p) less what the rows before them predict; `table` (order + 1, order): a predictor for each age."""
+    out = np.empty_like(columns)
+    count, width = columns.shape
+    for row in range(count):
+        old = age[row]
+        for k in range(width):
+            error = columns[row, k]
+            for lag in range(old):
+                error -= table[old, lag] * columns[row - 1 - lag, k]
+            out[row, k] = error / deviation[old]
     return out

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
-from diagnosis.model.colour import Colour
-from diagnosis.prepare.rows import Column
+from drivetwin.diagnosis.model.colour import Colour
+from drivetwin.diagnosis.prepare.rows import Column
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

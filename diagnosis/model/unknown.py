@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.prepare.motion import AxisRun, Run
-from diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.prepare.motion import AxisRun, Run
+from drivetwin.diagnosis.prepare.rows import Rows
 
 Array = NDArray[np.float64]
 

@@ -13,12 +13,12 @@ from math import exp, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.prepare.motion import Run
-from drivetwin.compiled import compiled
+from drivetwin.diagnosis.prepare.motion import Run
+from drivetwin.emulator.effects import DriveEffect, library
+from drivetwin.emulator.effects.current_bandwidth import CurrentBandwidth
+from drivetwin.foundation.compiled import compiled
 from drivetwin.motion.filtering import derivative
 from drivetwin.recording.recording import DriveLoops
-from emulator.effects import DriveEffect, library
-from emulator.effects.current_bandwidth import CurrentBandwidth
 
 Array = NDArray[np.float64]
 

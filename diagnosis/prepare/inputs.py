@@ -11,10 +11,10 @@ from xml.etree import ElementTree
 
 import mujoco
 
-from diagnosis.prepare.cutoff import USUAL
-from diagnosis.prepare.simulation import motors_of
-from drivetwin.errors import UserError
-from drivetwin.files import sha256
+from drivetwin.diagnosis.prepare.cutoff import USUAL
+from drivetwin.diagnosis.prepare.simulation import motors_of
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import sha256
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.motion.pieces import read_pieces
 from drivetwin.recording.reader import SIGNALS, check_joints, check_torque, find_recordings

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from diagnosis.prepare.simulation import Kinematics, Simulation
+from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.effects import AxisEffect
 from drivetwin.motion.axis_motion import (
     STANDSTILL_REACH,
     AxisMotion,
@@ -22,8 +24,6 @@ from drivetwin.motion.axis_motion import (
 )
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
 from drivetwin.recording.recording import Recording
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects import AxisEffect
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

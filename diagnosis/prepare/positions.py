@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from diagnosis.prepare.simulation import Kinematics, Simulation
+from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
 from drivetwin.motion.axis_motion import measured_position
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, zero_phase
 from drivetwin.recording.recording import Recording

@@ -6,16 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from diagnosis.prepare.cutoff import chosen_cutoff, motion_cutoff
-from diagnosis.prepare.drive_law import law_holds
-from diagnosis.prepare.hold_back import hold_back
-from diagnosis.prepare.motion import Run, begins, prepare, standstill_of
-from diagnosis.prepare.positions import positions
-from diagnosis.prepare.rows import Rows
-from diagnosis.prepare.simulation import Simulation, simulation
-from diagnosis.prepare.testable import Testable, is_absolute, testable
-from diagnosis.settings import Settings
-from drivetwin.errors import UserError
+from drivetwin.diagnosis.prepare.cutoff import chosen_cutoff, motion_cutoff
+from drivetwin.diagnosis.prepare.drive_law import law_holds
+from drivetwin.diagnosis.prepare.hold_back import hold_back
+from drivetwin.diagnosis.prepare.motion import Run, begins, prepare, standstill_of
+from drivetwin.diagnosis.prepare.positions import positions
+from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.prepare.simulation import Simulation, simulation
+from drivetwin.diagnosis.prepare.testable import Testable, is_absolute, testable
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Recording
 
 

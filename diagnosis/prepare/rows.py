@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.prepare.motion import SAMPLED, AxisRun, Run
-from diagnosis.prepare.simulation import Kinematics, Simulation
+from drivetwin.diagnosis.prepare.motion import SAMPLED, AxisRun, Run
+from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.effects import AxisEffect, Effect
 from drivetwin.motion.inverse_dynamics import Model
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects import AxisEffect, Effect
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -13,15 +13,15 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.prepare.model_file import ON_JOINT, named_model, working_spec
-from drivetwin.errors import UserError
+from drivetwin.diagnosis.prepare.model_file import ON_JOINT, named_model, working_spec
+from drivetwin.emulator.assembly import DrivenJoint, assemble
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
+from drivetwin.emulator.effects import Effect, PlacedEffect
+from drivetwin.emulator.effects.model_tree import free_name
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.coupled_motion import check_axes_move_alone, friction_of_followers
 from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.recording.recording import AxisInfo
-from emulator.assembly import DrivenJoint, assemble
-from emulator.dynamics import AxisDynamics, FrictionLaw
-from emulator.effects import Effect, PlacedEffect
-from emulator.effects.model_tree import free_name
 
 Array = NDArray[np.float64]
 

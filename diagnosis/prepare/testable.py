@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.prepare.motion import Run
-from diagnosis.prepare.rows import Rows
-from emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, Need, library
+from drivetwin.diagnosis.prepare.motion import Run
+from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, Need, library
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from diagnosis.prepare.drive_law import Asked, asked_of, drive_candidates, left_by
-from diagnosis.prepare.motion import Run
-from emulator.effects import DriveEffect, Effect
-from emulator.effects.current_bandwidth import CurrentBandwidth
+from drivetwin.diagnosis.prepare.drive_law import Asked, asked_of, drive_candidates, left_by
+from drivetwin.diagnosis.prepare.motion import Run
+from drivetwin.emulator.effects import DriveEffect, Effect
+from drivetwin.emulator.effects.current_bandwidth import CurrentBandwidth
 
 USUAL_BANDWIDTHS = (200.0, 300.0, 450.0, 700.0, 1000.0)
 """Of a sound servo drive's current loop [Hz]."""

@@ -9,11 +9,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.prepare.motion import AxisRun, Run
-from diagnosis.prepare.rows import Column, Rows
-from diagnosis.settings import Settings
+from drivetwin.diagnosis.prepare.motion import AxisRun, Run
+from drivetwin.diagnosis.prepare.rows import Column, Rows
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.motion.filtering import fine_derivative
-from emulator.dynamics import AxisDynamics
 
 Array = NDArray[np.float64]
 

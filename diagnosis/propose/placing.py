@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from diagnosis.prepare.rows import Rows
-from emulator.effects import FAMILIES, Effect, PlacedEffect
+from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.emulator.effects import FAMILIES, Effect, PlacedEffect
 
 
 def in_order(effects: Sequence[PlacedEffect]) -> tuple[PlacedEffect, ...]:

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.model.system import System
-from diagnosis.prepare.rows import Rows
-from diagnosis.propose.search import Begun
-from drivetwin.errors import UserError
-from emulator.effects import Effect, ModelEffect
+from drivetwin.diagnosis.model.system import System
+from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.propose.search import Begun
+from drivetwin.emulator.effects import Effect, ModelEffect
+from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 

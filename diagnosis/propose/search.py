@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from diagnosis.model.system import Fit, System
-from diagnosis.prepare.rows import Column, Rows
-from diagnosis.propose.side_by_side import side_by_side
-from drivetwin.errors import UserError
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects import AxisEffect, Effect
+from drivetwin.diagnosis.model.system import Fit, System
+from drivetwin.diagnosis.prepare.rows import Column, Rows
+from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.effects import AxisEffect, Effect, Start
+from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 
@@ -56,29 +56,39 @@ class Field:
     high: float
 
 
-def coarse(
-    rows: Rows, system: System, axis: str, kind: type[AxisEffect], dynamics: AxisDynamics, held: frozenset[int]
-) -> list[Begun]:
-    """The starts of an effect on an axis, best first, each with the coefficients of its members free."""
+@dataclass(frozen=True)
+class Beginnings:
+    """Where a search for a kind of effect begins on an axis, on top of what the axis is: what each start's members cost."""
+
+    axis: str
+    kind: type[AxisEffect]
+    dynamics: AxisDynamics
+    starts: Sequence[Start]
+    costs: Sequence[Sequence[Column]]
+
+
+def beginnings(rows: Rows, axis: str, kind: type[AxisEffect], dynamics: AxisDynamics) -> Beginnings:
+    """The starts that a kind has for a motion. Raises UserError where nothing can follow one."""
     starts = kind.starts(rows.motion[axis], dynamics)
     members = [member for start in starts for member in start.members]
+    costs = iter(side_by_side(lambda member: rows.cost(axis, member, dynamics), members))
+    return Beginnings(axis, kind, dynamics, starts, [[next(costs) for _ in start.members] for start in starts])
 
-    def column(member: AxisEffect) -> Column:
-        return system.whiten(rows.cost(axis, member, dynamics))
 
-    columns = iter(side_by_side(column, members))
-    found = []
-    for start in starts:
-        own = [next(columns) for _ in start.members]
-        if not all(np.isfinite(part).all() and part.any() for each in own for part in [each[axis]]):
+def coarse(begin: Beginnings, system: System, held: frozenset[int]) -> list[Begun]:
+    """The starts of an effect on an axis, best first, each with the coefficients of its members free."""
+    found, count = [], len(begin.starts)
+    for start, costs in zip(begin.starts, begin.costs, strict=True):
+        own = [system.whiten(cost) for cost in costs]
+        if not all(np.isfinite(each[begin.axis]).all() and each[begin.axis].any() for each in own):
             continue
-        if not kind.scales:
-            found.append(Begun(axis, start.members[0], system.fit((), own[0], held).evidence, len(starts)))
+        if not begin.kind.scales:
+            found.append(Begun(begin.axis, start.members[0], system.fit((), own[0], held).evidence, count))
             continue
         fit = system.fit(own, held=held)
         effect = start.compose([float(value) for value in fit.coefficients[-len(own) :]])
         if effect is not None:
-            found.append(Begun(axis, effect, fit.evidence, len(starts)))
+            found.append(Begun(begin.axis, effect, fit.evidence, count))
     return sorted(found, key=lambda one: -one.evidence)
 
 

@@ -8,19 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.model.unknown import by_quantity
-from diagnosis.prepare.motion import Run
-from diagnosis.prepare.noise import Noise, noise_of
-from diagnosis.prepare.prepared import Prepared
-from diagnosis.prepare.rows import Rows
-from diagnosis.propose.drives import DriveFound
-from diagnosis.propose.placing import alike, in_order, placed
-from diagnosis.report.distinguish import sensor_that_tells, tell_apart
-from diagnosis.report.gap_test import NAME, GapFound, gap_of, significance
-from diagnosis.report.patched_model import patched_xml
-from diagnosis.report.patterns import patterns
-from diagnosis.report.prediction import Patch, contributions, gap_rms, predict
-from diagnosis.report.result import (
+from drivetwin.diagnosis.model.unknown import by_quantity
+from drivetwin.diagnosis.prepare.motion import Run
+from drivetwin.diagnosis.prepare.noise import Noise, noise_of
+from drivetwin.diagnosis.prepare.prepared import Prepared
+from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.propose.drives import DriveFound
+from drivetwin.diagnosis.propose.placing import alike, in_order, placed
+from drivetwin.diagnosis.report.distinguish import sensor_that_tells, tell_apart
+from drivetwin.diagnosis.report.gap_test import NAME, GapFound, gap_of, significance
+from drivetwin.diagnosis.report.patched_model import patched_xml
+from drivetwin.diagnosis.report.patterns import patterns
+from drivetwin.diagnosis.report.prediction import Patch, contributions, gap_rms, predict
+from drivetwin.diagnosis.report.result import (
     TWO_SIDED_90,
     UNKNOWN,
     AxisGap,
@@ -33,14 +33,14 @@ from diagnosis.report.result import (
     Unknown,
     Verdict,
 )
-from diagnosis.report.shares import shares
-from diagnosis.report.shrink import shrink
-from diagnosis.report.where import above_noise, regimes
-from diagnosis.settings import Settings
-from diagnosis.weigh.averaging import Answer
-from diagnosis.weigh.refit import Refitted
-from drivetwin.errors import UserError
-from emulator.effects import DriveEffect, PlacedEffect
+from drivetwin.diagnosis.report.shares import shares
+from drivetwin.diagnosis.report.shrink import shrink
+from drivetwin.diagnosis.report.where import above_noise, regimes
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.averaging import Answer
+from drivetwin.diagnosis.weigh.refit import Refitted
+from drivetwin.emulator.effects import DriveEffect, PlacedEffect
+from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 

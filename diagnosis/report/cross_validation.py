@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.report.result import Array
+from drivetwin.diagnosis.report.result import Array
 
 FOLDS = 5
 _RIDGE = 1e-9

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from emulator.effects import library
+from drivetwin.emulator.effects import library
 
 
 def tell_apart(effect: str, others: Sequence[str]) -> str:

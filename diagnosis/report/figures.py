@@ -12,8 +12,8 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 from scipy import stats
 
-from diagnosis.report.result import Array
-from diagnosis.report.view import GapMap, Spectra, Trace, drawn, mean_over
+from drivetwin.diagnosis.report.result import Array
+from drivetwin.diagnosis.report.view import GapMap, Spectra, Trace, drawn, mean_over
 
 MEASURED, BEFORE, AFTER, NOISE = "#1b2630", "#d55e00", "#0072b2", "#8a97a3"
 """Before and after in colours that no common colour blindness confuses (Okabe and Ito 2008)."""

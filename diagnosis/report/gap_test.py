@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from diagnosis.report.prediction import gap_rms
-from diagnosis.report.result import Prediction
+from drivetwin.diagnosis.report.prediction import gap_rms
+from drivetwin.diagnosis.report.result import Prediction
 from drivetwin.motion.filtering import effective_cutoff
 
 NAME = (

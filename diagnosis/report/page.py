@@ -6,14 +6,17 @@ from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 
-from diagnosis.report import page_shares, page_table
-from diagnosis.report.page_axis import axis_section
-from diagnosis.report.page_causes import causes_section
-from diagnosis.report.page_method import inputs_section, method_section
-from diagnosis.report.page_table import DASH, stacking_table
-from diagnosis.report.result import Diagnosis, Verdict
-from diagnosis.report.wording import closed, listed, number, of_torque, p_words, percent, verdict_sentence
-from drivetwin.html_page import write_page
+import mujoco
+
+from drivetwin.diagnosis.report import page_shares, page_table
+from drivetwin.diagnosis.report.page_axis import axis_section
+from drivetwin.diagnosis.report.page_causes import causes_section
+from drivetwin.diagnosis.report.page_method import inputs_section, method_section
+from drivetwin.diagnosis.report.page_table import DASH, stacking_table
+from drivetwin.diagnosis.report.result import Diagnosis, Verdict
+from drivetwin.diagnosis.report.wording import closed, listed, number, of_torque, p_words, percent, verdict_sentence
+from drivetwin.foundation.html_page import write_page
+from drivetwin.foundation.machine_picture import machine_picture
 
 _TITLE = "Simulation against machine"
 
@@ -26,13 +29,20 @@ def write_report_page(diagnosis: Diagnosis, inputs: Mapping[str, str], path: Pat
         f"{page_table.STYLE}{page_shares.STYLE}<header><h1>{_TITLE}</h1><p>{escape(axes)}; gap measured on "
         f"{escape(recordings)}</p></header>",
         _verdict(diagnosis),
+        _machine(diagnosis),
         page_shares.shares_section(diagnosis),
         causes_section(diagnosis),
         *(axis_section(name, diagnosis) for name in diagnosis.axes),
         method_section(diagnosis),
         inputs_section(inputs),
     ]
-    write_page(path, _TITLE, body)
+    write_page(path, _TITLE, [section for section in body if section])
+
+
+def _machine(diagnosis: Diagnosis) -> str:
+    """A picture of the model that was compared, with its recorded joints marked."""
+    picture = machine_picture(mujoco.MjModel.from_xml_string(diagnosis.model_xml), diagnosis.axes)
+    return f"<section><h2>Machine</h2>{picture}</section>" if picture else ""
 
 
 def _verdict(diagnosis: Diagnosis) -> str:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from html import escape
 
-from diagnosis.report.figures import gap_figure, left_figure, map_figures, spectrum_figure, time_figure, torque_figure
-from diagnosis.report.page_table import DASH, bar, pictured, plain_table, stacking_table
-from diagnosis.report.remains import spells_after
-from diagnosis.report.result import AxisGap, Diagnosis, Regime
-from diagnosis.report.view import Trace, gap_map, spectra_of, trace_of, worst_window
-from diagnosis.report.wording import (
+from drivetwin.diagnosis.report.figures import gap_figure, left_figure, map_figures, spectrum_figure, time_figure, torque_figure
+from drivetwin.diagnosis.report.page_table import DASH, bar, pictured, plain_table, stacking_table
+from drivetwin.diagnosis.report.remains import spells_after
+from drivetwin.diagnosis.report.result import AxisGap, Diagnosis, Regime
+from drivetwin.diagnosis.report.view import Trace, gap_map, spectra_of, trace_of, worst_window
+from drivetwin.diagnosis.report.wording import (
     goes_with_words,
     level,
     listed,

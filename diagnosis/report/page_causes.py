@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from html import escape
 
-from diagnosis.report.page_table import DASH, bar, stacking_table
-from diagnosis.report.result import UNKNOWN, Cause, Diagnosis, Estimate, Shrink
-from diagnosis.report.wording import (
+from drivetwin.diagnosis.report.page_table import DASH, bar, stacking_table
+from drivetwin.diagnosis.report.result import UNKNOWN, Cause, Diagnosis, Estimate, Shrink
+from drivetwin.diagnosis.report.wording import (
     LIKELY,
     added_words,
     cause_name,

@@ -7,7 +7,7 @@ from html import escape
 
 import plotly.graph_objects as go
 
-from drivetwin.html_page import figure_div
+from drivetwin.foundation.html_page import figure_div
 
 DASH = "&ndash;"
 

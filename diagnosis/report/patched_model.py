@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import mujoco
 import numpy as np
 
-from diagnosis.prepare.model_file import named_model, state_inertia, state_springs
-from diagnosis.prepare.simulation import Simulation
+from drivetwin.diagnosis.prepare.model_file import named_model, state_inertia, state_springs
+from drivetwin.diagnosis.prepare.simulation import Simulation
 
 EXACT = 1e-12
 """Share by which mass and inertia that are read again may differ."""

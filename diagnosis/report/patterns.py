@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 from scipy import signal
 
-from diagnosis.report.cross_validation import FOLDS, Folds, fit, hats
-from diagnosis.report.gap_test import NOISE_KNOWN_TO
-from diagnosis.report.result import Array, AxisPrediction, Pattern, Prediction
+from drivetwin.diagnosis.report.cross_validation import FOLDS, Folds, fit, hats
+from drivetwin.diagnosis.report.gap_test import NOISE_KNOWN_TO
+from drivetwin.diagnosis.report.result import Array, AxisPrediction, Pattern, Prediction
 
 SMALLEST_SHARE = 0.02
 _RATE = 4.0

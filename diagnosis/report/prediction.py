@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.prepare.drive_law import asked_of, given_with
-from diagnosis.prepare.motion import Run, between
-from diagnosis.prepare.simulation import Simulation
-from diagnosis.report.result import AxisPrediction, Prediction
-from emulator.dynamics import AxisDynamics
-from emulator.effects import AxisEffect, DriveEffect, ModelEffect, PlacedEffect
+from drivetwin.diagnosis.prepare.drive_law import asked_of, given_with
+from drivetwin.diagnosis.prepare.motion import Run, between
+from drivetwin.diagnosis.prepare.simulation import Simulation
+from drivetwin.diagnosis.report.result import AxisPrediction, Prediction
+from drivetwin.emulator.dynamics import AxisDynamics
+from drivetwin.emulator.effects import AxisEffect, DriveEffect, ModelEffect, PlacedEffect
 
 Array = NDArray[np.float64]
 

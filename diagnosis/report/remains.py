@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.report.result import Array, Diagnosis, Mask, Prediction
+from drivetwin.diagnosis.report.result import Array, Diagnosis, Mask, Prediction
 
 _CELL = 0.1
 """Time [s] that is looked at as one."""

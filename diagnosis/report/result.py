@@ -9,9 +9,9 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.prepare.testable import NotTestable
-from diagnosis.settings import Settings
-from emulator.effects import PlacedEffect
+from drivetwin.diagnosis.prepare.testable import NotTestable
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.effects import PlacedEffect
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

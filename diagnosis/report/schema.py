@@ -9,8 +9,8 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
 
-from diagnosis.report.result import UNKNOWN, Verdict
-from drivetwin.errors import UserError
+from drivetwin.diagnosis.report.result import UNKNOWN, Verdict
+from drivetwin.foundation.errors import UserError
 
 SCHEMA: Final = "gap-report/2"
 _ROUNDING = 1e-6

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.report.result import NOISE, UNKNOWN, Share
+from drivetwin.diagnosis.report.result import NOISE, UNKNOWN, Share
 
 Array = NDArray[np.float64]
 

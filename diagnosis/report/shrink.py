@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.report.result import TWO_SIDED_90, Prediction, Shrink
+from drivetwin.diagnosis.report.result import TWO_SIDED_90, Prediction, Shrink
 
 Array = NDArray[np.float64]
 

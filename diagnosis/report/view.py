@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from diagnosis.report.result import Array, Mask, Prediction
+from drivetwin.diagnosis.report.result import Array, Mask, Prediction
 from drivetwin.motion.filtering import effective_cutoff
 
 _MOST_POINTS = 40_000

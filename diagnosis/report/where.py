@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.report.result import Array, AxisPrediction, Mask, Prediction, Regime
+from drivetwin.diagnosis.report.result import Array, AxisPrediction, Mask, Prediction, Regime
 
 REVERSAL, PRESLIDING, ACCELERATION, LOW_SPEED, HIGH_SPEED = range(5)
 REGIMES = ("reversal", "presliding", "acceleration", "low_speed", "high_speed")

@@ -6,10 +6,10 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from diagnosis.prepare.testable import NotTestable
-from diagnosis.report.remains import Spell
-from diagnosis.report.result import AxisGap, Cause, Diagnosis, Estimate, Unknown, Verdict
-from emulator.effects import PlacedEffect
+from drivetwin.diagnosis.prepare.testable import NotTestable
+from drivetwin.diagnosis.report.remains import Spell
+from drivetwin.diagnosis.report.result import AxisGap, Cause, Diagnosis, Estimate, Unknown, Verdict
+from drivetwin.emulator.effects import PlacedEffect
 
 _NAMED_AT_MOST = 3
 """Axes that the verdict names one by one."""

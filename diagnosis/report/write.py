@@ -11,9 +11,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from diagnosis.report.page import write_report_page
-from diagnosis.report.result import AxisGap, Cause, Diagnosis, Prediction
-from diagnosis.report.schema import (
+from drivetwin.diagnosis.report.page import write_report_page
+from drivetwin.diagnosis.report.result import AxisGap, Cause, Diagnosis, Prediction
+from drivetwin.diagnosis.report.schema import (
     SCHEMA,
     AfterPart,
     AxisPart,
@@ -27,8 +27,8 @@ from diagnosis.report.schema import (
     TestPart,
     UnknownPart,
 )
-from drivetwin.files import provenance, write_json
-from emulator.effects.file import effects_payload
+from drivetwin.emulator.effects.file import effects_payload
+from drivetwin.foundation.files import provenance, write_json
 
 
 def write_diagnosis(

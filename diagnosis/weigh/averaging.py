@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.prepare.rows import Column
-from diagnosis.propose.placing import alike
-from diagnosis.settings import Settings
-from diagnosis.weigh.moves import CLEARLY, Family, Proposal
-from diagnosis.weigh.state import State, state_of
-from drivetwin.errors import UserError
-from emulator.effects import PlacedEffect
+from drivetwin.diagnosis.prepare.rows import Column
+from drivetwin.diagnosis.propose.placing import alike
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.moves import CLEARLY, Family, Proposal
+from drivetwin.diagnosis.weigh.state import State, state_of
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 

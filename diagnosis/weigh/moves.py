@@ -9,24 +9,25 @@ from math import log
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.model.colour import Colour
-from diagnosis.prepare.rows import Column
-from diagnosis.propose.placing import in_order, placed
-from diagnosis.propose.rigid import rigid_starts
-from diagnosis.propose.search import BRIEFLY, REFINED, REFINED_REPLAYS, Begun, coarse, moved, tangents
-from diagnosis.propose.side_by_side import side_by_side
-from diagnosis.weigh.state import SHARES, Bench, State, colours_of, first_colours, moved_by_fit, state_of
-from drivetwin.errors import UserError
-from emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
-from emulator.effects.stribeck import Stribeck
+from drivetwin.diagnosis.model.colour import Colour
+from drivetwin.diagnosis.prepare.rows import Column
+from drivetwin.diagnosis.propose.placing import in_order, placed
+from drivetwin.diagnosis.propose.rigid import rigid_starts
+from drivetwin.diagnosis.propose.search import BRIEFLY, REFINED, REFINED_REPLAYS, Begun, coarse, moved
+from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.diagnosis.weigh.state import Bench, State, colours_of, first_colours, state_of
+from drivetwin.diagnosis.weigh.yielding import best_together, settled_on, simpler, yields
+from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
+from drivetwin.emulator.effects.stribeck import Stribeck
+from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 Kinds = Mapping[str, Sequence[type[Effect]]]
 """Effects that can be asked for, by axis."""
 Progress = Callable[[str, float], None]
 
-SETTLED = 3
-"""Times that all parameters are moved together."""
+SETTLED = 20
+"""Gauss-Newton steps at most, with which all parameters move together to where the evidence gains no more."""
 HOPELESS = 1.0
 """Nats that a start must gain with its size free, to be moved at all."""
 FAR_OFF = 50.0
@@ -59,6 +60,8 @@ class Proposal:
     column: Column
     tangents: Sequence[Column]
     held: frozenset[int]
+    tried: int
+    """Starts that were compared."""
 
 
 @dataclass(frozen=True)
@@ -110,8 +113,10 @@ class Search:
             if not changed or _names(pair.whole) in done:
                 break
             done.add(_names(pair.whole))
+        searched = pair
         pair, off = self.corrected(pair, proposals)
-        return Found(pair.whole, [*families, *off, Family(None, pair.whole, self.proposals(pair))], self.heavier(pair.whole))
+        last = self.proposals(pair) if changed or pair is not searched else self.again(proposals, pair.whole)
+        return Found(pair.whole, [*families, *off, Family(None, pair.whole, last)], self.heavier(pair.whole))
 
     def corrected(self, pair: Pair, proposals: Sequence[Proposal]) -> tuple[Pair, list[Family]]:
         """Nominal parameters of axes that are off by more than chance and by enough to matter, as effects of their own."""
@@ -162,8 +167,7 @@ class Search:
             count = len(pair.whole.effects)
             self.progress(f"{count} effects; every further effect on every axis", 0.1 + 0.5 * count / (count + 3))
             for axis in self.kinds:
-                if axis not in known:
-                    known[axis] = self.proposals(pair, [axis])
+                known[axis] = self.again(known[axis], pair.whole) if axis in known else self.proposals(pair, [axis])
             proposals = [one for each in known.values() for one in each]
             best = self.best(proposals, pair.whole)
             if not best or count >= most:
@@ -172,6 +176,7 @@ class Search:
                 self._rivals[one.effect.effect.name, one.effect.axis] = _rivals(one, proposals)
             newest = [one.effect for one in best]
             pair = self.dropped(self.settled((*pair.whole.effects, *newest), proposals, pair), newest)
+            pair = self.yielding(pair, proposals, {one.axis for one in newest if yields(type(one.effect))})
             if (names := _names(pair.whole)) in seen:
                 return pair, proposals
             seen.add(names)
@@ -179,29 +184,39 @@ class Search:
             known = {} if felt else {k: v for k, v in known.items() if k not in {one.axis for one in newest}}
 
     def best(self, proposals: Sequence[Proposal], state: State) -> list[Proposal]:
-        """The proposal with the best score, if it gains anything and takes a share of the gap; or the best two together.
+        """The proposal with the best score, if it gains anything and takes a share of the gap, or the best two together; and
+        of other axes what gains as much beside them as it does alone.
 
         Of two causes on an axis that overlap, one alone takes what is the other's, and is bent by it for good.
         """
         able = [one for one in proposals if one.score > 0.0 and one.share >= self.bench.settings.least_share]
-        able.sort(key=lambda one: -one.score)
-        if not able:
-            return []
-        together: list[tuple[float, list[Proposal]]] = []
-        for axis in self.kinds:
-            own = [one for one in able if one.effect.axis == axis][:TOGETHER]
-            pairs = [[one, other] for k, one in enumerate(own) for other in own[k + 1 :]]
-            scores = side_by_side(lambda two: self._of_both(state, *two), pairs)
-            together += [(score, two) for score, two in zip(scores, pairs, strict=True) if _makes_sense(state, two)]
-        score, two = max(together, key=lambda one: one[0], default=(-np.inf, []))
-        return two if score > able[0].score + CLEARLY else able[:1]
+        by_axis = [self._best_of_axis([one for one in able if one.effect.axis == axis], state) for axis in self.kinds]
+        found: list[Proposal] = []
+        gained = 0.0
+        for score, own in sorted((one for one in by_axis if one[1]), key=lambda one: -one[0]):
+            beside = self._of_all(state, [*found, *own]) if found else score
+            if beside - gained >= score - CLEARLY:
+                found, gained = [*found, *own], beside
+        return found
 
-    def _of_both(self, state: State, one: Proposal, other: Proposal) -> float:
-        """What a set gains by two effects, the torque of each as if the other were not there."""
-        axes = {*one.column, *other.column}
-        column = {axis: np.asarray(one.column.get(axis, 0.0) + other.column.get(axis, 0.0)) for axis in axes}
-        fit = state.system.fit([*one.tangents, *other.tangents], column, one.held | other.held)
-        return fit.evidence - state.fit.evidence + one.prior + other.prior
+    def _best_of_axis(self, able: Sequence[Proposal], state: State) -> tuple[float, list[Proposal]]:
+        """The best proposal of one axis, or the best two together, and what a set gains by it [nats]."""
+        if not able:
+            return -np.inf, []
+        best = sorted(able, key=lambda one: -one.score)[:TOGETHER]
+        pairs = [[one, other] for k, one in enumerate(best) for other in best[k + 1 :]]
+        scores = side_by_side(lambda two: self._of_all(state, two), pairs)
+        able_pairs = [(score, two) for score, two in zip(scores, pairs, strict=True) if _makes_sense(state, two)]
+        score, two = max(able_pairs, key=lambda one: one[0], default=(-np.inf, []))
+        return (score, two) if score > best[0].score + CLEARLY else (best[0].score, best[:1])
+
+    def _of_all(self, state: State, several: Sequence[Proposal]) -> float:
+        """What a set gains by several effects, the torque of each as if the others were not there [nats]."""
+        axes = {axis for one in several for axis in one.column}
+        column = {axis: np.asarray(sum(one.column[axis] for one in several if axis in one.column)) for axis in axes}
+        tangents = [each for one in several for each in one.tangents]
+        fit = state.system.fit(tangents, column, frozenset().union(*(one.held for one in several)))
+        return fit.evidence - state.fit.evidence + sum(one.prior for one in several)
 
     def dropped(self, pair: Pair, newest: Sequence[PlacedEffect]) -> Pair:
         """Without the effects that say no more than they cost, beside the newest."""
@@ -246,28 +261,24 @@ class Search:
 
     def settled(self, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal], before: Pair) -> Pair:
         """The set with all its parameters moved together, and the noise coloured as it leaves it."""
-        pair = _coloured_as(effects, before)
-        for _ in range(SETTLED):
-            ahead = self._ahead(pair)
-            if ahead is None:
-                break
-            done = ahead.whole.fit.evidence - pair.whole.fit.evidence < 0.1
-            pair = ahead
-            if done:
-                break
-        return self.pair(pair.whole.effects, proposals)
+        state = settled_on(state_of(self.bench, effects, before.whole.system.axes), SETTLED)
+        return self.pair(state.effects, proposals)
 
-    def _ahead(self, pair: Pair) -> Pair | None:
-        """The set a Gauss-Newton step on, as far as that is better; None where no share of the step is."""
-        for share in SHARES:
-            try:
-                effects = moved_by_fit(pair.whole, pair.whole.fit, share)
-                whole = state_of(pair.whole.bench, effects, pair.whole.system.axes)
-                if whole.fit.evidence > pair.whole.fit.evidence:
-                    return Pair(whole, state_of(pair.part.bench, effects, pair.part.system.axes))
-            except UserError:
+    def yielding(self, pair: Pair, proposals: Sequence[Proposal], axes: Collection[str]) -> Pair:
+        """Where something on one of the axes has begun to yield, what else may yield beside it, both moved together."""
+        for axis in axes:
+            own = {one.effect.name for one in pair.whole.effects if one.axis == axis and yields(type(one.effect))}
+            others = [kind for kind in self.kinds[axis] if yields(kind) and kind.name not in own] if own else []
+            found = [one for kind in others if (one := best_together(pair.part, axis, kind)) is not None]
+            able = [one for one in found if one.fit.evidence > pair.part.fit.evidence + log(self.tried(axis))]
+            able += [each for one in able for each in simpler(one, axis, others)]
+            wholes = [settled_on(state_of(self.bench, one.effects, pair.whole.system.axes), SETTLED) for one in able]
+            best = max(wholes, key=lambda one: one.fit.evidence, default=None)
+            if best is None or best.fit.evidence < pair.whole.fit.evidence + log(self.tried(axis)) + CLEARLY:
                 continue
-        return None
+            newest = [one for one in best.effects if one.axis == axis and type(one.effect) in others]
+            pair = self.dropped(self.pair(best.effects, proposals), newest)
+        return pair
 
     def pair(self, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal]) -> Pair:
         """The set's states, the noise coloured as what is left by the set and everything that could be asked beside it."""
@@ -278,7 +289,7 @@ class Search:
         columns = []
         for one in proposals:
             try:
-                column = state.predictor(one.effect.axis, type(one.effect.effect))(one.effect.effect)
+                column = state.felt(one.effect.axis, one.effect.effect).cost
             except UserError:
                 continue
             columns.append(state.system.whiten(column))
@@ -301,6 +312,12 @@ class Search:
         taken = {(one.effect.name, one.axis) for one in pair.whole.effects}
         asked = [(axis, kind) for axis, kind in asked if kind.several or (kind.name, axis) not in taken]
         found = side_by_side(lambda one: self._proposed(pair, *one), asked)
+        return [one for one in found if one is not None]
+
+    def again(self, proposals: Sequence[Proposal], state: State) -> list[Proposal]:
+        """Proposals on axes where nothing has changed, as they stand beside the set that is there now."""
+        begun = [Begun(one.effect.axis, one.effect.effect, 0.0, one.tried) for one in proposals]
+        found = side_by_side(lambda one: self.evaluated(state, one), begun)
         return [one for one in found if one is not None]
 
     def _proposed(self, pair: Pair, axis: str, kind: type[Effect]) -> Proposal | None:
@@ -336,7 +353,7 @@ class Search:
             known = self._best.get((axis, kind.name))
             if known is not None and not kind.scales:
                 return [Begun(axis, known, 0.0, self._tried[axis, kind.name])]
-            begun = coarse(state.rows, state.system, axis, kind, state.dynamics[axis], held)
+            begun = coarse(state.bench.beginnings(axis, kind, state.dynamics[axis]), state.system, held)
         except UserError:
             return []
         if begun and begun[0].evidence - state.fit.evidence < (HOPELESS if kind.scales else -FAR_OFF):
@@ -349,7 +366,7 @@ class Search:
         return begun
 
     def _moved(self, state: State, one: Begun, held: frozenset[int], evaluations: int | None = None) -> Begun:
-        predict = state.predictor(one.axis, type(one.effect))
+        predict = state.predictor(one.axis)
         more = () if evaluations is None else (evaluations,)
         fields = state.fields(one.axis, one.effect)
         effect = moved(state.system, state.fit, one.effect, fields, predict, held, *more)
@@ -357,26 +374,24 @@ class Search:
 
     def evaluated(self, state: State, one: Begun) -> Proposal | None:
         """What a set gains by an effect; None where it makes no mechanism there, or costs nothing."""
-        predict = state.predictor(one.axis, type(one.effect))
         try:
-            column = predict(one.effect)
-            free = tangents(one.effect, state.fields(one.axis, one.effect), predict)
+            felt = state.felt(one.axis, one.effect)
             state.rows.simulation.dynamics((*state.effects, placed(state.rows, one.axis, one.effect)))
         except UserError:
             return None
-        if not all(np.isfinite(rows).all() for rows in column.values()):
+        if not all(np.isfinite(rows).all() for rows in felt.cost.values()):
             return None
-        less, tangent = state.system.whiten(column), [state.system.whiten(each) for each in free]
+        less, tangent = state.system.whiten(felt.cost), [state.system.whiten(each) for each in felt.tangents]
         held = state.held(one.effect.name, one.axis)
         fit = state.system.fit(tangent, less, held)
-        left = state.energy(state.patched, free, column)
-        share = max(state.left[axis] - left[axis] for axis in column)
+        left = state.energy(state.patched, felt.tangents, felt.cost)
+        share = max(state.left[axis] - left[axis] for axis in felt.cost)
         gain = fit.evidence - state.fit.evidence
         rare = one.effect.unlikely(state.rows.motion[one.axis], state.dynamics[one.axis])
         if one.effect.name in self.askew.get(one.axis, ()):
             rare -= log(self.bench.settings.askew)
         prior = -log(self.tried(one.axis)) - log(max(one.tried, 1)) - rare
-        return Proposal(placed(state.rows, one.axis, one.effect), gain + prior, prior, share, less, tangent, held)
+        return Proposal(placed(state.rows, one.axis, one.effect), gain + prior, prior, share, less, tangent, held, one.tried)
 
 
 @dataclass(frozen=True)

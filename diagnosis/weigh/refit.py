@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.model.system import Fit, inverse_of
-from diagnosis.weigh.state import SHARES, State, moved_by_fit, state_of
-from drivetwin.errors import UserError
-from emulator.effects import PlacedEffect
+from drivetwin.diagnosis.model.system import Fit, inverse_of
+from drivetwin.diagnosis.weigh.state import SHARES, State, moved_by_fit, state_of
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 

@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.model.colour import Colour, colour_of, white
-from diagnosis.model.system import AxisSystem, Fit, System, axis_system
-from diagnosis.model.unknown import Component, components
-from diagnosis.prepare.rows import Column, Rows
-from diagnosis.propose.nominal import Nominal, nominal_parameters
-from diagnosis.propose.placing import in_order, placed
-from diagnosis.propose.rigid import Polynomial, polynomial
-from diagnosis.propose.search import Field, Predict, movable_fields, tangents
-from diagnosis.settings import Settings
-from drivetwin.errors import UserError
-from emulator.dynamics import AxisDynamics
-from emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
+from drivetwin.diagnosis.model.colour import Colour, colour_of, white
+from drivetwin.diagnosis.model.system import AxisSystem, Fit, System, axis_system
+from drivetwin.diagnosis.model.unknown import Component, components
+from drivetwin.diagnosis.prepare.rows import Column, Rows
+from drivetwin.diagnosis.propose.nominal import Nominal, nominal_parameters
+from drivetwin.diagnosis.propose.placing import in_order, placed
+from drivetwin.diagnosis.propose.rigid import Polynomial, polynomial
+from drivetwin.diagnosis.propose.search import Beginnings, Field, Predict, beginnings, movable_fields, tangents
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.dynamics import AxisDynamics
+from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
+from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 
@@ -28,6 +28,36 @@ FARTHEST = 1.0
 """Steps that matter to a parameter, by which it is moved at most at once: a linear fit holds near by."""
 SHARES = (1.0, 0.5, 0.25, 0.1)
 """Of a Gauss-Newton step, tried in turn until one is better: Nocedal and Wright, Numerical Optimization, 2006, sec. 3.1."""
+
+
+NEAR = 0.02
+"""Of its deviation, by which a parameter may miss the best one: the evidence feels the square of it."""
+HELD = 400
+"""Felt effects that a bench remembers: those of a few sets, one after the other."""
+
+
+@dataclass(frozen=True)
+class Felt:
+    """An effect on the rows, on top of those before it in its axis. Raises UserError where nothing can follow it."""
+
+    bench: Bench
+    axis: str
+    effect: Effect
+    dynamics: AxisDynamics
+
+    @cached_property
+    def cost(self) -> Column:
+        """Torque that it costs, on the rows of every axis that it acts on [N·m or N]."""
+        return self._cost(self.effect)
+
+    @cached_property
+    def tangents(self) -> Sequence[Column]:
+        """Its slope by each parameter that may move, in steps that matter to it [N·m or N]."""
+        movable = movable_fields(self.effect, self.bench.rows.motion[self.axis], self.dynamics)
+        return tangents(self.effect, movable, self._cost)
+
+    def _cost(self, effect: Effect) -> Column:
+        return self.bench.column(PlacedEffect(self.axis, effect, {}), self.dynamics)
 
 
 @dataclass(frozen=True)
@@ -41,6 +71,26 @@ class Bench:
     polynomials: Mapping[tuple[str, str], Polynomial]
     intervals: Array
     """Between rows, of each recording [s]."""
+    _felt: dict[tuple[str, Effect, AxisDynamics], Felt] = field(init=False, repr=False, default_factory=dict)
+    _beginnings: dict[tuple[str, type[AxisEffect]], Beginnings] = field(init=False, repr=False, default_factory=dict)
+
+    def felt(self, axis: str, effect: Effect, dynamics: AxisDynamics) -> Felt:
+        """An effect on top of those before it, remembered: sets that follow each other have most of their effects in common."""
+        key = (axis, effect, dynamics)
+        found = self._felt.get(key)
+        if found is None:
+            if len(self._felt) >= HELD:
+                for old in list(self._felt)[: HELD // 2]:
+                    self._felt.pop(old, None)
+            found = self._felt[key] = Felt(self, axis, effect, dynamics)
+        return found
+
+    def beginnings(self, axis: str, kind: type[AxisEffect], dynamics: AxisDynamics) -> Beginnings:
+        """Where a search for a kind begins on an axis, remembered until what it stands on changes."""
+        found = self._beginnings.get((axis, kind))
+        if found is None or found.dynamics != dynamics:
+            found = self._beginnings[axis, kind] = beginnings(self.rows, axis, kind, dynamics)
+        return found
 
     def column(self, one: PlacedEffect, dynamics: AxisDynamics) -> Column:
         """What an effect costs on the rows of every axis that it acts on."""
@@ -118,8 +168,12 @@ class State:
         """An effect's parameters as a search moves them on top of the set."""
         return movable_fields(effect, self.rows.motion[axis], self.dynamics[axis])
 
-    def predictor(self, axis: str, kind: type[Effect]) -> Predict:
-        """From an effect of a kind to what it costs on top of the set."""
+    def felt(self, axis: str, effect: Effect) -> Felt:
+        """An effect on top of the set. Raises UserError where nothing can follow it."""
+        return self.bench.felt(axis, effect, self.dynamics[axis])
+
+    def predictor(self, axis: str) -> Predict:
+        """From an effect on an axis to what it costs on top of the set."""
 
         def cost(effect: Effect) -> Column:
             return self.bench.column(PlacedEffect(axis, effect, {}), self.dynamics[axis])
@@ -158,17 +212,12 @@ def state_of(bench: Bench, effects: Sequence[PlacedEffect], colours: Mapping[str
     owners = []
     simulation.dynamics(ordered)
     for number, one in enumerate(ordered):
-        dynamics = simulation.dynamics(ordered[:number])[one.axis]
-
-        def cost(effect: Effect, axis: str = one.axis, on: AxisDynamics = dynamics) -> Column:
-            return bench.column(PlacedEffect(axis, effect, {}), on)
-
-        for axis, rows in cost(one.effect).items():
+        felt = bench.felt(one.axis, one.effect, simulation.dynamics(ordered[:number])[one.axis])
+        for axis, rows in felt.cost.items():
             target[axis] = target[axis] - rows
-        free = tangents(one.effect, movable_fields(one.effect, bench.rows.motion[one.axis], dynamics), cost)
-        columns.extend(free)
-        spreads.extend([np.inf] * len(free))
-        owners.extend([number] * len(free))
+        columns.extend(felt.tangents)
+        spreads.extend([np.inf] * len(felt.tangents))
+        owners.extend([number] * len(felt.tangents))
     axes = {axis: _axis_system(bench, axis, colours[axis], target[axis]) for axis in bench.rows.axes}
     whitened = [{axis: axes[axis].colour.whiten(rows) for axis, rows in column.items()} for column in columns]
     return State(bench, ordered, System(axes, whitened, np.array(spreads)), tuple(owners), target, columns)
@@ -207,16 +256,22 @@ def _floor(bench: Bench, axis: str) -> float:
 
 
 def moved_by_fit(state: State, fit: Fit, share: float) -> tuple[PlacedEffect, ...]:
-    """The effects, their parameters by a share of the way to where a linear fit about them has them, within their bounds."""
+    """The effects, their parameters by a share of the way to where a linear fit about them has them, within their bounds.
+
+    An effect whose every parameter is there already, by its deviation, stays as it is.
+    """
     found, first = [], len(state.bench.nominals)
+    deviations = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
     for number, one in enumerate(state.effects):
-        fields = movable_fields(one.effect, state.rows.motion[one.axis], state.dynamics[one.axis])
         at = [first + k for k, owner in enumerate(state.owners) if owner == number]
+        if all(abs(fit.coefficients[k]) <= NEAR * deviations[k] for k in at):
+            found.append(one)
+            continue
         values = {}
-        for field, k in zip(fields, at, strict=True):
-            value = float(getattr(one.effect, field.name))
-            step = share * float(np.clip(fit.coefficients[k], -FARTHEST, FARTHEST)) * field.size
-            values[field.name] = float(np.clip(value + step, field.low, field.high))
+        for movable, k in zip(state.fields(one.axis, one.effect), at, strict=True):
+            value = float(getattr(one.effect, movable.name))
+            step = share * float(np.clip(fit.coefficients[k], -FARTHEST, FARTHEST)) * movable.size
+            values[movable.name] = float(np.clip(value + step, movable.low, movable.high))
         found.append(placed(state.rows, one.axis, replace(one.effect, **values)))
     return tuple(found)
 

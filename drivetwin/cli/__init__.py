@@ -12,7 +12,8 @@ import typer
 from typer.exceptions import Abort, TyperException
 
 from drivetwin.cli.commands import Commands, add_commands
-from drivetwin.errors import UserError, one_line
+from drivetwin.foundation.errors import UserError, one_line
+from drivetwin.foundation.extras import missing_extra
 
 app = typer.Typer(
     name="drivetwin",
@@ -71,6 +72,10 @@ def main() -> None:
         status = app(standalone_mode=False)
     except UserError as error:
         _end(str(error), error.exit_status)
+    except ModuleNotFoundError as error:
+        if (missing := missing_extra(error)) is None:
+            raise
+        _end(str(missing), missing.exit_status)
     except _bus_errors() as error:  # asked only where something was raised
         _end(f"{error}", UserError.exit_status)
     except OSError as error:

@@ -16,17 +16,26 @@ from rich.text import Text
 
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
-from drivetwin.errors import UserError
-from drivetwin.files import own_directory
-from hil_tests.bench import Bench, UnmeantError, read_bench
-from hil_tests.folder import digest
-from hil_tests.motion_plan import what_moves
-from hil_tests.results import Acceptance, Trend, check_baseline, compare, read_results, write_junit, write_report, write_results
-from hil_tests.results.wording import case_name, caveats, failure_words, verdict_sentence
-from hil_tests.run import run_all
-from hil_tests.scenario import Scenario
-from hil_tests.suite import CASES, find_cases
-from hil_tests.verdict import CaseResult, Outcome
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import own_directory
+from drivetwin.hil_tests.bench import Bench, UnmeantError, read_bench
+from drivetwin.hil_tests.folder import digest
+from drivetwin.hil_tests.motion_plan import what_moves
+from drivetwin.hil_tests.results import (
+    Acceptance,
+    Trend,
+    check_baseline,
+    compare,
+    read_results,
+    write_junit,
+    write_report,
+    write_results,
+)
+from drivetwin.hil_tests.results.wording import case_name, caveats, failure_words, verdict_sentence
+from drivetwin.hil_tests.run import run_all
+from drivetwin.hil_tests.scenario import Scenario
+from drivetwin.hil_tests.suite import CASES, find_cases
+from drivetwin.hil_tests.verdict import CaseResult, Outcome
 
 REJECTED = 1
 """Exit status where the controller is rejected."""

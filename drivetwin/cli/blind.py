@@ -12,24 +12,24 @@ from typing import Annotated
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from blind.answer import NOMINALS
-from blind.case import Case
-from blind.cluster import cluster
-from blind.draw import draw_cases
-from blind.key import KEY
-from blind.place import Place, code_hash
-from blind.run import Order, run
-from blind.table import terminal_table
-from blind.task import Layout, Procedure
-from blind.wide.draw import choice, draw_wide
-from blind.wide.effects import LIBRARY
-from blind.wide.families import FAMILIES
-from blind.wide.foreign import FOREIGN
-from blind.wide.record import record_wide
+from drivetwin.blind.answer import NOMINALS
+from drivetwin.blind.case import Case
+from drivetwin.blind.cluster import cluster
+from drivetwin.blind.draw import draw_cases
+from drivetwin.blind.key import KEY
+from drivetwin.blind.place import Place, code_hash
+from drivetwin.blind.run import Order, run
+from drivetwin.blind.table import terminal_table
+from drivetwin.blind.task import Layout, Procedure
+from drivetwin.blind.wide.draw import choice, draw_wide
+from drivetwin.blind.wide.effects import LIBRARY
+from drivetwin.blind.wide.families import FAMILIES
+from drivetwin.blind.wide.foreign import FOREIGN
+from drivetwin.blind.wide.record import record_wide
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
-from drivetwin.errors import UserError
-from emulator.effects import added_effects
+from drivetwin.emulator.effects import added_effects
+from drivetwin.foundation.errors import UserError
 
 _BOTH = "both"
 

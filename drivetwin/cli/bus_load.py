@@ -1,4 +1,4 @@
-"""`drivetwin bus-load`: what the frames of a log would take on copper, and whether it is too much."""
+"""`drivetwin bus-load`: the load that the frames of a log make on a physical bus, and whether it is too much."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from drivetwin.bus.timing.bit_rate import read_bit_rate
+from drivetwin.bus.timing.load import Load, Overruns, Window
+from drivetwin.bus.timing.log import Log, read_log
+from drivetwin.bus.timing.services import AT_LEISURE
 from drivetwin.cli.terminal import AsJson
-from drivetwin.copper.bit_rate import read_bit_rate
-from drivetwin.copper.load import Load, Overruns, Window
-from drivetwin.copper.log import Log, read_log
-from drivetwin.copper.services import AT_LEISURE
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 
 MOST_LOAD = 0.8
 """Share of the wire beyond which a bus counts as too full: the rest is for what nobody has planned."""
@@ -27,7 +27,7 @@ console = Console(width=max(100, Console().width))
 
 def bus_load_command(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A log of candump -L, or .asc, .blf, .trc.", show_default=False)],
-    bit_rate: Annotated[str, typer.Option(help="Of the copper: 1M, 500k, 250k, 125k.")] = "1M",
+    bit_rate: Annotated[str, typer.Option(help="Bit rate of the bus: 1M, 500k, 250k, 125k.")] = "1M",
     window: Annotated[str, typer.Option(help="Stretch of time that is slid along the log: 100ms, 1s.")] = "100ms",
     channel: Annotated[str | None, typer.Option(help="Which interface, where the log has several: vcan0.")] = None,
     json_: AsJson = False,
@@ -91,7 +91,7 @@ def _load(log: Path, read: Log) -> Load:
 
 
 def _table(log: Path, bit_rate: int, whole: Window, worst: Window) -> Table:
-    title = f"{log} on copper of {bit_rate / 1000:g} kbit/s"
+    title = f"{log} on a physical bus of {bit_rate / 1000:g} kbit/s"
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column("service", no_wrap=True)
     worst_head = f"worst {1e3 * worst.length:g} ms"

@@ -9,14 +9,14 @@ from typing import Annotated
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from diagnosis.diagnose import diagnose
-from diagnosis.prepare.inputs import read_inputs
-from diagnosis.report.write import write_diagnosis
-from diagnosis.settings import Settings
 from drivetwin.cli.diagnose_summary import print_summary
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
-from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace
+from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.prepare.inputs import read_inputs
+from drivetwin.diagnosis.report.write import write_diagnosis
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace
 
 FAILED = 1
 """Exit status where the verdict is one that --fail-on names."""

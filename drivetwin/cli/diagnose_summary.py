@@ -8,9 +8,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from diagnosis.report.remains import spells_after
-from diagnosis.report.result import UNKNOWN, Cause, Diagnosis
-from diagnosis.report.wording import (
+from drivetwin.diagnosis.report.remains import spells_after
+from drivetwin.diagnosis.report.result import UNKNOWN, Cause, Diagnosis
+from drivetwin.diagnosis.report.wording import (
     LIKELY,
     closed,
     estimate_words,

@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from drive_profiles import DriveProfile, load_profile
-from drive_profiles.eds_writer import eds_text
 from drivetwin.cli.out_file import refuse_out_file
-from drivetwin.errors import UserError
-from drivetwin.files import new_file
-from emulator.drive.power_on import commissioned, undecided
-from emulator.machine import load_machine
+from drivetwin.drive_profiles import DriveProfile, load_profile
+from drivetwin.drive_profiles.eds_writer import eds_text
+from drivetwin.emulator.drive.power_on import commissioned, undecided
+from drivetwin.emulator.machine import load_machine
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import new_file
 
 
 def eds_command(

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from emulator.effects import add_effects, read_effect_file
+from drivetwin.emulator.effects import add_effects, read_effect_file
 
 EffectsFrom = Annotated[
     list[Path] | None,

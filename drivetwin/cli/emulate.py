@@ -13,26 +13,26 @@ from typing import Annotated
 import can
 import typer
 
-from drive_profiles import load_profile
-from drive_profiles.eds_profile import profile_from_eds
-from drive_profiles.snapshot import read_snapshot
-from drivetwin.bus import host_bus
+from drivetwin.bus.channel import host_bus
+from drivetwin.bus.timing.bit_rate import read_bit_rate
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.terminal import AsJson
-from drivetwin.collector import keep_for_good
-from drivetwin.copper.bit_rate import read_bit_rate
-from drivetwin.errors import UserError
-from emulator.backlog import Backlog
-from emulator.canopen.lss import UNCONFIGURED
-from emulator.clock import CLOCKS
-from emulator.control import serve_control
-from emulator.copper import COPPER, CopperBus
-from emulator.effects import read_effects
-from emulator.machine import load_machine
-from emulator.modbus import serve_modbus
-from emulator.plant import truth_path
-from emulator.snapshot import load_snapshot
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.drive_profiles.eds_profile import profile_from_eds
+from drivetwin.drive_profiles.snapshot import read_snapshot
+from drivetwin.emulator.backlog import Backlog
+from drivetwin.emulator.canopen.lss import UNCONFIGURED
+from drivetwin.emulator.clock import CLOCKS
+from drivetwin.emulator.control import serve_control
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.modbus import serve_modbus
+from drivetwin.emulator.plant import truth_path
+from drivetwin.emulator.snapshot import load_snapshot
+from drivetwin.emulator.timed_bus import TIMED_BUSES, TimedBus
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.collector import keep_for_good
+from drivetwin.foundation.errors import UserError
 
 POLL = 0.2
 """How long to wait for a frame before looking whether to stop [s], where only SYNC moves time."""
@@ -61,7 +61,7 @@ def emulate_command(
         list[Path] | None, typer.Option(help="What `drivetwin snapshot` read of a drive; loaded into the node it names.")
     ] = None,
     bit_rate: Annotated[
-        str | None, typer.Option(help="Make the bus copper of 1M, 500k, 250k or 125k: frames take time, queue, come late.")
+        str | None, typer.Option(help="Model bit timing at 1M, 500k, 250k or 125k: frames take time, queue and arrive late.")
     ] = None,
     control: Annotated[
         Path | None, typer.Option(metavar="PATH", help="A Unix socket on which `drivetwin fault` makes things go wrong.")
@@ -82,15 +82,15 @@ def emulate_command(
     chosen = load_machine(machine)
     effects = read_effects(truth_path(chosen, truth))
     drive_type = load_profile(profile) if eds is None else profile_from_eds(eds, load_profile(profile))
-    copper = None if bit_rate is None else read_bit_rate(bit_rate)
+    rate = None if bit_rate is None else read_bit_rate(bit_rate)
 
     def connect(transmit: Callable[[can.Message], None]) -> VirtualMachine:
         return VirtualMachine(chosen, drive_type, effects, CLOCKS[clock](), seed, transmit, store)
 
     hosted = host_bus(bus)
     try:
-        joined = connect(hosted.bus.send) if copper is None else COPPER[clock](copper, connect, hosted.bus.send)
-        virtual = joined.virtual if isinstance(joined, CopperBus) else joined
+        joined = connect(hosted.bus.send) if rate is None else TIMED_BUSES[clock](rate, connect, hosted.bus.send)
+        virtual = joined.virtual if isinstance(joined, TimedBus) else joined
         for file in snapshot or ():
             load_snapshot(virtual.drives, read_snapshot(file), file)
         nodes = {name: drive.device.node_id for drive, name in zip(virtual.drives, chosen.axes, strict=True)}
@@ -127,7 +127,7 @@ def _end_on_signals() -> threading.Event:
 
 
 def serve(
-    joined: VirtualMachine | CopperBus,
+    joined: VirtualMachine | TimedBus,
     bus: can.BusABC,
     ended: threading.Event,
     now: Callable[[], float] = time.monotonic,

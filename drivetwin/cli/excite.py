@@ -8,16 +8,16 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from diagnosis.excitation.choice import open_question
-from diagnosis.excitation.limits import read_limits
-from diagnosis.excitation.plan import Plan, plan
-from diagnosis.excitation.write import write_plan
-from diagnosis.report.schema import read_report
-from diagnosis.report.wording import name_of, number
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
-from drivetwin.errors import UserError
-from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace
+from drivetwin.diagnosis.excitation.choice import open_question
+from drivetwin.diagnosis.excitation.limits import read_limits
+from drivetwin.diagnosis.excitation.plan import Plan, plan
+from drivetwin.diagnosis.excitation.write import write_plan
+from drivetwin.diagnosis.report.schema import read_report
+from drivetwin.diagnosis.report.wording import name_of, number
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace
 
 
 def excite_command(

@@ -11,9 +11,9 @@ from typing import Annotated
 import typer
 
 from drivetwin.cli.terminal import AsJson
-from drivetwin.errors import UserError
-from emulator.faults.base import Fault, LastingFault
-from emulator.faults.library import FAULTS, read_fault
+from drivetwin.emulator.faults.base import Fault, LastingFault
+from drivetwin.emulator.faults.library import library, read_fault
+from drivetwin.foundation.errors import UserError
 
 PATIENCE = 10.0
 """How long to wait for the emulator's answer [s]."""
@@ -40,10 +40,10 @@ def fault_command(
     The emulator has been started with --control out/control. docs/faults.md says what each fault does on bus and machine.
     """
     if list_ and json_:
-        print(json.dumps({kind.name: _as_json(kind) for kind in FAULTS.values()}, indent=1, ensure_ascii=False))
+        print(json.dumps({kind.name: _as_json(kind) for kind in library().values()}, indent=1, ensure_ascii=False))
         return
     if list_:
-        print("\n\n".join(_described(kind) for kind in FAULTS.values()))
+        print("\n\n".join(_described(kind) for kind in library().values()))
         return
     if name is None or on is None:
         raise UserError("say which fault, and on which emulator: drivetwin fault sto --node 2 --on PATH; or --list")

@@ -11,11 +11,12 @@ import typer
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from controller.identification import AxisIdentification, Identification, Model, Settings, identify, load_model, write_results
-from controller.identification.wording import LABELS, number
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
-from drivetwin.errors import UserError
-from drivetwin.files import new_directory, refuse_to_replace
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import new_directory, refuse_to_replace
+from drivetwin.foundation.machine_picture import machine_picture
+from drivetwin.identification import AxisIdentification, Identification, Model, Settings, identify, load_model, write_results
+from drivetwin.identification.wording import LABELS, number, percent, row_of
 from drivetwin.motion.coupled_motion import check_axes_move_alone
 from drivetwin.motion.pieces import read_pieces
 from drivetwin.recording.reader import check_joints, check_torque, find_recordings
@@ -74,7 +75,9 @@ def fit_command(
         found = identify(machine, fitted, held, settings, _Step(progress, task, "fitting"))
         inputs = [model]
         title = f"{found.machine}: identification from recordings"
-        write_results(found, [*fitted, *held], staged, title=title, inputs=inputs, progress=_Step(progress, task, "writing"))
+        picture = machine_picture(machine.given, {axis.joint for axis in found.axes.values()})
+        written = _Step(progress, task, "writing")
+        write_results(found, [*fitted, *held], staged, title=title, picture=picture, inputs=inputs, progress=written)
     for axis in found.axes.values():
         console.print(_table(axis))
         console.print(_verdict(axis), highlight=False)
@@ -140,27 +143,27 @@ def _table(axis: AxisIdentification) -> Table:
     table.add_column("90 % interval", justify="right", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for name, parameter in axis.parameters.items():
-        low, high = parameter.interval
-        table.add_row(LABELS.get(name, name), number(parameter.value), f"{number(low)} to {number(high)}", parameter.unit)
+        row = row_of(name, parameter, None)
+        table.add_row(row.label, row.value, f"{row.low} to {row.high}", row.unit)
     return table
 
 
 def _verdict(axis: AxisIdentification) -> str:
     """The errors and what the tests say, in words."""
     lines = [f"{LABELS.get(name, name)} is not identifiable: {why}" for name, why in axis.unidentifiable.items()]
-    lines.append(_error_line("relative error", axis.relative_error, axis.validation_relative_error))
+    lines.append(_error_line("relative error of the torque", axis.relative_error, axis.validation_relative_error))
     if axis.relative_error_directional is not None:
         lines.append(_error_line("by direction", axis.relative_error_directional, axis.validation_relative_error_directional))
     if axis.direction:
         lines.append(f"direction: {axis.direction.note}")
     lines.append(f"Stribeck: {axis.stribeck.note}")
     if axis.minimum_velocity is not None:
-        lines.append(f"least friction at {number(axis.minimum_velocity)} {axis.units.velocity}")
+        lines.append(f"minimum friction at {number(axis.minimum_velocity)} {axis.units.velocity}")
     return "\n".join(lines)
 
 
 def _error_line(name: str, fitted: float, held: float | None) -> str:
-    return f"{name} {fitted:.2%}" + (f", on validation {held:.2%}" if held is not None else "")
+    return f"{name} {percent(fitted)}" + (f", on validation recordings {percent(held)}" if held is not None else "")
 
 
 def _written(found: Identification, out: Path) -> str:

@@ -14,28 +14,30 @@ import typer
 from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
-from controller.identification import identify, load_model, write_results
-from controller.identification.result import Truth
-from controller.limits import Limits, read_limits, within
-from controller.machine import Machine, load_machine
-from controller.pacing import PACINGS
-from controller.procedure import FIT, Captured, capture_machine
-from controller.progress import Progress
-from controller.sdo_check import to_json
-from drive_profiles import DriveProfile, load_profile
-from drivetwin.bus import INPROC, InprocBus, is_copper, open_bus
+from drivetwin.bus.channel import INPROC, InprocBus, is_physical, open_bus
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.identify_summary import print_summary
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
-from drivetwin.errors import InterruptedByUserError, UserError
-from drivetwin.files import new_directory, refuse_foreign, refuse_to_replace, write_json
+from drivetwin.controller.limits import Limits, read_limits, within
+from drivetwin.controller.machine import Machine, load_machine
+from drivetwin.controller.pacing import PACINGS
+from drivetwin.controller.procedure import FIT, Captured, capture_machine
+from drivetwin.controller.progress import Progress
+from drivetwin.controller.sdo_check import to_json
+from drivetwin.drive_profiles import DriveProfile, load_profile
+from drivetwin.emulator.clock import CLOCKS
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine as load_virtual_machine
+from drivetwin.emulator.plant import truth_path
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.errors import InterruptedByUserError, UserError
+from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace, write_json
+from drivetwin.foundation.machine_picture import machine_picture
+from drivetwin.identification import identify, load_model, write_results
+from drivetwin.identification.result import Truth
+from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import Recording
 from drivetwin.recording.writer import write_into
-from emulator.clock import CLOCKS
-from emulator.effects import read_effects
-from emulator.machine import load_machine as load_virtual_machine
-from emulator.plant import truth_path
-from emulator.virtual_machine import VirtualMachine
 
 logger = logging.getLogger(__name__)
 
@@ -72,7 +74,7 @@ def identify_command(
     console = terminal(silent=quiet or json_)
     if clock not in PACINGS:
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(PACINGS)}")
-    if is_copper(bus) and clock != "realtime":
+    if is_physical(bus) and clock != "realtime":
         raise UserError(f"{bus} may be a real machine, whose drives keep time by themselves: give --clock realtime")
     use_effects(effects_from)
     known, allowed = _within_limits(load_machine(machine), limits, bus, yes)
@@ -98,7 +100,8 @@ def identify_command(
             found = identify(load_model(known.model_path), fitted, held, FIT)
             told = joined.truth()  # only now: the fit is made
             title = f"{machine}: identification over the bus"
-            write_results(found, [*fitted, *held], staged, truth=told, seed=seed, title=title, inputs=inputs)
+            picture = machine_picture(read_mjcf(known.model_path), {result.joint for result in found.axes.values()})
+            write_results(found, [*fitted, *held], staged, truth=told, seed=seed, title=title, picture=picture, inputs=inputs)
             write_json(staged / "torque_by_sdo.json", to_json(captured.sdo_points, seed, inputs))
             progress.finish()
     print_summary(console, found, told, captured, out)
@@ -151,15 +154,15 @@ def _join(bus: str, machine: Machine, profile: DriveProfile, clock: str, truth: 
 
 
 def _within_limits(machine: Machine, path: Path | None, bus: str, yes: bool) -> tuple[Machine, Limits | None]:
-    """The machine narrowed to its limits file; on a bus that may be copper both the file and a yes are needed."""
+    """The machine narrowed to its limits file; a bus that may be physical needs the file and a confirmation."""
     if path is None:
-        if is_copper(bus):
+        if is_physical(bus):
             raise UserError(
                 f"{bus} may be a real machine: give --limits FILE with travel, speed and torque of {', '.join(machine.axes)}"
             )
         return machine, None
     limits = read_limits(path, machine)
-    if is_copper(bus) and not yes:
+    if is_physical(bus) and not yes:
         for name, limit in limits.axes.items():
             terminal().print(
                 f"{name}: travel {limit.travel}, speed {limit.speed}, torque {limit.torque} (joint, SI)", highlight=False

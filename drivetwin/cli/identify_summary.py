@@ -1,4 +1,4 @@
-"""What `drivetwin identify` says in the terminal: the friction found beside the true one, and the witness by SDO."""
+"""What `drivetwin identify` says in the terminal: the errors, the parameters, and the cross-check by SDO."""
 
 from __future__ import annotations
 
@@ -10,15 +10,20 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from controller.identification import Identification, Parameter, Truth
-from controller.identification.friction_law import FrictionLaw
-from controller.identification.truth import true_value
-from controller.procedure import Captured
-from controller.sdo_check import FrictionPoint
+from drivetwin.controller.procedure import Captured
+from drivetwin.controller.sdo_check import FrictionPoint
+from drivetwin.foundation.quantities import scale_of, with_interval
+from drivetwin.identification import Identification, Truth
+from drivetwin.identification.friction_law import FrictionLaw
+from drivetwin.identification.truth import true_value
+from drivetwin.identification.wording import headline, row_of
 
 
 def print_summary(console: Console, found: Identification, truth: Truth | None, captured: Captured, out: Path) -> None:
     """Tables, figures of the capture, and where the files are."""
+    sentence = headline(found, truth or {})
+    if sentence:
+        console.print(sentence, highlight=False)
     console.print(_parameters(found, truth or {}))
     for name, axis in found.axes.items():
         if axis.direction is not None and axis.direction.real:
@@ -44,41 +49,33 @@ def _parameters(found: Identification, truth: Truth) -> Table:
     table = Table(title="Identified over the bus", title_justify="left", box=box.SIMPLE_HEAD)
     for name in ("axis", "parameter"):
         table.add_column(name, no_wrap=True)
-    for name in ("identified", "90 % interval", "unit", *(("true", "error", "inside") if truth else ())):
+    for name in ("identified", *(("true", "error") if truth else ()), "90 % interval", "unit"):
         table.add_column(name, no_wrap=True, justify="left" if name == "unit" else "right")
+    if truth:
+        table.add_column("in interval", no_wrap=True)
     for axis_name, axis in found.axes.items():
         shown = {name: axis.parameters[name] for name in SHOWN if name in axis.parameters}
-        for row, (name, parameter) in enumerate(shown.items()):
-            cells = [axis_name if row == 0 else "", name, f"{parameter.value:.4g}", _interval(parameter), parameter.unit]
-            table.add_row(*cells, *(_against(parameter, true_value(truth[axis_name], name)) if truth else []))
+        for at, (name, parameter) in enumerate(shown.items()):
+            row = row_of(name, parameter, true_value(truth[axis_name], name) if truth else None)
+            against = (row.true, row.error) if truth else ()
+            cells = (row.label, row.value, *against, f"{row.low} .. {row.high}", row.unit)
+            table.add_row(axis_name if at == 0 else "", *cells, *([row.interval_holds] if truth else []))
         table.add_section()
     return table
 
 
-def _interval(parameter: Parameter) -> str:
-    return f"{parameter.interval[0]:.4g} .. {parameter.interval[1]:.4g}"
-
-
-def _against(parameter: Parameter, true: float | None) -> list[str]:
-    """True value, error and whether the interval holds it."""
-    if true is None:
-        return ["", "", ""]
-    inside = parameter.interval[0] <= true <= parameter.interval[1]
-    error = f"{100.0 * (parameter.value / true - 1.0):+.2f} %" if true else ""
-    return [f"{true:.4g}", error, "yes" if inside else "no"]
-
-
 def _witness(found: Identification, points: Sequence[FrictionPoint]) -> Table:
-    title = "A second witness: the drive moves by itself, 6077h is polled by SDO"
+    title = "Cross-check: the drive moves by itself, 6077h is polled by SDO"
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
-    for name in ("axis", "speed", "friction by SDO", "of the fitted law", "unit"):
+    for name in ("axis", "speed", "friction by SDO", "fitted law", "unit"):
         table.add_column(name, justify="left" if name in ("axis", "unit") else "right", no_wrap=True)
     for point in points:
         axis = found.axes.get(point.axis)
         if axis is not None:
-            fitted = f"{_friction(axis.law, point.velocity):.4g}"
-            measured = f"{point.torque:.4g} +- {point.standard_error:.2g}"
-            table.add_row(point.axis, f"{point.velocity:.4g} {axis.units.velocity}", measured, fitted, axis.units.torque)
+            ends = (point.torque - point.standard_error, point.torque + point.standard_error)
+            (value, _, _, law), unit = with_interval(point.torque, ends, axis.units.torque, _friction(axis.law, point.velocity))
+            error = f"{scale_of(axis.units.torque, point.torque).factor * point.standard_error:.2g}"
+            table.add_row(point.axis, f"{point.velocity:.4g} {axis.units.velocity}", f"{value} ± {error}", law, unit)
     return table
 
 

@@ -12,8 +12,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from drivetwin.cli.terminal import Quiet, terminal
-from drivetwin.errors import UserError
-from drivetwin.files import new_directory, refuse_to_replace
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import new_directory, refuse_to_replace
 from drivetwin.recording.import_map import AxisMap, ImportMap, read_map
 from drivetwin.recording.importer import import_recordings, ordered
 from drivetwin.recording.recording import Recording, Samples

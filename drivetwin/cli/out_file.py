@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 
 
 def refuse_out_file(out: Path, example: str) -> None:

@@ -9,14 +9,14 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from controller.link import Link
-from controller.snapshot import take_snapshot
-from drive_profiles import DriveProfile, load_profile
-from drive_profiles.eds_profile import profile_from_eds
-from drive_profiles.snapshot import Snapshot, write_snapshot
-from drivetwin.bus import open_bus
+from drivetwin.bus.channel import open_bus
 from drivetwin.cli.out_file import refuse_out_file
 from drivetwin.cli.terminal import Quiet
+from drivetwin.controller.link import Link
+from drivetwin.controller.snapshot import take_snapshot
+from drivetwin.drive_profiles import DriveProfile, load_profile
+from drivetwin.drive_profiles.eds_profile import profile_from_eds
+from drivetwin.drive_profiles.snapshot import Snapshot, write_snapshot
 
 
 def snapshot_command(

@@ -16,4 +16,4 @@ def terminal(*, silent: bool = False, markup: bool = True) -> Console:
 
     Without `markup` what others wrote is shown as they wrote it.
     """
-    return Console(width=max(112, Console().width), quiet=silent, markup=markup, emoji=markup)
+    return Console(width=max(120, Console().width), quiet=silent, markup=markup, emoji=markup)

@@ -13,17 +13,17 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from controller.drive_node import DriveNode
-from controller.friction_precontrol import Planned, check_drive_type, plan, write_friction
-from controller.friction_table import ALWAYS_ACTIVE, FrictionTable, Point, friction_table
-from controller.identification.friction_law import FrictionLaw
-from controller.identification.read import read_friction
-from controller.link import Link
-from controller.machine import Axis, Machine, load_machine
-from controller.motor_check import check_motors
-from drive_profiles import DriveProfile, load_profile
-from drivetwin.bus import INPROC, is_copper, open_bus
-from drivetwin.errors import UserError
+from drivetwin.bus.channel import INPROC, is_physical, open_bus
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.friction_precontrol import Planned, check_drive_type, plan, write_friction
+from drivetwin.controller.friction_table import ALWAYS_ACTIVE, FrictionTable, Point, friction_table
+from drivetwin.controller.link import Link
+from drivetwin.controller.machine import Axis, Machine, load_machine
+from drivetwin.controller.motor_check import check_motors
+from drivetwin.drive_profiles import DriveProfile, load_profile
+from drivetwin.foundation.errors import UserError
+from drivetwin.identification.friction_law import FrictionLaw
+from drivetwin.identification.read import read_friction
 
 RPM = 2.0 * pi / 60.0
 """[rad/s]"""
@@ -63,7 +63,7 @@ def write_friction_command(
     if bus is None or bus == INPROC:
         raise UserError("which drives? give --bus can0, vcan0 or ws://127.0.0.1:PORT, or --dry-run to see the tables only")
     with Link(open_bus(bus)) as link:
-        _write(link, known, axes, drive_type, must_ask=is_copper(bus) and not yes, store=store)
+        _write(link, known, axes, drive_type, must_ask=is_physical(bus) and not yes, store=store)
 
 
 @dataclass(frozen=True)

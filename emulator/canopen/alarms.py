@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import inf
 
-from emulator.canopen.timing import TOLERANCE
+from drivetwin.emulator.canopen.timing import TOLERANCE
 
 
 class Alarm:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
 
 INVALID = 1 << 31
 """Bit 31 of the COB-ID of a PDO or EMCY: the object does not exist, it is neither sent nor received."""

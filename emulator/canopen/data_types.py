@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from math import isfinite
 from typing import Protocol
 
-from drive_profiles.profile import BITS, FLOATS, SIGNED, DataType
+from drivetwin.drive_profiles.profile import BITS, FLOATS, SIGNED, DataType
 
 Value = int | float | str
 

@@ -4,27 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from emulator.canopen import nmt
-from emulator.canopen.alarms import Alarms
-from emulator.canopen.emergency import BUS_OFF_RECOVERED, COMMUNICATION, ERROR_PASSIVE, Emergency, ErrorRegister
-from emulator.canopen.error_behaviour import ErrorBehaviour
-from emulator.canopen.heartbeat import Heartbeat
-from emulator.canopen.heartbeat_consumer import HeartbeatConsumer
-from emulator.canopen.lss import REQUEST_COB_ID as LSS_COB_ID
-from emulator.canopen.lss import UNCONFIGURED, LssSlave
-from emulator.canopen.nmt import Nmt, NmtState
-from emulator.canopen.nmt_startup import NmtStartup
-from emulator.canopen.node_guarding import NodeGuarding
-from emulator.canopen.object_dictionary import ObjectDictionary, Variable
-from emulator.canopen.parameter_store import Group, ParameterStore
-from emulator.canopen.producer import Produce
-from emulator.canopen.rpdo import Rpdo
-from emulator.canopen.sdo_server import REQUEST_COB_ID, SdoServer
-from emulator.canopen.storage import Storage
-from emulator.canopen.sync import Sync
-from emulator.canopen.sync_timeout import SyncTimeout
-from emulator.canopen.time_stamp import TimeStamp
-from emulator.canopen.tpdo import Tpdo
+from drivetwin.emulator.canopen import nmt
+from drivetwin.emulator.canopen.alarms import Alarms
+from drivetwin.emulator.canopen.emergency import BUS_OFF_RECOVERED, COMMUNICATION, ERROR_PASSIVE, Emergency, ErrorRegister
+from drivetwin.emulator.canopen.error_behaviour import ErrorBehaviour
+from drivetwin.emulator.canopen.heartbeat import Heartbeat
+from drivetwin.emulator.canopen.heartbeat_consumer import HeartbeatConsumer
+from drivetwin.emulator.canopen.lss import REQUEST_COB_ID as LSS_COB_ID
+from drivetwin.emulator.canopen.lss import UNCONFIGURED, LssSlave
+from drivetwin.emulator.canopen.nmt import Nmt, NmtState
+from drivetwin.emulator.canopen.nmt_startup import NmtStartup
+from drivetwin.emulator.canopen.node_guarding import NodeGuarding
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary, Variable
+from drivetwin.emulator.canopen.parameter_store import Group, ParameterStore
+from drivetwin.emulator.canopen.producer import Produce
+from drivetwin.emulator.canopen.rpdo import Rpdo
+from drivetwin.emulator.canopen.sdo_server import REQUEST_COB_ID, SdoServer
+from drivetwin.emulator.canopen.storage import Storage
+from drivetwin.emulator.canopen.sync import Sync
+from drivetwin.emulator.canopen.sync_timeout import SyncTimeout
+from drivetwin.emulator.canopen.time_stamp import TimeStamp
+from drivetwin.emulator.canopen.tpdo import Tpdo
 
 PDO_COUNT = 4
 

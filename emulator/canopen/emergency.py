@@ -9,13 +9,13 @@ from enum import IntFlag
 from functools import partial
 from math import inf
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.alarms import Alarms
-from emulator.canopen.can_identifier import CAN_ID, INVALID, check_change, check_cob_id, exists
-from emulator.canopen.data_types import Value
-from emulator.canopen.nmt import Nmt
-from emulator.canopen.object_dictionary import ObjectDictionary
-from emulator.canopen.timing import TOLERANCE
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.alarms import Alarms
+from drivetwin.emulator.canopen.can_identifier import CAN_ID, INVALID, check_change, check_cob_id, exists
+from drivetwin.emulator.canopen.data_types import Value
+from drivetwin.emulator.canopen.nmt import Nmt
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.emulator.canopen.timing import TOLERANCE
 
 NO_ERROR = 0x0000
 COMMUNICATION = 0x8100

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import IntEnum
 
-from emulator.canopen.nmt import Nmt, NmtState
-from emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.emulator.canopen.nmt import Nmt, NmtState
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
 
 
 class Reaction(IntEnum):

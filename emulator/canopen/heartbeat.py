@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from emulator.canopen.alarms import Alarms
-from emulator.canopen.data_types import Value
-from emulator.canopen.nmt import Nmt, NmtState
-from emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.emulator.canopen.alarms import Alarms
+from drivetwin.emulator.canopen.data_types import Value
+from drivetwin.emulator.canopen.nmt import Nmt, NmtState
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
 
 BASE_COB_ID = 0x700
 MILLISECOND = 1e-3

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.alarms import Alarms
-from emulator.canopen.data_types import Value
-from emulator.canopen.emergency import GUARDING, Emergency, ErrorRegister
-from emulator.canopen.error_behaviour import ErrorBehaviour
-from emulator.canopen.heartbeat import BASE_COB_ID, MILLISECOND
-from emulator.canopen.object_dictionary import ObjectDictionary, Variable
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.alarms import Alarms
+from drivetwin.emulator.canopen.data_types import Value
+from drivetwin.emulator.canopen.emergency import GUARDING, Emergency, ErrorRegister
+from drivetwin.emulator.canopen.error_behaviour import ErrorBehaviour
+from drivetwin.emulator.canopen.heartbeat import BASE_COB_ID, MILLISECOND
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary, Variable
 
 NODE_IDS = range(1, 128)
 

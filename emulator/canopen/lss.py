@@ -10,9 +10,9 @@ import struct
 from collections.abc import Callable
 from enum import IntEnum
 
-from emulator.canopen.nmt import Nmt
-from emulator.canopen.object_dictionary import ObjectDictionary
-from emulator.canopen.parameter_store import ParameterStore
+from drivetwin.emulator.canopen.nmt import Nmt
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.emulator.canopen.parameter_store import ParameterStore
 
 REQUEST_COB_ID = 0x7E5
 RESPONSE_COB_ID = 0x7E4

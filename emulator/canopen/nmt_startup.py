@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.data_types import Value
-from emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.data_types import Value
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
 
 NOT_BY_ITSELF, SELF_STARTING = 0x04, 0x08
 """Bit 2 keeps a node from entering operational by itself; bit 3 alone makes a slave do it."""

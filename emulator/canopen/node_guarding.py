@@ -6,12 +6,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from emulator.canopen.alarms import Alarms
-from emulator.canopen.emergency import GUARDING, Emergency, ErrorRegister
-from emulator.canopen.error_behaviour import ErrorBehaviour
-from emulator.canopen.heartbeat import BASE_COB_ID, MILLISECOND, Heartbeat
-from emulator.canopen.nmt import Nmt
-from emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.emulator.canopen.alarms import Alarms
+from drivetwin.emulator.canopen.emergency import GUARDING, Emergency, ErrorRegister
+from drivetwin.emulator.canopen.error_behaviour import ErrorBehaviour
+from drivetwin.emulator.canopen.heartbeat import BASE_COB_ID, MILLISECOND, Heartbeat
+from drivetwin.emulator.canopen.nmt import Nmt
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
 
 TOGGLE = 0x80
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Iterable, Iterator
 
-from drive_profiles import DriveProfile, ObjectEntry
-from drive_profiles.profile import FLOATS
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.data_types import Value, decode, encode, is_number, saturate, size, type_range
+from drivetwin.drive_profiles import DriveProfile, ObjectEntry
+from drivetwin.drive_profiles.profile import FLOATS
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.data_types import Value, decode, encode, is_number, saturate, size, type_range
 
 COMMUNICATION_AREA = range(0x1000, 0x2000)
 """Communication profile area (CiA 301, 7.4.1): what 'reset communication' takes back to its power-on values."""

@@ -9,8 +9,8 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from drivetwin.errors import UserError
-from drivetwin.text_files import parse_json
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.text_files import parse_json
 
 SCHEMA = "parameters/1"
 

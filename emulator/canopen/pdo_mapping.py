@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from drive_profiles import DataType
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.data_types import Layout, layout, size
-from emulator.canopen.object_dictionary import ObjectDictionary, Variable
+from drivetwin.drive_profiles import DataType
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.data_types import Layout, layout, size
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary, Variable
 
 MAX_LENGTH = 8
 """Bytes of a PDO, and with whole bytes as the finest step the number of its entries."""

@@ -7,11 +7,11 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.can_identifier import BIT_30, CAN_ID, INVALID, check_change, check_cob_id, exists
-from emulator.canopen.data_types import Value
-from emulator.canopen.object_dictionary import ObjectDictionary, Variable
-from emulator.canopen.pdo_mapping import MAX_LENGTH, Mapping, MappingRule, check_entry, parse_mapping
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.can_identifier import BIT_30, CAN_ID, INVALID, check_change, check_cob_id, exists
+from drivetwin.emulator.canopen.data_types import Value
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary, Variable
+from drivetwin.emulator.canopen.pdo_mapping import MAX_LENGTH, Mapping, MappingRule, check_entry, parse_mapping
 
 logger = logging.getLogger(__name__)
 

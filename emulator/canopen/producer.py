@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from emulator.canopen.alarms import Alarms
-from emulator.canopen.nmt import Nmt
+from drivetwin.emulator.canopen.alarms import Alarms
+from drivetwin.emulator.canopen.nmt import Nmt
 
 Produce = Callable[[int, bytes], None]
 """Takes CAN-ID and data of a frame that is meant for all nodes, the one that sends it among them."""

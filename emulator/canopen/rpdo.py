@@ -6,15 +6,15 @@ import logging
 from collections.abc import Callable, Iterable
 from math import inf
 
-from emulator.canopen.abort_codes import SdoAbort
-from emulator.canopen.alarms import Alarms
-from emulator.canopen.data_types import Value
-from emulator.canopen.emergency import PDO_TOO_LONG, PDO_TOO_SHORT, RPDO_TIME_OUT, Emergency, ErrorRegister
-from emulator.canopen.object_dictionary import ObjectDictionary, Variable
-from emulator.canopen.pdo_mapping import maps_to_rpdo
-from emulator.canopen.pdo_parameters import INHIBIT_UNIT, SYNCHRONOUS, PdoParameters
-from emulator.canopen.sync import Sync
-from emulator.canopen.timing import TOLERANCE
+from drivetwin.emulator.canopen.abort_codes import SdoAbort
+from drivetwin.emulator.canopen.alarms import Alarms
+from drivetwin.emulator.canopen.data_types import Value
+from drivetwin.emulator.canopen.emergency import PDO_TOO_LONG, PDO_TOO_SHORT, RPDO_TIME_OUT, Emergency, ErrorRegister
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary, Variable
+from drivetwin.emulator.canopen.pdo_mapping import maps_to_rpdo
+from drivetwin.emulator.canopen.pdo_parameters import INHIBIT_UNIT, SYNCHRONOUS, PdoParameters
+from drivetwin.emulator.canopen.sync import Sync
+from drivetwin.emulator.canopen.timing import TOLERANCE
 
 logger = logging.getLogger(__name__)
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 from binascii import crc_hqx
 from enum import Enum, auto
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.object_dictionary import Variable, check_length
-from emulator.canopen.sdo_frame import (
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.object_dictionary import Variable, check_length
+from drivetwin.emulator.canopen.sdo_frame import (
     BLOCK_CRC,
     BLOCK_SIZE_INDICATED,
     LAST_BLOCK_SEGMENT,
@@ -25,7 +25,7 @@ from emulator.canopen.sdo_frame import (
     block_upload_ended,
     block_upload_initiated,
 )
-from emulator.canopen.sdo_segmented import check_announced, room
+from drivetwin.emulator.canopen.sdo_segmented import check_announced, room
 
 BLOCK_SIZE = 127
 """Segments of a sub-block that the server takes, the most that the protocol has."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from enum import IntEnum
 
-from emulator.canopen.abort_codes import AbortCode
+from drivetwin.emulator.canopen.abort_codes import AbortCode
 
 FRAME_LENGTH = 8
 SEGMENT_LENGTH = 7

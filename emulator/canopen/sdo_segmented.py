@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from drive_profiles import DataType
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.object_dictionary import Variable, check_length
-from emulator.canopen.sdo_frame import (
+from drivetwin.drive_profiles import DataType
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.object_dictionary import Variable, check_length
+from drivetwin.emulator.canopen.sdo_frame import (
     DOWNLOAD_SEGMENT,
     LAST_SEGMENT,
     SEGMENT_LENGTH,

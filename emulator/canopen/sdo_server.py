@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.alarms import Alarms
-from emulator.canopen.nmt import Nmt
-from emulator.canopen.object_dictionary import ObjectDictionary, Variable
-from emulator.canopen.sdo_block import BlockDownload, BlockUpload
-from emulator.canopen.sdo_frame import (
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.alarms import Alarms
+from drivetwin.emulator.canopen.nmt import Nmt
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary, Variable
+from drivetwin.emulator.canopen.sdo_block import BlockDownload, BlockUpload
+from drivetwin.emulator.canopen.sdo_frame import (
     ABORT,
     ABORT_COMMAND,
     BLOCK_DOWNLOAD,
@@ -28,7 +28,7 @@ from emulator.canopen.sdo_frame import (
     upload_expedited,
     upload_initiated,
 )
-from emulator.canopen.sdo_segmented import SegmentedDownload, SegmentedUpload
+from drivetwin.emulator.canopen.sdo_segmented import SegmentedDownload, SegmentedUpload
 
 REQUEST_COB_ID = 0x600
 RESPONSE_COB_ID = 0x580

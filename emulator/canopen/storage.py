@@ -8,11 +8,11 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 
-from drive_profiles import Access
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.data_types import Value, decode, encode
-from emulator.canopen.object_dictionary import COMMUNICATION_AREA, ObjectDictionary, Variable, check_length
-from emulator.canopen.parameter_store import Address, Group, ParameterStore, Values
+from drivetwin.drive_profiles import Access
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.data_types import Value, decode, encode
+from drivetwin.emulator.canopen.object_dictionary import COMMUNICATION_AREA, ObjectDictionary, Variable, check_length
+from drivetwin.emulator.canopen.parameter_store import Address, Group, ParameterStore, Values
 
 logger = logging.getLogger(__name__)
 

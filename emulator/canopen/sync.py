@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.alarms import Alarms
-from emulator.canopen.can_identifier import BIT_30, CAN_ID, check_cob_id
-from emulator.canopen.data_types import Value
-from emulator.canopen.emergency import SYNC_LENGTH, Emergency, ErrorRegister
-from emulator.canopen.nmt import Nmt, NmtState
-from emulator.canopen.object_dictionary import ObjectDictionary
-from emulator.canopen.producer import Produce, Producer
-from emulator.canopen.timing import TOLERANCE
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.alarms import Alarms
+from drivetwin.emulator.canopen.can_identifier import BIT_30, CAN_ID, check_cob_id
+from drivetwin.emulator.canopen.data_types import Value
+from drivetwin.emulator.canopen.emergency import SYNC_LENGTH, Emergency, ErrorRegister
+from drivetwin.emulator.canopen.nmt import Nmt, NmtState
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.emulator.canopen.producer import Produce, Producer
+from drivetwin.emulator.canopen.timing import TOLERANCE
 
 MICROSECOND = 1e-6
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.alarms import Alarms
-from emulator.canopen.data_types import Value
-from emulator.canopen.emergency import COMMUNICATION
-from emulator.canopen.heartbeat import MILLISECOND
-from emulator.canopen.object_dictionary import Variable
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.alarms import Alarms
+from drivetwin.emulator.canopen.data_types import Value
+from drivetwin.emulator.canopen.emergency import COMMUNICATION
+from drivetwin.emulator.canopen.heartbeat import MILLISECOND
+from drivetwin.emulator.canopen.object_dictionary import Variable
 
 OFF, SYNC = 0, 1
 """Types of supervision."""

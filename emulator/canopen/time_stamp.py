@@ -6,13 +6,13 @@ import struct
 from collections.abc import Callable
 from datetime import datetime, timedelta
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.alarms import Alarms
-from emulator.canopen.can_identifier import BIT_30, CAN_ID, check_cob_id
-from emulator.canopen.data_types import Value
-from emulator.canopen.nmt import Nmt
-from emulator.canopen.object_dictionary import ObjectDictionary
-from emulator.canopen.producer import Produce, Producer
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.alarms import Alarms
+from drivetwin.emulator.canopen.can_identifier import BIT_30, CAN_ID, check_cob_id
+from drivetwin.emulator.canopen.data_types import Value
+from drivetwin.emulator.canopen.nmt import Nmt
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.emulator.canopen.producer import Produce, Producer
 
 CONSUMER = 1 << 31
 """Bit 31 of 1012h: the node consumes TIME."""

@@ -6,13 +6,13 @@ import struct
 from collections.abc import Callable
 from math import inf
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.data_types import Value, saturate
-from emulator.canopen.object_dictionary import ObjectDictionary
-from emulator.canopen.pdo_mapping import maps_to_tpdo
-from emulator.canopen.pdo_parameters import INHIBIT_UNIT, SYNCHRONOUS, PdoParameters
-from emulator.canopen.sync import Sync
-from emulator.canopen.timing import TOLERANCE
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.data_types import Value, saturate
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.emulator.canopen.pdo_mapping import maps_to_tpdo
+from drivetwin.emulator.canopen.pdo_parameters import INHIBIT_UNIT, SYNCHRONOUS, PdoParameters
+from drivetwin.emulator.canopen.sync import Sync
+from drivetwin.emulator.canopen.timing import TOLERANCE
 
 ACYCLIC = 0
 REMOTE_SYNCHRONOUS = 252

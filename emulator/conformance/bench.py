@@ -10,12 +10,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.emulator.assembly import DrivenJoint
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.effects import AxisEffect, Effect, Ground, PlacedEffect, Site, library
+from drivetwin.emulator.mechanism import Mechanism
 from drivetwin.motion.filtering import derivative, zero_phase
 from drivetwin.motion.inverse_dynamics import Model
-from emulator.assembly import DrivenJoint
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects import AxisEffect, Effect, Ground, PlacedEffect, Site, library
-from emulator.mechanism import Mechanism
 
 Array = NDArray[np.float64]
 Kind = Literal["hinge", "slide"]

@@ -9,13 +9,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.emulator.assembly import DrivenJoint
+from drivetwin.emulator.conformance import bench
+from drivetwin.emulator.conformance.bench import GEAR, MOTOR, ROTOR, SAMPLE, WHOLE
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.effects import Effect, Ground, PlacedEffect
+from drivetwin.emulator.mechanism import Mechanism
 from drivetwin.motion.inverse_dynamics import Model
-from emulator.assembly import DrivenJoint
-from emulator.conformance import bench
-from emulator.conformance.bench import GEAR, MOTOR, ROTOR, SAMPLE, WHOLE
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects import Effect, Ground, PlacedEffect
-from emulator.mechanism import Mechanism
 
 Array = NDArray[np.float64]
 

@@ -12,13 +12,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.conformance import chain
-from emulator.conformance.bench import SAMPLE, Kind, Recorded, ground, record, site
-from emulator.conformance.search import searched
-from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, Need, PlacedEffect, read_effects
-from emulator.effects.base import CUBIC, DAMPING, INERTIA, MASS, QUADRATIC, STIFFNESS, TORQUE
-from emulator.effects.file import effects_payload
+from drivetwin.emulator.conformance import chain
+from drivetwin.emulator.conformance.bench import SAMPLE, Kind, Recorded, ground, record, site
+from drivetwin.emulator.conformance.search import searched
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from drivetwin.emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, Need, PlacedEffect, read_effects
+from drivetwin.emulator.effects.base import CUBIC, DAMPING, INERTIA, MASS, QUADRATIC, STIFFNESS, TORQUE
+from drivetwin.emulator.effects.file import effects_payload
 
 Array = NDArray[np.float64]
 

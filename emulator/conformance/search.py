@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from drivetwin.errors import UserError
-from emulator.conformance.bench import Recorded
-from emulator.effects import AxisEffect
+from drivetwin.emulator.conformance.bench import Recorded
+from drivetwin.emulator.effects import AxisEffect
+from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import IntEnum
 
-from emulator.canopen.device import Device
-from emulator.canopen.emergency import COMMUNICATION
-from emulator.canopen.nmt import NmtState
-from emulator.canopen.object_dictionary import Variable
-from emulator.drive.state_machine import Command, State, StateMachine
+from drivetwin.emulator.canopen.device import Device
+from drivetwin.emulator.canopen.emergency import COMMUNICATION
+from drivetwin.emulator.canopen.nmt import NmtState
+from drivetwin.emulator.canopen.object_dictionary import Variable
+from drivetwin.emulator.drive.state_machine import Command, State, StateMachine
 
 
 class Option(IntEnum):

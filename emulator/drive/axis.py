@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from math import inf
 
-from drive_profiles import DriveProfile
-from emulator.canopen.object_dictionary import ObjectDictionary, Variable
-from emulator.drive.hardware import Hardware, LimitSwitches
-from emulator.drive.interpolation import Interpolation
-from emulator.drive.interpolation_time import InterpolationTime
-from emulator.drive.objects import number, optional, role
-from emulator.drive.scaling import Scaling
-from emulator.drive.servo import SERVO_PERIOD, Servo
+from drivetwin.drive_profiles import DriveProfile
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary, Variable
+from drivetwin.emulator.drive.hardware import Hardware, LimitSwitches
+from drivetwin.emulator.drive.interpolation import Interpolation
+from drivetwin.emulator.drive.interpolation_time import InterpolationTime
+from drivetwin.emulator.drive.objects import number, optional, role
+from drivetwin.emulator.drive.scaling import Scaling
+from drivetwin.emulator.drive.servo import SERVO_PERIOD, Servo
 
 MOST_OF = {0x6083: 0x60C5, 0x6084: 0x60C6, 0x6085: 0x60C6, 0x609A: 0x60C5}
 """Object with the limit (max acceleration, max deceleration) of each object with a ramp."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from emulator.drive.interpolation import Interpolator
-from emulator.drive.limits import PositionLimits
-from emulator.drive.mode import Axis, Mode
-from emulator.drive.position_range import Rotary
-from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
-from emulator.drive.state_machine import Statusword
+from drivetwin.emulator.drive.interpolation import Interpolator
+from drivetwin.emulator.drive.limits import PositionLimits
+from drivetwin.emulator.drive.mode import Axis, Mode
+from drivetwin.emulator.drive.position_range import Rotary
+from drivetwin.emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
+from drivetwin.emulator.drive.state_machine import Statusword
 
 
 class CyclicSynchronousPosition(Mode):

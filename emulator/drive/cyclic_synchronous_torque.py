@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from emulator.drive.mode import Mode
-from emulator.drive.servo import TORQUE_OFFSET, Loop
-from emulator.drive.state_machine import Statusword
+from drivetwin.emulator.drive.mode import Mode
+from drivetwin.emulator.drive.servo import TORQUE_OFFSET, Loop
+from drivetwin.emulator.drive.state_machine import Statusword
 
 
 class CyclicSynchronousTorque(Mode):

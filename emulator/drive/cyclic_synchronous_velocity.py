@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from emulator.drive.limits import cap_speed
-from emulator.drive.mode import Axis, Mode
-from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
-from emulator.drive.speed_demand import SpeedDemand
-from emulator.drive.state_machine import Statusword
+from drivetwin.emulator.drive.limits import cap_speed
+from drivetwin.emulator.drive.mode import Axis, Mode
+from drivetwin.emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
+from drivetwin.emulator.drive.speed_demand import SpeedDemand
+from drivetwin.emulator.drive.state_machine import Statusword
 
 
 class CyclicSynchronousVelocity(Mode):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from emulator.drive.axis import Axis
-from emulator.drive.hardware import NEVER
-from emulator.drive.objects import optional
+from drivetwin.emulator.drive.axis import Axis
+from drivetwin.emulator.drive.hardware import NEVER
+from drivetwin.emulator.drive.objects import optional
 
 NEGATIVE_LIMIT_SWITCH, POSITIVE_LIMIT_SWITCH, HOME_SWITCH = 1 << 0, 1 << 1, 1 << 2
 INTERLOCK = 1 << 3

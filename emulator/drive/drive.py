@@ -6,50 +6,32 @@ from collections import deque
 from collections.abc import Callable
 from math import floor
 
-from drive_profiles import DriveProfile
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.device import Device
-from emulator.canopen.parameter_store import ParameterStore
-from emulator.drive import faults, objects, readings
-from emulator.drive.abort_connection import ENABLED, AbortConnection
-from emulator.drive.axis import Axis
-from emulator.drive.cyclic_synchronous_position import CyclicSynchronousPosition
-from emulator.drive.cyclic_synchronous_torque import CyclicSynchronousTorque
-from emulator.drive.cyclic_synchronous_velocity import CyclicSynchronousVelocity
-from emulator.drive.digital_io import DigitalOutputs
-from emulator.drive.faults import Fault, fault_of
-from emulator.drive.hardware import Hardware
-from emulator.drive.homing import Homing
-from emulator.drive.interpolated_position import InterpolatedPosition
-from emulator.drive.interpolation import Interpolation
-from emulator.drive.interpolation_time import InterpolationTime
-from emulator.drive.mode import Mode
-from emulator.drive.parameters import LoopParameters, set_hardware
-from emulator.drive.power_on import commissioned_dictionary
-from emulator.drive.profile_position import ProfilePosition
-from emulator.drive.profile_torque import ProfileTorque
-from emulator.drive.profile_velocity import ProfileVelocity
-from emulator.drive.scaling import FACTOR_GROUP, Scaling, default_increments_per_radian
-from emulator.drive.servo import Loop, Servo, encoder_quantum
-from emulator.drive.state_machine import Controlword, State, StateMachine, Statusword, Stop
-from emulator.drive.stops import Stops, Way
-from emulator.drive.supervision import CREEP, Supervision
-from emulator.drive.torque_precontrol import TorquePrecontrol
-from emulator.drive.touch_probe import TouchProbe
-from emulator.drive.velocity import Velocity
-from emulator.machine import Axis as MachineAxis
-
-MODES: tuple[type[Mode], ...] = (
-    ProfilePosition,
-    Velocity,
-    ProfileVelocity,
-    ProfileTorque,
-    Homing,
-    InterpolatedPosition,
-    CyclicSynchronousPosition,
-    CyclicSynchronousVelocity,
-    CyclicSynchronousTorque,
-)
+from drivetwin.drive_profiles import DriveProfile
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.device import Device
+from drivetwin.emulator.canopen.parameter_store import ParameterStore
+from drivetwin.emulator.drive import faults, objects, readings
+from drivetwin.emulator.drive.abort_connection import ENABLED, AbortConnection
+from drivetwin.emulator.drive.axis import Axis
+from drivetwin.emulator.drive.digital_io import DigitalOutputs
+from drivetwin.emulator.drive.faults import Fault, fault_of
+from drivetwin.emulator.drive.hardware import Hardware
+from drivetwin.emulator.drive.homing import Homing
+from drivetwin.emulator.drive.interpolation import Interpolation
+from drivetwin.emulator.drive.interpolation_time import InterpolationTime
+from drivetwin.emulator.drive.mode import Mode
+from drivetwin.emulator.drive.modes import modes
+from drivetwin.emulator.drive.parameters import LoopParameters, set_hardware
+from drivetwin.emulator.drive.power_on import commissioned_dictionary
+from drivetwin.emulator.drive.scaling import FACTOR_GROUP, Scaling, default_increments_per_radian
+from drivetwin.emulator.drive.servo import Loop, Servo, encoder_quantum
+from drivetwin.emulator.drive.state_machine import Controlword, State, StateMachine, Statusword, Stop
+from drivetwin.emulator.drive.stops import Stops, Way
+from drivetwin.emulator.drive.supervision import CREEP, Supervision
+from drivetwin.emulator.drive.torque_precontrol import TorquePrecontrol
+from drivetwin.emulator.drive.touch_probe import TouchProbe
+from drivetwin.emulator.drive.velocity import Velocity
+from drivetwin.emulator.machine import Axis as MachineAxis
 
 POWERED = (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE)
 SUPERVISED = (*POWERED, State.SWITCHED_ON)
@@ -92,7 +74,7 @@ class Drive:
         time = InterpolationTime(self.dictionary)
         self.axis = Axis(profile, self.dictionary, servo, self.hardware, scaling, Interpolation.LINEAR, time)
         set_hardware(self.axis, axis, angle)
-        self._modes = {mode.code: mode(self.axis) for mode in MODES if mode.code in profile.modes}
+        self._modes = {code: mode(self.axis) for code, mode in modes().items() if code in profile.modes}
         self._mode: Mode | None = None
         self._halted: Mode | None = None
         self._scaling_is_old = True

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from emulator.canopen.emergency import ErrorRegister
+from drivetwin.emulator.canopen.emergency import ErrorRegister
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from math import inf, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.machine import Axis as MachineAxis
+from drivetwin.emulator.machine import Axis as MachineAxis
 
 Angles = NDArray[np.float64]
 

@@ -7,13 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from drive_profiles import Quirk
-from emulator.drive.hardware import NEVER
-from emulator.drive.homing_methods import METHODS, Edge, Here, Input, Method, NextIndex
-from emulator.drive.mode import Axis, Mode, Ramps
-from emulator.drive.ramp import ramp_cycle
-from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
-from emulator.drive.state_machine import Controlword, Statusword
+from drivetwin.drive_profiles import Quirk
+from drivetwin.emulator.drive.hardware import NEVER
+from drivetwin.emulator.drive.homing_methods import METHODS, Edge, Here, Input, Method, NextIndex
+from drivetwin.emulator.drive.mode import Axis, Mode, Ramps
+from drivetwin.emulator.drive.ramp import ramp_cycle
+from drivetwin.emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
+from drivetwin.emulator.drive.state_machine import Controlword, Statusword
 
 NOT_HOMED, HOMED = 0, 1
 """What the object of role `homing_status` tells."""

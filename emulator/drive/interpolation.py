@@ -7,8 +7,8 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.compiled import compiled
-from emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
+from drivetwin.foundation.compiled import compiled
 
 
 class Interpolation(IntEnum):

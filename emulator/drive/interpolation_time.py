@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.data_types import Value
-from emulator.canopen.object_dictionary import ObjectDictionary
-from emulator.drive.objects import optional
-from emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.data_types import Value
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.emulator.drive.objects import optional
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
 
 LONGEST = 10
 """A longer period is refused [s]."""

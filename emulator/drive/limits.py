@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from math import inf, pi, sqrt
 
-from emulator.canopen.object_dictionary import Variable
-from emulator.drive.axis import Axis
-from emulator.drive.objects import before_change, number, optional
-from emulator.drive.scaling import Scaling
-from emulator.machine import Motor
+from drivetwin.emulator.canopen.object_dictionary import Variable
+from drivetwin.emulator.drive.axis import Axis
+from drivetwin.emulator.drive.objects import before_change, number, optional
+from drivetwin.emulator.drive.scaling import Scaling
+from drivetwin.emulator.machine import Motor
 
 RPM = 2.0 * pi / 60.0
 INT32 = (-(1 << 31), (1 << 31) - 1)

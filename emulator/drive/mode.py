@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
-from emulator.drive.axis import Axis
-from emulator.drive.servo import Loop
+from drivetwin.emulator.drive.axis import Axis
+from drivetwin.emulator.drive.servo import Loop
 
 __all__ = ["Axis", "Mode", "Ramps"]
 

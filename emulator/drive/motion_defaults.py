@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from math import inf, pi
 
-from drive_profiles.profile import FLOATS
-from emulator.canopen.object_dictionary import ObjectDictionary
-from emulator.drive.limits import RPM
-from emulator.drive.objects import optional, store
-from emulator.machine import Axis
+from drivetwin.drive_profiles.profile import FLOATS
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.emulator.drive.limits import RPM
+from drivetwin.emulator.drive.objects import optional, store
+from drivetwin.emulator.machine import Axis
 
 CROSSING = 10.0
 """Time that the way between the limit switches takes at the speed of a profile [s]."""

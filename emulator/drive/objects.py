@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import pi
 
-from drive_profiles import DriveProfile
-from drive_profiles.profile import FLOATS
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.data_types import Value, saturate
-from emulator.canopen.object_dictionary import ObjectDictionary, Variable
-from emulator.drive.interpolation import Interpolation
-from emulator.drive.servo import SERVO_PERIOD
-from emulator.machine import Axis as MachineAxis
+from drivetwin.drive_profiles import DriveProfile
+from drivetwin.drive_profiles.profile import FLOATS
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.data_types import Value, saturate
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary, Variable
+from drivetwin.emulator.drive.interpolation import Interpolation
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.machine import Axis as MachineAxis
 
 LINEAR_RAMP, JERK_LIMITED_RAMP = 0, 3
 """Values of 6086h that this drive has; it has no sin² ramp (1) and no jerk-free ramp (2)."""

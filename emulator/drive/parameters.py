@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from emulator.drive import objects
-from emulator.drive.axis import Axis
-from emulator.drive.limits import TorqueLimits
-from emulator.drive.servo import encoder_quantum, filter_share
-from emulator.machine import Axis as MachineAxis
+from drivetwin.emulator.drive import objects
+from drivetwin.emulator.drive.axis import Axis
+from drivetwin.emulator.drive.limits import TorqueLimits
+from drivetwin.emulator.drive.servo import encoder_quantum, filter_share
+from drivetwin.emulator.machine import Axis as MachineAxis
 
 LOOP_PARAMETERS: dict[str, tuple[str, Callable[[float], float]]] = {
     "position_gain": ("position_gain", float),

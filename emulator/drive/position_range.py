@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from math import floor
 
-from emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
 
 RANGE, SOFTWARE_LIMIT = 0x607B, 0x607D
 INT32 = (-(1 << 31), (1 << 31) - 1)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from drive_profiles import DriveProfile
-from emulator.canopen.object_dictionary import ObjectDictionary, Variable
-from emulator.drive import motion_defaults, objects
-from emulator.machine import Axis, available_machines, load_machine
+from drivetwin.drive_profiles import DriveProfile
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary, Variable
+from drivetwin.emulator.drive import motion_defaults, objects
+from drivetwin.emulator.machine import Axis, available_machines, load_machine
 
 
 def commissioned_dictionary(profile: DriveProfile, axis: Axis) -> ObjectDictionary:

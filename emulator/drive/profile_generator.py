@@ -13,8 +13,8 @@ from math import copysign, inf, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.compiled import compiled
-from emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
+from drivetwin.foundation.compiled import compiled
 
 
 @dataclass(frozen=True)

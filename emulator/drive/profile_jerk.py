@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import inf
 
-from emulator.drive.axis import Axis
-from emulator.drive.objects import JERK_LIMITED_RAMP, number, optional
+from drivetwin.emulator.drive.axis import Axis
+from drivetwin.emulator.drive.objects import JERK_LIMITED_RAMP, number, optional
 
 
 def profile_jerk(axis: Axis, acceleration: float) -> float:

@@ -9,15 +9,15 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.drive.limits import PositionLimits, speed_limit
-from emulator.drive.mode import Axis, Mode
-from emulator.drive.objects import number, optional
-from emulator.drive.position_range import Rotary
-from emulator.drive.profile_generator import Bounds, Motion, Profile, change_speed, come_to_rest, move_to
-from emulator.drive.profile_jerk import profile_jerk
-from emulator.drive.servo import POSITION, TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
-from emulator.drive.state_machine import Controlword, Statusword
-from emulator.drive.windows import Window
+from drivetwin.emulator.drive.limits import PositionLimits, speed_limit
+from drivetwin.emulator.drive.mode import Axis, Mode
+from drivetwin.emulator.drive.objects import number, optional
+from drivetwin.emulator.drive.position_range import Rotary
+from drivetwin.emulator.drive.profile_generator import Bounds, Motion, Profile, change_speed, come_to_rest, move_to
+from drivetwin.emulator.drive.profile_jerk import profile_jerk
+from drivetwin.emulator.drive.servo import POSITION, TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
+from drivetwin.emulator.drive.state_machine import Controlword, Statusword
+from drivetwin.emulator.drive.windows import Window
 
 NEW_SETPOINT, CHANGE_IMMEDIATELY, RELATIVE = Controlword.MODE_BIT_4, Controlword.MODE_BIT_5, Controlword.MODE_BIT_6
 CHANGE_ON_SETPOINT = 1 << 9

@@ -5,11 +5,11 @@ from __future__ import annotations
 from math import inf
 from typing import ClassVar
 
-from emulator.drive.mode import Axis, Mode
-from emulator.drive.objects import number, optional
-from emulator.drive.ramp import approach
-from emulator.drive.servo import TORQUE_OFFSET, Loop
-from emulator.drive.state_machine import Statusword
+from drivetwin.emulator.drive.mode import Axis, Mode
+from drivetwin.emulator.drive.objects import number, optional
+from drivetwin.emulator.drive.ramp import approach
+from drivetwin.emulator.drive.servo import TORQUE_OFFSET, Loop
+from drivetwin.emulator.drive.state_machine import Statusword
 
 
 class ProfileTorque(Mode):

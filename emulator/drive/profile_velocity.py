@@ -5,14 +5,14 @@ from __future__ import annotations
 from math import inf
 from typing import ClassVar
 
-from emulator.drive.limits import cap_speed
-from emulator.drive.mode import Axis, Mode
-from emulator.drive.profile_generator import Bounds
-from emulator.drive.profile_jerk import profile_jerk
-from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
-from emulator.drive.speed_demand import SpeedDemand
-from emulator.drive.state_machine import Statusword
-from emulator.drive.windows import Window
+from drivetwin.emulator.drive.limits import cap_speed
+from drivetwin.emulator.drive.mode import Axis, Mode
+from drivetwin.emulator.drive.profile_generator import Bounds
+from drivetwin.emulator.drive.profile_jerk import profile_jerk
+from drivetwin.emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
+from drivetwin.emulator.drive.speed_demand import SpeedDemand
+from drivetwin.emulator.drive.state_machine import Statusword
+from drivetwin.emulator.drive.windows import Window
 
 REACHED = 0.01
 """Share of the target speed within which it counts as reached, where the drive has no 606Dh."""

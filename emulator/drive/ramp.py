@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from drivetwin.compiled import compiled
-from emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
+from drivetwin.foundation.compiled import compiled
 
 
 @compiled

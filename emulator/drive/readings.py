@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from emulator.drive import objects
-from emulator.drive.axis import Axis
-from emulator.drive.digital_io import digital_inputs
-from emulator.drive.scaling import Scaling, to_int32
+from drivetwin.emulator.drive import objects
+from drivetwin.emulator.drive.axis import Axis
+from drivetwin.emulator.drive.digital_io import digital_inputs
+from drivetwin.emulator.drive.scaling import Scaling, to_int32
 
 
 def install(axis: Axis, scaling: Callable[[], Scaling], power_on_angle: float, increments_per_radian: float) -> None:

@@ -13,9 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import pi
 
-from emulator.canopen.object_dictionary import ObjectDictionary
-from emulator.drive.objects import number, optional
-from emulator.drive.position_range import RANGE, PositionRange, Rotary
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.emulator.drive.objects import number, optional
+from drivetwin.emulator.drive.position_range import RANGE, PositionRange, Rotary
 
 FRACTIONS = (0x608F, 0x6091, 0x6092, 0x6093, 0x6094, 0x6096, 0x6097)
 NOTATIONS = (0x6089, 0x608B, 0x608D)

@@ -13,7 +13,7 @@ from math import floor, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.compiled import compiled
+from drivetwin.foundation.compiled import compiled
 
 SERVO_PERIOD = 125e-6
 """Speed and position loop of a ServoOne at 8 and 16 kHz switching frequency [s]."""

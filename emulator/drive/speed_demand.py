@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from emulator.drive.axis import Axis
-from emulator.drive.limits import PositionLimits
-from emulator.drive.profile_generator import Bounds, Motion, Profile, change_speed
-from emulator.drive.ramp import approach, ramp_cycle
-from emulator.drive.servo import SERVO_PERIOD, VELOCITY
+from drivetwin.emulator.drive.axis import Axis
+from drivetwin.emulator.drive.limits import PositionLimits
+from drivetwin.emulator.drive.profile_generator import Bounds, Motion, Profile, change_speed
+from drivetwin.emulator.drive.ramp import approach, ramp_cycle
+from drivetwin.emulator.drive.servo import SERVO_PERIOD, VELOCITY
 
 
 class SpeedDemand:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from enum import Enum, auto
 from math import inf, isfinite
 
-from emulator.drive.mode import Axis, Mode, Ramps
-from emulator.drive.ramp import ramp_cycle
-from emulator.drive.servo import POSITION, TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
-from emulator.drive.state_machine import Stop
-from emulator.drive.windows import Window
+from drivetwin.emulator.drive.mode import Axis, Mode, Ramps
+from drivetwin.emulator.drive.ramp import ramp_cycle
+from drivetwin.emulator.drive.servo import POSITION, TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
+from drivetwin.emulator.drive.state_machine import Stop
+from drivetwin.emulator.drive.windows import Window
 
 
 class Way(Enum):

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from math import inf
 
-from emulator.drive import faults
-from emulator.drive.axis import Axis
-from emulator.drive.faults import Fault
-from emulator.drive.limits import motor_speed_limit
-from emulator.drive.objects import number, optional
-from emulator.drive.scaling import Scaling
-from emulator.drive.servo import Alarm, filter_share
-from emulator.machine import Motor
+from drivetwin.emulator.drive import faults
+from drivetwin.emulator.drive.axis import Axis
+from drivetwin.emulator.drive.faults import Fault
+from drivetwin.emulator.drive.limits import motor_speed_limit
+from drivetwin.emulator.drive.objects import number, optional
+from drivetwin.emulator.drive.scaling import Scaling
+from drivetwin.emulator.drive.servo import Alarm, filter_share
+from drivetwin.emulator.machine import Motor
 
 OFF = 0xFFFFFFFF
 """A following error window of this value, or 0, is switched off (6065h; 22E7h of a ServoOne)."""

@@ -12,11 +12,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drive_profiles import Role
-from emulator.canopen.object_dictionary import Variable
-from emulator.drive.axis import Axis
-from emulator.drive.objects import before_change, optional
-from emulator.drive.servo import TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
+from drivetwin.drive_profiles import Role
+from drivetwin.emulator.canopen.object_dictionary import Variable
+from drivetwin.emulator.drive.axis import Axis
+from drivetwin.emulator.drive.objects import before_change, optional
+from drivetwin.emulator.drive.servo import TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
 
 POINTS = 5
 ALWAYS_ACTIVE = 3

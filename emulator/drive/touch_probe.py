@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.data_types import Value
-from emulator.drive.axis import Axis
-from emulator.drive.objects import optional
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.data_types import Value
+from drivetwin.emulator.drive.axis import Axis
+from drivetwin.emulator.drive.objects import optional
 
 ENABLE, CONTINUOUS, ZERO_IMPULSE, POSITIVE, NEGATIVE = 1 << 0, 1 << 1, 1 << 2, 1 << 4, 1 << 5
 """Bits of 60B8h; those of touch probe 2 are 8 further."""

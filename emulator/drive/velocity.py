@@ -5,11 +5,11 @@ from __future__ import annotations
 from math import copysign, inf
 from typing import ClassVar
 
-from emulator.drive.limits import RPM, cap_speed
-from emulator.drive.mode import Axis, Mode, Ramps
-from emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
-from emulator.drive.speed_demand import SpeedDemand
-from emulator.drive.state_machine import Controlword
+from drivetwin.emulator.drive.limits import RPM, cap_speed
+from drivetwin.emulator.drive.mode import Axis, Mode, Ramps
+from drivetwin.emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
+from drivetwin.emulator.drive.speed_demand import SpeedDemand
+from drivetwin.emulator.drive.state_machine import Controlword
 
 ENABLE_RAMP, UNLOCK_RAMP, REFERENCE_RAMP = Controlword.MODE_BIT_4, Controlword.MODE_BIT_5, Controlword.MODE_BIT_6
 

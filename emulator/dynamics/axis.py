@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from emulator.dynamics.encoder import Encoder
-from emulator.dynamics.friction import FrictionLaw
-from emulator.dynamics.load import Load
-from emulator.dynamics.motor import Motor, Ripple
-from emulator.dynamics.resistance import Resisting
-from emulator.dynamics.transmission import Transmission
+from drivetwin.emulator.dynamics.encoder import Encoder
+from drivetwin.emulator.dynamics.friction import FrictionLaw
+from drivetwin.emulator.dynamics.load import Load
+from drivetwin.emulator.dynamics.motor import Motor, Ripple
+from drivetwin.emulator.dynamics.resistance import Resisting
+from drivetwin.emulator.dynamics.transmission import Transmission
 
 
 @dataclass(frozen=True)

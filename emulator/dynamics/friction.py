@@ -10,10 +10,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.compiled import compiled
-from emulator.dynamics.motion import Motion
-from emulator.dynamics.place import Place
-from emulator.dynamics.records import records
+from drivetwin.emulator.dynamics.motion import Motion
+from drivetwin.emulator.dynamics.place import Place
+from drivetwin.emulator.dynamics.records import records
+from drivetwin.foundation.compiled import compiled
 
 BRISTLES = 4
 """Elements of the Maxwell-slip model."""

@@ -8,9 +8,9 @@ from math import inf, sin
 
 import mujoco
 
-from drivetwin.compiled import compiled
-from emulator.dynamics.place import Place
-from emulator.dynamics.records import records
+from drivetwin.emulator.dynamics.place import Place
+from drivetwin.emulator.dynamics.records import records
+from drivetwin.foundation.compiled import compiled
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics.place import Place
+from drivetwin.emulator.dynamics.place import Place
 
 
 class Part(Protocol):

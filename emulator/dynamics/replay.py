@@ -8,12 +8,12 @@ from math import ceil, copysign, cos, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.compiled import compiled
-from emulator.dynamics.axis import AxisDynamics
-from emulator.dynamics.friction import BRISTLES, bristles_torque, level_at
-from emulator.dynamics.motion import Motion
-from emulator.dynamics.records import records
-from emulator.dynamics.transmission import Transmission
+from drivetwin.emulator.dynamics.axis import AxisDynamics
+from drivetwin.emulator.dynamics.friction import BRISTLES, bristles_torque, level_at
+from drivetwin.emulator.dynamics.motion import Motion
+from drivetwin.emulator.dynamics.records import records
+from drivetwin.emulator.dynamics.transmission import Transmission
+from drivetwin.foundation.compiled import compiled
 
 _IMPLICIT = 0.52
 """Share of the new value in the theta rule: hardly more than a half, so that a spring too stiff to follow dies out."""

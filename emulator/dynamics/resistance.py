@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics.place import Place
+from drivetwin.emulator.dynamics.place import Place
 
 
 class Resisting(Protocol):

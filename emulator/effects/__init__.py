@@ -1,6 +1,6 @@
 """The library of effects: one class a file, found by listing this folder; those of others in packages or files of their own."""
 
-from emulator.effects.base import (
+from drivetwin.emulator.effects.base import (
     FAMILIES,
     AxisEffect,
     DriveEffect,
@@ -17,9 +17,9 @@ from emulator.effects.base import (
     TorqueEffect,
     Unit,
 )
-from emulator.effects.file import PlacedEffect, read_effects
-from emulator.effects.ground import Ground, Site
-from emulator.effects.library import EffectFile, add_effects, added_effects, library, read_effect_file
+from drivetwin.emulator.effects.file import PlacedEffect, read_effects
+from drivetwin.emulator.effects.ground import Ground, Site
+from drivetwin.emulator.effects.library import EffectFile, add_effects, added_effects, library, read_effect_file
 
 __all__ = [
     "FAMILIES",

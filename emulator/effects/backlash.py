@@ -10,12 +10,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import replayed
-from emulator.effects.base import DAMPING, POSITION, STIFFNESS, Exciting, Look, Need, Parameter, ReplayedEffect, Start
-from emulator.effects.ground import Ground
-from emulator.effects.springs import springs, too_soft
-from emulator.effects.waves import travel
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.dynamics.replay import replayed
+from drivetwin.emulator.effects.base import DAMPING, POSITION, STIFFNESS, Exciting, Look, Need, Parameter, ReplayedEffect, Start
+from drivetwin.emulator.effects.ground import Ground
+from drivetwin.emulator.effects.springs import springs, too_soft
+from drivetwin.emulator.effects.waves import travel
 
 _FLANKS = (15.0, 45.0)
 """How fast the link swings on a flank of a locked motor [Hz]."""
@@ -24,6 +24,8 @@ _CROSSING_TIMES = (0.003, 0.08)
 _SHARES = (1e-3, 0.08)
 """Of the travel, that a gap may be."""
 _GAPS = 8
+LARGEST_GAP = (0.02, 0.2)
+"""Of a slide [m], of a hinge [rad]."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,10 @@ class Backlash(ReplayedEffect):
 
     def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return replayed(motion, self._on(axis))
+
+    def bounds(self, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
+        """A gear has minutes of arc of play, a hobby servo a degree or two: what has ten times that is no drive train."""
+        return super().bounds(axis) | {"gap": (0.0, LARGEST_GAP[0] if axis.slide else LARGEST_GAP[1])}
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         return too_soft(motion, self.stiffness)

@@ -12,9 +12,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.dynamics.replay import needed_acceleration, needed_torque
-from emulator.effects.ground import Ground, Site
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from drivetwin.emulator.dynamics.replay import needed_acceleration, needed_torque
+from drivetwin.emulator.effects.ground import Ground, Site
 
 FAMILIES = ("friction", "rigid body", "motor and drive", "transmission", "sensing and timing")
 """In the order in which torque and motion pass them: an effect is predicted on an axis that has those before it."""

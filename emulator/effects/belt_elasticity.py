@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import mujoco
 
-from drivetwin.errors import UserError
-from emulator.dynamics import AxisDynamics
-from emulator.effects.base import DAMPING, STIFFNESS, Effect, Parameter
-from emulator.effects.model_tree import position_of
+from drivetwin.emulator.dynamics import AxisDynamics
+from drivetwin.emulator.effects.base import DAMPING, STIFFNESS, Effect, Parameter
+from drivetwin.emulator.effects.model_tree import position_of
+from drivetwin.foundation.errors import UserError
 
 
 @dataclass(frozen=True)

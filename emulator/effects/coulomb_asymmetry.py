@@ -8,9 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import TORQUE, Exciting, FrictionEffect, Look, Need, Parameter, Start
-from emulator.effects.ground import Ground
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from drivetwin.emulator.effects.base import TORQUE, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from drivetwin.emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)

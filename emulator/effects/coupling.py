@@ -7,11 +7,11 @@ from typing import ClassVar
 
 import mujoco
 
-from drivetwin.errors import UserError
-from emulator.dynamics import AxisDynamics
-from emulator.effects.base import INERTIA, NUMBER, Exciting, Look, ModelEffect, Need, Parameter
-from emulator.effects.ground import Ground, Site
-from emulator.effects.model_tree import clear_defaults, driven_joint_before, free_name
+from drivetwin.emulator.dynamics import AxisDynamics
+from drivetwin.emulator.effects.base import INERTIA, NUMBER, Exciting, Look, ModelEffect, Need, Parameter
+from drivetwin.emulator.effects.ground import Ground, Site
+from drivetwin.emulator.effects.model_tree import clear_defaults, driven_joint_before, free_name
+from drivetwin.foundation.errors import UserError
 
 
 @dataclass(frozen=True)

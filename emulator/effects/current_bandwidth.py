@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from emulator.dynamics import AxisDynamics
-from emulator.effects.base import FREQUENCY, DriveEffect, Exciting, Look, Need, Parameter
-from emulator.effects.ground import Ground
+from drivetwin.emulator.dynamics import AxisDynamics
+from drivetwin.emulator.effects.base import FREQUENCY, DriveEffect, Exciting, Look, Need, Parameter
+from drivetwin.emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import needed_acceleration, needed_torque
-from emulator.effects.base import TIME, AxisEffect, Exciting, Look, Need, Parameter, Start
-from emulator.effects.ground import Ground
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.dynamics.replay import needed_acceleration, needed_torque
+from drivetwin.emulator.effects.base import TIME, AxisEffect, Exciting, Look, Need, Parameter, Start
+from drivetwin.emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)

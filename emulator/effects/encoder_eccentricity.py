@@ -11,11 +11,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import replayed
-from emulator.effects.base import ANGLE, POSITION, Exciting, Look, Need, Parameter, ReplayedEffect, Start
-from emulator.effects.ground import Ground
-from emulator.effects.waves import amplitude_and_phase
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.dynamics.replay import replayed
+from drivetwin.emulator.effects.base import ANGLE, POSITION, Exciting, Look, Need, Parameter, ReplayedEffect, Start
+from drivetwin.emulator.effects.ground import Ground
+from drivetwin.emulator.effects.waves import amplitude_and_phase
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from drivetwin.errors import UserError
-from drivetwin.text_files import parse_json
-from emulator.effects.base import Effect
-from emulator.effects.library import library
+from drivetwin.emulator.effects.base import Effect
+from drivetwin.emulator.effects.library import library
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.text_files import parse_json
 
 
 class _Value(BaseModel):

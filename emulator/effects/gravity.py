@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.load import Load
-from emulator.effects.base import ANGLE, TORQUE, Exciting, Look, Need, Parameter, Start, StaticEffect
-from emulator.effects.ground import Ground
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.dynamics.load import Load
+from drivetwin.emulator.effects.base import ANGLE, TORQUE, Exciting, Look, Need, Parameter, Start, StaticEffect
+from drivetwin.emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)

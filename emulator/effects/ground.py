@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi, sqrt
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics, Motion
-
-if TYPE_CHECKING:
-    from emulator.effects.base import Effect
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
 
 SHARE = (0.09, 0.25)
 """Torque of an effect as a share of the axis's, both rms while it moves."""
@@ -41,7 +38,8 @@ class Ground:
     """An axis as the model has it, on the motion (n,) that is asked of it; joint side, SI.
 
     `moving` (n,): where it does not stand; `bandwidth` [rad/s] of its velocity loop; `load_at` [m]: where its outermost body
-    could carry something; `of_bodies`: the torque (n,) that an effect on the rigid bodies costs it.
+    could carry something; `of_bodies`: the torque (n,) that an effect on the rigid bodies costs it (`Any`: effects
+    stand above the ground that they are drawn for).
     """
 
     draw: np.random.Generator
@@ -53,7 +51,7 @@ class Ground:
     max_acceleration: float
     bandwidth: float
     load_at: tuple[float, float, float]
-    of_bodies: Callable[[Effect], NDArray[np.float64]]
+    of_bodies: Callable[[Any], NDArray[np.float64]]
 
     @property
     def middle(self) -> float:

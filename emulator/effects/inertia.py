@@ -10,9 +10,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import INERTIA, Exciting, Look, Need, Parameter, Start, StaticEffect
-from emulator.effects.ground import Ground
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.effects.base import INERTIA, Exciting, Look, Need, Parameter, Start, StaticEffect
+from drivetwin.emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from hashlib import sha256
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from traceback import extract_tb
 from types import ModuleType
 
-from drivetwin.errors import UserError
-from emulator.effects.base import FAMILIES, DriveEffect, Effect, Parameter
-
-GROUP = "drivetwin.effects"
-"""Of entry points: each names a module with effects, or the class of one."""
+from drivetwin.emulator.effects.base import FAMILIES, DriveEffect, Effect, Parameter
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.plugins import Plugins
 
 
 @dataclass(frozen=True)
@@ -43,14 +38,7 @@ def library() -> Mapping[str, type[Effect]]:
 
     Raises UserError for a package or a file that does not import, holds no effect, one that lacks something, or a name twice.
     """
-    found: dict[str, type[Effect]] = {}
-    origin: dict[str, str] = {}
-    for where, kinds in _sources():
-        for kind in kinds:
-            if kind.name in found:
-                raise UserError(f"{where}: effect {kind.name!r} is in the library already, by {origin[kind.name]}: rename one")
-            found[kind.name], origin[kind.name] = kind, where
-    return found
+    return EFFECTS.found((file.path, _of_file(file)) for file in _added)
 
 
 def read_effect_file(path: Path) -> EffectFile:
@@ -84,31 +72,6 @@ def added_effects() -> tuple[EffectFile, ...]:
     return tuple(_added)
 
 
-def _sources() -> Iterator[tuple[str, list[type[Effect]]]]:
-    """Where effects stand, and which."""
-    for info in pkgutil.iter_modules([str(Path(__file__).parent)]):
-        module = importlib.import_module(f"emulator.effects.{info.name}")
-        yield module.__name__, _effects_in(module, module.__name__)
-    for point in sorted(entry_points(group=GROUP)):
-        yield f"entry point {point.name} = {point.value}", _of_package(point)
-    for file in _added:
-        yield file.path, _of_file(file)
-
-
-def _of_package(point: EntryPoint) -> list[type[Effect]]:
-    where = f"entry point {point.name} = {point.value} ({GROUP})"
-    try:
-        loaded = point.load()
-    except Exception as error:  # noqa: BLE001  # a stranger's code may raise anything
-        raise UserError(f"{where} does not import: {type(error).__name__}: {error}; mend or uninstall the package") from None
-    if isinstance(loaded, ModuleType):
-        return _some(_effects_in(loaded, where), where)
-    if not (isinstance(loaded, type) and issubclass(loaded, Effect)):
-        raise UserError(f"{where}: expected a module or a subclass of emulator.effects.Effect, got {loaded!r}")
-    _check(loaded, where)
-    return [loaded]
-
-
 @cache
 def _of_file(file: EffectFile) -> list[type[Effect]]:
     """Executed once a process, so that a class stays itself."""
@@ -120,7 +83,7 @@ def _of_file(file: EffectFile) -> list[type[Effect]]:
     except Exception as error:  # noqa: BLE001  # a stranger's code may raise anything
         del sys.modules[module.__name__]
         raise UserError(f"{file.path}{_line(error, file.path)}: {type(error).__name__}: {error}") from None
-    return _some(_effects_in(module, file.path), file.path)
+    return EFFECTS.some(module, file.path)
 
 
 def _line(error: Exception, path: str) -> str:
@@ -128,26 +91,6 @@ def _line(error: Exception, path: str) -> str:
     at = [frame.lineno for frame in extract_tb(error.__traceback__) if frame.filename == path]
     line = error.lineno if isinstance(error, SyntaxError) else at[-1] if at else None
     return "" if line is None else f":{line}"
-
-
-def _some(kinds: list[type[Effect]], where: str) -> list[type[Effect]]:
-    if not kinds:
-        raise UserError(f"{where}: holds no effect; expected a subclass of emulator.effects.Effect with a `name`")
-    return kinds
-
-
-def _effects_in(module: ModuleType, where: str) -> list[type[Effect]]:
-    """Classes that the module defines and gives a name; its helpers and bases have none."""
-    own = [kind for kind in vars(module).values() if isinstance(kind, type) and issubclass(kind, Effect)]
-    named = [kind for kind in own if kind.__module__ == module.__name__ and "name" in vars(kind)]
-    for kind in named:
-        _check(kind, where)
-    return named
-
-
-def _check(kind: type[Effect], where: str) -> None:
-    if flaw := _flaw(kind):
-        raise UserError(f"{where}: {kind.__name__}: {flaw}; docs/effects.md says what an effect is")
 
 
 def _flaw(kind: type[Effect]) -> str | None:
@@ -169,3 +112,8 @@ def _flaw_of_parameters(kind: type[Effect]) -> str | None:
     if issubclass(kind, DriveEffect) and len(told) != 1:
         return f"parameters: {', '.join(told)}; expected one, as of every DriveEffect"
     return None
+
+
+EFFECTS: Plugins[Effect] = Plugins(
+    "effect", Effect, "drivetwin.emulator.effects", "drivetwin.effects", "docs/effects.md", flaw=_flaw
+)

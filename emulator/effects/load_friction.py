@@ -9,10 +9,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.dynamics.replay import needed_torque
-from emulator.effects.base import NUMBER, Exciting, FrictionEffect, Look, Need, Parameter, Start
-from emulator.effects.ground import Ground
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from drivetwin.emulator.dynamics.replay import needed_torque
+from drivetwin.emulator.effects.base import NUMBER, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from drivetwin.emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ from typing import ClassVar
 import mujoco
 import numpy as np
 
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import LENGTH, MASS, Exciting, Look, ModelEffect, Need, Parameter
-from emulator.effects.ground import Ground, Site
-from emulator.effects.model_tree import free_name, outermost
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.effects.base import LENGTH, MASS, Exciting, Look, ModelEffect, Need, Parameter
+from drivetwin.emulator.effects.ground import Ground, Site
+from drivetwin.emulator.effects.model_tree import free_name, outermost
 
 _PLACE = 0.02
 """Of a place [m], the least that matters: it may well be at 0."""

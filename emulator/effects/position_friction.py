@@ -9,10 +9,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import ANGLE, POSITION, TORQUE, Exciting, FrictionEffect, Look, Need, Parameter, Start
-from emulator.effects.ground import Ground
-from emulator.effects.waves import FRACTIONAL, amplitude_and_phase, long_waves, strongest, travel, unexplained
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from drivetwin.emulator.effects.base import ANGLE, POSITION, TORQUE, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from drivetwin.emulator.effects.ground import Ground
+from drivetwin.emulator.effects.waves import FRACTIONAL, amplitude_and_phase, long_waves, strongest, travel, unexplained
 
 _PERIODS = 16
 

@@ -11,11 +11,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import motor_torque, needed_torque
-from emulator.effects.base import DAMPING, STIFFNESS, AxisEffect, Exciting, Look, Need, Parameter, Start
-from emulator.effects.ground import Ground
-from emulator.effects.waves import travel
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.dynamics.replay import motor_torque, needed_torque
+from drivetwin.emulator.effects.base import DAMPING, STIFFNESS, AxisEffect, Exciting, Look, Need, Parameter, Start
+from drivetwin.emulator.effects.ground import Ground
+from drivetwin.emulator.effects.waves import travel
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects.base import POSITION, STIFFNESS, Exciting, Look, Need, Parameter, Start, StaticEffect
-from emulator.effects.ground import Ground
-from emulator.effects.model_tree import as_written
-from emulator.effects.waves import travel
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.effects.base import POSITION, STIFFNESS, Exciting, Look, Need, Parameter, Start, StaticEffect
+from drivetwin.emulator.effects.ground import Ground
+from drivetwin.emulator.effects.model_tree import as_written
+from drivetwin.emulator.effects.waves import travel
 
 
 @dataclass(frozen=True)

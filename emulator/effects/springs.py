@@ -7,7 +7,7 @@ from math import log, pi, sqrt
 
 import numpy as np
 
-from emulator.dynamics import Motion
+from drivetwin.emulator.dynamics import Motion
 
 
 def springs(motion: Motion, frequency: float, damping_ratios: Iterable[float]) -> list[tuple[float, float]]:

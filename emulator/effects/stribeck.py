@@ -8,10 +8,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import NUMBER, TORQUE, VELOCITY, Exciting, FrictionEffect, Look, Need, Parameter, Start
-from emulator.effects.ground import Ground
-from emulator.effects.waves import top_speed
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from drivetwin.emulator.effects.base import NUMBER, TORQUE, VELOCITY, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from drivetwin.emulator.effects.ground import Ground
+from drivetwin.emulator.effects.waves import top_speed
 
 
 @dataclass(frozen=True)

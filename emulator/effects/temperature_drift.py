@@ -8,9 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import NUMBER, TIME, Exciting, FrictionEffect, Look, Need, Parameter, Start
-from emulator.effects.ground import Ground
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from drivetwin.emulator.effects.base import NUMBER, TIME, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from drivetwin.emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,10 @@ class TemperatureDrift(FrictionEffect):
 
     def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(law, cold=self.cold, warming_time=self.time_constant)
+
+    def bounds(self, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
+        """Cold friction is up to four times the warm one; a gear warms in minutes to hours (Bittencourt, Gunnarsson 2012)."""
+        return {"cold": (-0.75, 3.0), "time_constant": (5.0, 2e4)}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

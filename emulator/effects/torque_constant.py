@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import needed_torque
-from emulator.effects.base import NUMBER, AxisEffect, Exciting, Look, Need, Parameter, Start, StaticEffect
-from emulator.effects.ground import Ground
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.dynamics.replay import needed_torque
+from drivetwin.emulator.effects.base import NUMBER, AxisEffect, Exciting, Look, Need, Parameter, Start, StaticEffect
+from drivetwin.emulator.effects.ground import Ground
 
 _SCATTER = 0.15
 

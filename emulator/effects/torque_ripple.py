@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics, Motion, Ripple
-from emulator.effects.base import ANGLE, NUMBER, TORQUE, Exciting, Look, Need, Parameter, Start, StaticEffect
-from emulator.effects.ground import Ground
-from emulator.effects.waves import FRACTIONAL, amplitude_and_phase, orders, turns_apart, unexplained
+from drivetwin.emulator.dynamics import AxisDynamics, Motion, Ripple
+from drivetwin.emulator.effects.base import ANGLE, NUMBER, TORQUE, Exciting, Look, Need, Parameter, Start, StaticEffect
+from drivetwin.emulator.effects.ground import Ground
+from drivetwin.emulator.effects.waves import FRACTIONAL, amplitude_and_phase, orders, turns_apart, unexplained
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.dynamics import AxisDynamics
-from emulator.effects.base import TORQUE, DriveEffect, Exciting, Look, Need, Parameter
-from emulator.effects.ground import Ground
+from drivetwin.emulator.dynamics import AxisDynamics
+from drivetwin.emulator.effects.base import TORQUE, DriveEffect, Exciting, Look, Need, Parameter
+from drivetwin.emulator.effects.ground import Ground
 
 _BINS = 200
 _TRIES = 6

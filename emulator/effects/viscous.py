@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects.base import DAMPING, Exciting, FrictionEffect, Look, Need, Parameter, Start
-from emulator.effects.ground import Ground
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from drivetwin.emulator.effects.base import DAMPING, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from drivetwin.emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.dynamics.replay import needed_torque
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.dynamics.replay import needed_torque
 
 _BINS = 8192
 _NEIGHBOURS = 65

@@ -6,9 +6,9 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
-from drivetwin.errors import UserError
-from emulator.faults.parameter import ALL, Parameter
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.faults.parameter import ALL, Parameter
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.errors import UserError
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,12 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
-from drivetwin.errors import UserError
-from emulator.faults.base import LastingFault
-from emulator.faults.choice import Choice, EveryNth, WithProbability
-from emulator.faults.frames import Direction, Disturbance, Selective
-from emulator.faults.parameter import NODE, Number, Parameter, Whole, Word
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.faults.base import LastingFault
+from drivetwin.emulator.faults.parameter import NODE, Number, Parameter, Whole, Word
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.wire.choice import Choice, EveryNth, WithProbability
+from drivetwin.emulator.wire.frames import Direction, Disturbance, Selective
+from drivetwin.foundation.errors import UserError
 
 FRAME_PARAMETERS: tuple[Parameter, ...] = (
     NODE,

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from random import Random
 from typing import ClassVar
 
-from emulator.faults.frame_fault import FRAME_PARAMETERS, FrameFault
-from emulator.faults.frames import Carry, Disturbance, Frame
-from emulator.faults.parameter import Parameter, Whole
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.faults.frame_fault import FRAME_PARAMETERS, FrameFault
+from drivetwin.emulator.faults.parameter import Parameter, Whole
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.wire.frames import Carry, Disturbance, Frame
 
 
 class Corrupted:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from emulator.faults.frame_fault import FrameFault
-from emulator.faults.frames import Carry, Disturbance, Frame
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.faults.frame_fault import FrameFault
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.wire.frames import Carry, Disturbance, Frame
 
 
 class Doubled:

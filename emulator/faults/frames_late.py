@@ -6,12 +6,12 @@ from collections import deque
 from dataclasses import dataclass
 from typing import ClassVar
 
-from emulator.canopen.alarms import Alarms
-from emulator.canopen.timing import TOLERANCE
-from emulator.faults.frame_fault import FRAME_PARAMETERS, FrameFault
-from emulator.faults.frames import Carry, Disturbance, Frame
-from emulator.faults.parameter import Number, Parameter
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.canopen.alarms import Alarms
+from drivetwin.emulator.canopen.timing import TOLERANCE
+from drivetwin.emulator.faults.frame_fault import FRAME_PARAMETERS, FrameFault
+from drivetwin.emulator.faults.parameter import Number, Parameter
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.wire.frames import Carry, Disturbance, Frame
 
 
 class Late:

@@ -1,37 +1,31 @@
-"""Finds every fault of this folder, so that adding a fault is adding a file, and reads one of a scenario or a command line."""
+"""Every fault there is, one a file of this folder and those of packages; and reading one of a scenario or a command line."""
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
-from inspect import isabstract
-from pathlib import Path
-from types import ModuleType
+from functools import cache
 
-from drivetwin.errors import UserError
-from emulator.faults.base import Fault
-
-_NOT_FAULTS = {"base", "choice", "frame_fault", "frames", "library", "parameter", "restart", "wire"}
+from drivetwin.emulator.faults.base import Fault
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.plugins import Plugins
 
 
-def _faults_in(module: ModuleType) -> list[type[Fault]]:
-    return [
-        kind
-        for kind in vars(module).values()
-        if isinstance(kind, type) and issubclass(kind, Fault) and not isabstract(kind) and kind.__module__ == module.__name__
-    ]
+def _flaw(kind: type[Fault]) -> str | None:
+    parameters = [parameter.name for parameter in getattr(kind, "parameters", ())]
+    own = [field.name for field in fields(kind)]
+    if parameters == own:
+        return None
+    return f"parameters: {', '.join(parameters) or 'none'}; expected its fields: {', '.join(own)}"
 
 
-def _every_fault() -> dict[str, type[Fault]]:
-    folder = pkgutil.iter_modules([str(Path(__file__).parent)])
-    modules = [importlib.import_module(f"emulator.faults.{info.name}") for info in folder if info.name not in _NOT_FAULTS]
-    return {fault.name: fault for module in modules for fault in _faults_in(module)}
+FAULTS: Plugins[Fault] = Plugins("fault", Fault, "drivetwin.emulator.faults", "drivetwin.faults", "docs/faults.md", flaw=_flaw)
 
 
-FAULTS: Mapping[str, type[Fault]] = _every_fault()
-"""Every fault by its name."""
+@cache
+def library() -> Mapping[str, type[Fault]]:
+    """Every fault by its name."""
+    return FAULTS.found()
 
 
 def read_fault(given: Mapping[str, object]) -> Fault:
@@ -41,9 +35,9 @@ def read_fault(given: Mapping[str, object]) -> Fault:
     node says `Fault.axes`.
     """
     name = given.get("fault")
-    if not isinstance(name, str) or name not in FAULTS:
-        raise UserError(f"unknown fault {name!r}; there are {', '.join(FAULTS)}")
-    kind = FAULTS[name]
+    if not isinstance(name, str) or name not in library():
+        raise UserError(f"unknown fault {name!r}; there are {', '.join(library())}")
+    kind = library()[name]
     told = {key: value for key, value in given.items() if key != "fault" and value is not None}
     known = {parameter.name: parameter for parameter in kind.parameters}
     if unknown := set(told) - set(known):

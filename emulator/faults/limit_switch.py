@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import ClassVar
 
-from emulator.drive.hardware import Hardware
-from emulator.faults.base import LastingFault
-from emulator.faults.parameter import NODE, Parameter, Word
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.drive.hardware import Hardware
+from drivetwin.emulator.faults.base import LastingFault
+from drivetwin.emulator.faults.parameter import NODE, Parameter, Word
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 NEGATIVE, POSITIVE = "negative", "positive"
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from emulator.faults.base import Fault
-from emulator.faults.parameter import NODE, Parameter
-from emulator.faults.restart import OFF, restart
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.faults.base import Fault
+from drivetwin.emulator.faults.parameter import NODE, Parameter
+from drivetwin.emulator.faults.restart import OFF, restart
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 
 @dataclass(frozen=True)

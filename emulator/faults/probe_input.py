@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from emulator.drive.hardware import ALWAYS, NEVER
-from emulator.faults.base import LastingFault
-from emulator.faults.parameter import NODE, Parameter, Whole
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.drive.hardware import ALWAYS, NEVER
+from drivetwin.emulator.faults.base import LastingFault
+from drivetwin.emulator.faults.parameter import NODE, Parameter, Whole
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from emulator.faults.parameter import Number
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.faults.parameter import Number
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 OFF = Number("off", "how long it is off, in simulated time; 0: it boots at once", "s", 0.0, 3600.0)
 

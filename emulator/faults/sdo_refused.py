@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from emulator.canopen.sdo_server import REQUEST_COB_ID, RESPONSE_COB_ID
-from emulator.faults.base import LastingFault
-from emulator.faults.frames import Carry, Direction, Frame
-from emulator.faults.parameter import NODE, Parameter, Whole
-from emulator.faults.wire import FaultyWire
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.canopen.sdo_server import REQUEST_COB_ID, RESPONSE_COB_ID
+from drivetwin.emulator.faults.base import LastingFault
+from drivetwin.emulator.faults.parameter import NODE, Parameter, Whole
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.wire.faulty_wire import FaultyWire
+from drivetwin.emulator.wire.frames import Carry, Direction, Frame
 
 INITIATE_DOWNLOAD = 1
 """Client command specifier (CiA 301, 7.2.4.3.3)."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from emulator.canopen.sdo_server import REQUEST_COB_ID
-from emulator.faults.base import LastingFault
-from emulator.faults.choice import EveryNth
-from emulator.faults.frames import Direction, Selective
-from emulator.faults.frames_lost import Lost
-from emulator.faults.parameter import NODE, Parameter
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.canopen.sdo_server import REQUEST_COB_ID
+from drivetwin.emulator.faults.base import LastingFault
+from drivetwin.emulator.faults.frames_lost import Lost
+from drivetwin.emulator.faults.parameter import NODE, Parameter
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.wire.choice import EveryNth
+from drivetwin.emulator.wire.frames import Direction, Selective
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from emulator.faults.base import LastingFault
-from emulator.faults.parameter import NODE, Parameter
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.faults.base import LastingFault
+from drivetwin.emulator.faults.parameter import NODE, Parameter
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 
 @dataclass(frozen=True)

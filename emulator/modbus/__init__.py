@@ -4,7 +4,7 @@ One thread owns the machine. Ports (TCP, serial line) read frames in threads of 
 owner answers them between two CAN frames, so that no drive needs a lock.
 """
 
-from emulator.modbus.ports import serve_modbus
-from emulator.modbus.service import ModbusService
+from drivetwin.emulator.modbus.ports import serve_modbus
+from drivetwin.emulator.modbus.service import ModbusService
 
 __all__ = ["ModbusService", "serve_modbus"]

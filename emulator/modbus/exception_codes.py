@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from emulator.canopen.abort_codes import AbortCode
+from drivetwin.emulator.canopen.abort_codes import AbortCode
 
 EXCEPTION_BIT = 0x80
 """Set in the function code of a refusal (clause 4.1)."""

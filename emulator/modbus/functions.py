@@ -8,8 +8,8 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Sequence
 
-from emulator.modbus.exception_codes import ExceptionCode, ModbusException
-from emulator.modbus.registers import Registers
+from drivetwin.emulator.modbus.exception_codes import ExceptionCode, ModbusException
+from drivetwin.emulator.modbus.registers import Registers
 
 MOST_READ = 125
 MOST_WRITTEN = 123

@@ -13,9 +13,9 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass, replace
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.canopen.object_dictionary import ObjectDictionary
-from emulator.modbus.exception_codes import EXCEPTION_BIT, ExceptionCode, ModbusException
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.emulator.modbus.exception_codes import EXCEPTION_BIT, ExceptionCode, ModbusException
 
 FUNCTION = 0x2B
 MEI_TYPE = 0x0D

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
-from drivetwin.errors import UserError
-from emulator.modbus.mailbox import Mailbox
-from emulator.modbus.rtu import RtuPort
-from emulator.modbus.service import ModbusService
-from emulator.modbus.tcp import TcpPort
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.modbus.mailbox import Mailbox
+from drivetwin.emulator.modbus.rtu import RtuPort
+from drivetwin.emulator.modbus.service import ModbusService
+from drivetwin.emulator.modbus.tcp import TcpPort
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.errors import UserError
 
 LOOPBACK = "127.0.0.1"
 

@@ -9,12 +9,12 @@ import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from drive_profiles import DataType
-from drive_profiles.modbus_map import REGISTERS, ModbusMap
-from emulator.canopen.abort_codes import SdoAbort
-from emulator.canopen.data_types import FORMATS, Value, saturate
-from emulator.canopen.object_dictionary import ObjectDictionary, Variable
-from emulator.modbus.exception_codes import ExceptionCode, ModbusException, of_abort
+from drivetwin.drive_profiles import DataType
+from drivetwin.drive_profiles.modbus_map import REGISTERS, ModbusMap
+from drivetwin.emulator.canopen.abort_codes import SdoAbort
+from drivetwin.emulator.canopen.data_types import FORMATS, Value, saturate
+from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary, Variable
+from drivetwin.emulator.modbus.exception_codes import ExceptionCode, ModbusException, of_abort
 
 _WIDENED = {DataType.BOOL: "H", DataType.U8: "H", DataType.I8: "h"}
 """Values of less than 16 bits take a whole register, with their sign."""

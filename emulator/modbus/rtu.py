@@ -16,9 +16,9 @@ import threading
 import tty
 from collections.abc import Callable
 
-from drivetwin.errors import UserError
-from emulator.modbus.mailbox import Mailbox
-from emulator.modbus.service import ModbusService
+from drivetwin.emulator.modbus.mailbox import Mailbox
+from drivetwin.emulator.modbus.service import ModbusService
+from drivetwin.foundation.errors import UserError
 
 logger = logging.getLogger(__name__)
 

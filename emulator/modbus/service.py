@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drive_profiles.modbus_map import load_modbus_map
-from emulator.drive.drive import Drive
-from emulator.modbus import gateway
-from emulator.modbus.arbitration import Arbitration
-from emulator.modbus.exception_codes import ExceptionCode, ModbusException, refusal
-from emulator.modbus.functions import FUNCTIONS, WRITING
-from emulator.modbus.registers import Registers
+from drivetwin.drive_profiles.modbus_map import load_modbus_map
+from drivetwin.emulator.drive.drive import Drive
+from drivetwin.emulator.modbus import gateway
+from drivetwin.emulator.modbus.arbitration import Arbitration
+from drivetwin.emulator.modbus.exception_codes import ExceptionCode, ModbusException, refusal
+from drivetwin.emulator.modbus.functions import FUNCTIONS, WRITING
+from drivetwin.emulator.modbus.registers import Registers
 
 NOT_SIGNIFICANT = (0x00, 0xFF)
 """Unit identifiers of a client that thinks of a device without units (MODBUS Messaging on TCP/IP V1.0b, 4.4.2.1)."""

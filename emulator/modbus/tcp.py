@@ -15,9 +15,9 @@ import struct
 import threading
 from contextlib import suppress
 
-from drivetwin.errors import UserError
-from emulator.modbus.mailbox import Mailbox
-from emulator.modbus.service import ModbusService
+from drivetwin.emulator.modbus.mailbox import Mailbox
+from drivetwin.emulator.modbus.service import ModbusService
+from drivetwin.foundation.errors import UserError
 
 logger = logging.getLogger(__name__)
 

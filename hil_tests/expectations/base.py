@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from hil_tests.bench import Bench
-from hil_tests.evidence import Evidence
-from hil_tests.task import Task
-from hil_tests.verdict import Failure, Measured
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.task import Task
+from drivetwin.hil_tests.verdict import Failure, Measured
 
 ByAxis = Mapping[str, float]
 """A number for each axis."""

@@ -1,15 +1,15 @@
-"""What the frames would take on copper, in any stretch of time, is less than the wire has."""
+"""The load of the frames on a physical bus stays below its capacity in any interval."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from drivetwin.copper.frame_bits import Frame
-from drivetwin.copper.load import MICROSECONDS, Load, LoggedFrame
-from drivetwin.copper.services import AT_LEISURE
-from hil_tests.evidence import BusFrame, Evidence
-from hil_tests.expectations.base import Expectation, Finding, limit
+from drivetwin.bus.timing.frame_bits import Frame
+from drivetwin.bus.timing.load import MICROSECONDS, Load, LoggedFrame
+from drivetwin.bus.timing.services import AT_LEISURE
+from drivetwin.hil_tests.evidence import BusFrame, Evidence
+from drivetwin.hil_tests.expectations.base import Expectation, Finding, limit
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from hil_tests.evidence import Evidence, Truth
-from hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
-from hil_tests.moves import Move, moves
+from drivetwin.hil_tests.evidence import Evidence, Truth
+from drivetwin.hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
+from drivetwin.hil_tests.moves import Move, moves
 
 SAME = 1e-5
 """Two demands are the same motion where they differ by no more than this [m or rad]."""

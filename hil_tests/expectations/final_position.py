@@ -7,11 +7,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hil_tests.bench import Bench
-from hil_tests.evidence import Evidence
-from hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
-from hil_tests.targets import check_targets, targets
-from hil_tests.task import Task
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
+from drivetwin.hil_tests.targets import check_targets, targets
+from drivetwin.hil_tests.task import Task
 
 
 @dataclass(frozen=True)

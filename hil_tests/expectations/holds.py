@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_tests.evidence import Evidence, Samples
-from hil_tests.expectations.base import MET, Expectation, Finding
+from drivetwin.hil_tests.evidence import Evidence, Samples
+from drivetwin.hil_tests.expectations.base import MET, Expectation, Finding
 
 
 @dataclass(frozen=True)

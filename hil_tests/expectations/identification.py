@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from drivetwin.text_files import parse_json
-from hil_tests.evidence import Evidence
-from hil_tests.expectations.base import MET, Expectation, Finding, limit
+from drivetwin.foundation.text_files import parse_json
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.expectations.base import MET, Expectation, Finding, limit
 
 FILE = "identified.json"
 

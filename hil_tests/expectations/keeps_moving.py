@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import ClassVar
 
-from hil_tests.evidence import Evidence
-from hil_tests.expectations.base import MET, Expectation, Finding
-from hil_tests.moves import moves
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.expectations.base import MET, Expectation, Finding
+from drivetwin.hil_tests.moves import moves
 
 LONGEST_PAUSE = 1.0
 """Between two moves of an axis [s]."""

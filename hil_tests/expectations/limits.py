@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_tests.evidence import Evidence, Samples, Truth
-from hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, Ranges, limit
-from hil_tests.moves import HOMING
+from drivetwin.hil_tests.evidence import Evidence, Samples, Truth
+from drivetwin.hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, Ranges, limit
+from drivetwin.hil_tests.moves import HOMING
 
 
 @dataclass(frozen=True)

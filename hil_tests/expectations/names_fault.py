@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from hil_tests.evidence import Evidence
-from hil_tests.expectations.base import MET, Expectation, Finding
-from hil_tests.expectations.identification import read_json
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.expectations.base import MET, Expectation, Finding
+from drivetwin.hil_tests.expectations.identification import read_json
 
 FILE = "controller.json"
 

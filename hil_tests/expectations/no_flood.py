@@ -6,8 +6,8 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from hil_tests.evidence import Evidence
-from hil_tests.expectations.base import Expectation, Finding, limit
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.expectations.base import Expectation, Finding, limit
 
 CYCLIC = (*range(0x200, 0x280), *range(0x300, 0x380), *range(0x400, 0x480), *range(0x500, 0x580))
 """RPDOs (CiA 301, 7.3.3)."""

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from emulator.drive.state_machine import State
-from hil_tests.evidence import BusFrame, Evidence
-from hil_tests.expectations.base import MET, Expectation, Finding
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.hil_tests.evidence import BusFrame, Evidence
+from drivetwin.hil_tests.expectations.base import MET, Expectation, Finding
 
 REQUEST, ANSWER = 0x600, 0x580
 """COB-IDs of the default SDO, less the node-ID (CiA 301, 7.3.3)."""

@@ -8,10 +8,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.drive.state_machine import State
-from hil_tests.evidence import Evidence, Samples, Truth
-from hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
-from hil_tests.moves import commanded
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.hil_tests.evidence import Evidence, Samples, Truth
+from drivetwin.hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
+from drivetwin.hil_tests.moves import commanded
 
 WINDOW = 0.1
 """How long after an enabling the plant is watched [s]."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from hil_tests.evidence import BusFrame, Evidence
-from hil_tests.expectations.base import MET, Expectation, Finding
+from drivetwin.hil_tests.evidence import BusFrame, Evidence
+from drivetwin.hil_tests.expectations.base import MET, Expectation, Finding
 
 NMT, SDO_REQUEST, HEARTBEAT = 0x000, 0x600, 0x700
 """COB-IDs (CiA 301, 7.3.3), of the last two less the node-ID."""

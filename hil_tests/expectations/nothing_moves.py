@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from emulator.drive.state_machine import State
-from hil_tests.evidence import Evidence
-from hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from hil_tests.evidence import Evidence
-from hil_tests.expectations.base import MET, Expectation, Finding
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.expectations.base import MET, Expectation, Finding
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from drivetwin.errors import UserError
-from hil_tests.bench import Bench
-from hil_tests.evidence import Ending, Evidence
-from hil_tests.expectations.base import MET, Expectation, Finding
-from hil_tests.task import Task
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.evidence import Ending, Evidence
+from drivetwin.hil_tests.expectations.base import MET, Expectation, Finding
+from drivetwin.hil_tests.task import Task
 
 SOUND = (Ending.DONE, Ending.STOPPED, Ending.REFUSED, Ending.KILLED)
 """Ways to end that may be expected of a controller."""

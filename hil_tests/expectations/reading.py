@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, fields
 from typing import Any
 
-from drivetwin.errors import UserError
-from hil_tests.bench import Bench
-from hil_tests.expectations.base import LIMIT, Expectation
-from hil_tests.expectations.library import library
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.expectations.base import LIMIT, Expectation
+from drivetwin.hil_tests.expectations.library import library
 
 
 def read_expectation(given: object, bench: Bench) -> Expectation:

@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from hil_tests.evidence import Evidence
-from hil_tests.expectations.base import MET, Expectation, Finding
-from hil_tests.moves import moves
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.expectations.base import MET, Expectation, Finding
+from drivetwin.hil_tests.moves import moves
 
 RPDO_1 = 0x200
 SYNC_COB_ID = 0x80

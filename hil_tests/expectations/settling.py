@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from hil_tests.evidence import Evidence
-from hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
-from hil_tests.moves import Move, moves, rests
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
+from drivetwin.hil_tests.moves import Move, moves, rests
 
 
 @dataclass(frozen=True)

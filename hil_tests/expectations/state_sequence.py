@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from emulator.drive.state_machine import State
-from hil_tests.evidence import Evidence
-from hil_tests.expectations.base import MET, Expectation, Finding
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.expectations.base import MET, Expectation, Finding
 
 _STEPS = {
     State.READY_TO_SWITCH_ON: (State.SWITCH_ON_DISABLED, State.SWITCHED_ON, State.OPERATION_ENABLED),

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from hil_tests.evidence import Evidence
-from hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from hil_tests.evidence import Evidence
-from hil_tests.expectations.base import MET, Expectation, Finding, limit
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.expectations.base import MET, Expectation, Finding, limit
 
 SYNC_COB_ID = 0x80
 
@@ -17,8 +17,8 @@ SYNC_COB_ID = 0x80
 class SyncPeriod(Expectation):
     """In lockstep every SYNC moves time by the bench's cycle: the drives were told it (1006h).
 
-    In real time, and on copper, 99 % of the SYNCs come within `jitter` [s] of a cycle after the one before, by the wall clock
-    or the wire's.
+    In real time and with bit timing 99 % of the SYNCs come within `jitter` [s] of a cycle after the one before, by the wall
+    clock or the wire's.
     """
 
     name: ClassVar[str] = "sync_period"

@@ -7,12 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from hil_tests.bench import Bench
-from hil_tests.evidence import Evidence, Samples
-from hil_tests.expectations.base import MET, Expectation, Finding, limit
-from hil_tests.moves import moves
-from hil_tests.targets import check_targets, targets
-from hil_tests.task import Task
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.evidence import Evidence, Samples
+from drivetwin.hil_tests.expectations.base import MET, Expectation, Finding, limit
+from drivetwin.hil_tests.moves import moves
+from drivetwin.hil_tests.targets import check_targets, targets
+from drivetwin.hil_tests.task import Task
 
 LEAST_WAY = 1e-3
 """An axis that goes less [m or rad] has no share worth comparing."""

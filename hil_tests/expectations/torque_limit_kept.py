@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from hil_tests.evidence import Evidence, TorqueLimit
-from hil_tests.expectations.base import MET, Expectation, Finding
+from drivetwin.hil_tests.evidence import Evidence, TorqueLimit
+from drivetwin.hil_tests.expectations.base import MET, Expectation, Finding
 
 ROUNDING = 1e-9
 """Relative; of a limit that was converted to thousandths and back."""

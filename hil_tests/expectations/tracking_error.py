@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from hil_tests.evidence import Evidence
-from hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
-from hil_tests.moves import commanded, moves
+from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
+from drivetwin.hil_tests.moves import commanded, moves
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,10 @@
 """What a CI and a person get of an acceptance: JUnit XML, an HTML report, results.json, the trend since an earlier one."""
 
-from hil_tests.results.acceptance import Acceptance
-from hil_tests.results.junit import write_junit
-from hil_tests.results.report_page import write_report
-from hil_tests.results.results_file import read_results, write_results
-from hil_tests.results.trend import Trend, check_baseline, compare
+from drivetwin.hil_tests.results.acceptance import Acceptance
+from drivetwin.hil_tests.results.junit import write_junit
+from drivetwin.hil_tests.results.report_page import write_report
+from drivetwin.hil_tests.results.results_file import read_results, write_results
+from drivetwin.hil_tests.results.trend import Trend, check_baseline, compare
 
 __all__ = [
     "Acceptance",

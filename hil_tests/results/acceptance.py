@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hil_tests.bench import Bench
-from hil_tests.verdict import CaseResult, Outcome
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.verdict import CaseResult, Outcome
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from drivetwin.copper.services import service
-from emulator.canopen.abort_codes import AbortCode
-from emulator.canopen.nmt import NmtCommand, NmtState
-from hil_tests.results.pdo_words import PdoMapping, pdo_words
+from drivetwin.bus.timing.services import service
+from drivetwin.emulator.canopen.abort_codes import AbortCode
+from drivetwin.emulator.canopen.nmt import NmtCommand, NmtState
+from drivetwin.hil_tests.results.pdo_words import PdoMapping, pdo_words
 
 BEFORE, AFTER = 16, 10
 """How many frames next to the instant are shown."""

@@ -11,8 +11,8 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+from drivetwin.hil_tests.results.traces import AxisTrace, Mark, Traces
 from drivetwin.recording.recording import Samples
-from hil_tests.results.traces import AxisTrace, Mark, Traces
 
 TRUE, DEMAND, ERROR, LIMIT, FAULT, FAILED = "#00708f", "#e08a1e", "#1b2630", "#d1495b", "#b3362b", "#7a4fb5"
 STATE_COLOURS = {

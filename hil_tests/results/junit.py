@@ -13,13 +13,13 @@ from itertools import groupby
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from drivetwin.files import new_file
-from hil_tests.folder import BUS_LOG, CONTROLLER_LOG, VERDICT
-from hil_tests.results.acceptance import Acceptance
-from hil_tests.results.results_file import BenchPart, bench_part
-from hil_tests.results.trend import Kind, Trend
-from hil_tests.results.wording import caveats, failure_words, measured_words, suite_name
-from hil_tests.verdict import CaseResult, Outcome
+from drivetwin.foundation.files import new_file
+from drivetwin.hil_tests.folder import BUS_LOG, CONTROLLER_LOG, VERDICT
+from drivetwin.hil_tests.results.acceptance import Acceptance
+from drivetwin.hil_tests.results.results_file import BenchPart, bench_part
+from drivetwin.hil_tests.results.trend import Kind, Trend
+from drivetwin.hil_tests.results.wording import caveats, failure_words, measured_words, suite_name
+from drivetwin.hil_tests.verdict import CaseResult, Outcome
 
 ATTACHED = (BUS_LOG, CONTROLLER_LOG, VERDICT)
 """Files of a case that are named as its attachments where they are there; GitLab takes the first."""

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from math import ceil, floor, log10
 from statistics import stdev
 
-from drivetwin.errors import UserError
-from hil_tests.results.results_file import Results
-from hil_tests.results.wording import case_name
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.results.results_file import Results
+from drivetwin.hil_tests.results.wording import case_name
 
 FEWEST = 3
 """Runs, below which a standard deviation says nothing."""

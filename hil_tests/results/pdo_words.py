@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from drive_profiles import DataType
-from emulator.canopen.data_types import Value, decode, size
-from hil_tests.bench import Bench
+from drivetwin.drive_profiles import DataType
+from drivetwin.emulator.canopen.data_types import Value, decode, size
+from drivetwin.hil_tests.bench import Bench
 
 _BIT_FIELDS = frozenset({DataType.BOOL, DataType.U8, DataType.U16, DataType.U32})
 """Shown in hexadecimal, as statusword and controlword are read."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf, isfinite, isnan
 
-from hil_tests.verdict import Measured
+from drivetwin.hil_tests.verdict import Measured
 
 
 def used(measured: Measured) -> float:

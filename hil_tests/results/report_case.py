@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
-from drivetwin.html_page import figure_div, table
-from hil_tests.folder import BUS_LOG, CONTROLLER_LOG
-from hil_tests.results.bus_excerpt import ShownFrame, excerpt
-from hil_tests.results.case_figure import Window, axis_figure
-from hil_tests.results.pdo_words import PdoMapping
-from hil_tests.results.report_bars import bar, share_words, used
-from hil_tests.results.traces import Mark, Traces, read_traces
-from hil_tests.results.wording import case_name, caveats, quantity, quantity_name
-from hil_tests.verdict import CaseResult, Failure, Measured
+from drivetwin.foundation.html_page import figure_div, table
+from drivetwin.hil_tests.folder import BUS_LOG, CONTROLLER_LOG
+from drivetwin.hil_tests.results.bus_excerpt import ShownFrame, excerpt
+from drivetwin.hil_tests.results.case_figure import Window, axis_figure
+from drivetwin.hil_tests.results.pdo_words import PdoMapping
+from drivetwin.hil_tests.results.report_bars import bar, share_words, used
+from drivetwin.hil_tests.results.traces import Mark, Traces, read_traces
+from drivetwin.hil_tests.results.wording import case_name, caveats, quantity, quantity_name
+from drivetwin.hil_tests.verdict import CaseResult, Failure, Measured
 
 _POINTS_REJECTED, _POINTS_ACCEPTED = 3000, 400
 """Drawn of an axis."""

@@ -7,14 +7,18 @@ from html import escape
 from itertools import groupby
 from pathlib import Path
 
-from drivetwin.html_page import table, write_page
-from hil_tests.results.acceptance import Acceptance
-from hil_tests.results.pdo_words import ordered_pdos
-from hil_tests.results.report_bars import bar, used
-from hil_tests.results.report_case import anchor, folded_case, rejected_section
-from hil_tests.results.trend import Change, Kind, Trend
-from hil_tests.results.wording import against, case_name, quantity, quantity_name, suite_name, verdict_sentence
-from hil_tests.verdict import CaseResult, Failure, Measured, Outcome
+import mujoco
+
+from drivetwin.emulator.machine import Machine
+from drivetwin.foundation.html_page import table, write_page
+from drivetwin.foundation.machine_picture import machine_picture
+from drivetwin.hil_tests.results.acceptance import Acceptance
+from drivetwin.hil_tests.results.pdo_words import ordered_pdos
+from drivetwin.hil_tests.results.report_bars import bar, used
+from drivetwin.hil_tests.results.report_case import anchor, folded_case, rejected_section
+from drivetwin.hil_tests.results.trend import Change, Kind, Trend
+from drivetwin.hil_tests.results.wording import against, case_name, quantity, quantity_name, suite_name, verdict_sentence
+from drivetwin.hil_tests.verdict import CaseResult, Failure, Measured, Outcome
 
 _FIGURES_SHOWN = 3
 """Of a case in the overview: those nearest to their limit."""
@@ -59,6 +63,7 @@ def write_report(acceptance: Acceptance, path: Path, trend: Trend | None = None)
         _overview(acceptance.cases),
         *(rejected_section(case, pdos) for case in acceptance.of(Outcome.REJECTED)),
         *([_trend(trend)] if trend is not None else []),
+        _machine(acceptance.bench.virtual),
         _accepted(acceptance.of(Outcome.ACCEPTED)),
         _how(acceptance),
     ]
@@ -73,6 +78,13 @@ def _verdict(acceptance: Acceptance, trend: Trend | None) -> str:
         first = f": {_failure_line(case.failures[0])}" if case.failures else ""
         lines.append(f'<p><a href="#{anchor(case)}">{escape(case_name(case))}</a> {escape(case.title)}{first}</p>')
     return f"<section><h2>Verdict</h2>{''.join(lines)}</section>"
+
+
+def _machine(machine: Machine) -> str:
+    """A picture of the machine, its axes marked by the names of their joints."""
+    joints = {axis.joint for axis in machine.axes.values()}
+    picture = machine_picture(mujoco.MjModel.from_xml_path(str(machine.model_path)), joints)
+    return f"<section><h2>Machine</h2>{picture}</section>" if picture else ""
 
 
 def _failure_line(failure: Failure) -> str:
@@ -180,12 +192,12 @@ def _how_with_real_drives(acceptance: Acceptance) -> list[str]:
 def _how_with_virtual_drives(acceptance: Acceptance) -> list[str]:
     bench = acceptance.bench
     truth = f"the plant's truth is {bench.truth.as_posix()}" if bench.truth else "the plant has the machine's own true effects"
-    copper = "the wire is modelled" if bench.copper else "frames take no time, and the load is what copper would see"
+    timing = "the wire is modelled" if bench.bit_timing else "frames take no time; the load is that of a physical bus"
     simulated = sum(case.simulated for case in acceptance.cases)
     return [
         "Positions, tracking errors and torques are the plant's own, not what the drives say of them.",
         "Times are simulated, from power on of each case.",
-        f"Bench: {escape(truth)}; {copper}.",
+        f"Bench: {escape(truth)}; {timing}.",
         f"{simulated:.4g} s simulated in {len(acceptance.cases)} cases.",
         f"Digest, the same in every lockstep run: <code>{escape(acceptance.digest)}</code>.",
     ]

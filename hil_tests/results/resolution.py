@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import floor, isfinite, log10, tau
 
-from hil_tests.bench import Bench
-from hil_tests.results.wording import DIGITS
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.results.wording import DIGITS
 
 
 def resolution(bench: Bench, unit: str, axis: str | None, value: float) -> float:
@@ -20,7 +20,7 @@ def _step(bench: Bench, unit: str, axis: str | None) -> float:
     time in lockstep to the cycle: whatever is finer no controller can know of.
     """
     if unit == "s":
-        return bench.cycle if bench.clock == "sync" and not bench.copper else 0.0
+        return bench.cycle if bench.clock == "sync" and not bench.bit_timing else 0.0
     drive = None if axis is None else bench.virtual.axes.get(axis)
     if drive is None:
         return 0.0

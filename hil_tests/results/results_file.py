@@ -10,11 +10,11 @@ from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, ValidationError
 
-from drivetwin.errors import UserError
-from drivetwin.files import provenance, write_json
-from hil_tests.bench import Bench, LimitValue
-from hil_tests.results.acceptance import Acceptance
-from hil_tests.verdict import CaseResult, Outcome
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import provenance, write_json
+from drivetwin.hil_tests.bench import Bench, LimitValue
+from drivetwin.hil_tests.results.acceptance import Acceptance
+from drivetwin.hil_tests.verdict import CaseResult, Outcome
 
 SCHEMA: Final = "accept/1"
 
@@ -41,7 +41,7 @@ class BenchPart(_Part):
     bus: str
     clock: str
     bit_rate: int
-    copper: bool
+    bit_timing: bool
     cycle: FiniteFloat
     seed: int
     drives: str = "virtual"

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from drivetwin.hil_tests.folder import TRUTH, VERDICT
 from drivetwin.recording.reader import read_recording
 from drivetwin.recording.recording import Recording, Samples
-from hil_tests.folder import TRUTH, VERDICT
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Traces:
 
 
 def read_traces(folder: Path) -> Traces | None:
-    """The truth in a case's folder (`hil_tests.folder.write_case`); None where no time has passed in it.
+    """The truth in a case's folder (`drivetwin.hil_tests.folder.write_case`); None where no time has passed in it.
 
     Raises UserError where a recording cannot be read.
     """

@@ -8,20 +8,20 @@ from enum import StrEnum
 from math import hypot, inf, isfinite
 from typing import NamedTuple
 
-from drivetwin.errors import UserError
-from hil_tests.bench import Bench
-from hil_tests.results.acceptance import Acceptance
-from hil_tests.results.resolution import resolution
-from hil_tests.results.results_file import CasePart, MeasuredPart, Results, bench_part
-from hil_tests.results.wording import case_name, quantity, quantity_name
-from hil_tests.verdict import CaseResult, Measured, Outcome
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.results.acceptance import Acceptance
+from drivetwin.hil_tests.results.resolution import resolution
+from drivetwin.hil_tests.results.results_file import CasePart, MeasuredPart, Results, bench_part
+from drivetwin.hil_tests.results.wording import case_name, quantity, quantity_name
+from drivetwin.hil_tests.verdict import CaseResult, Measured, Outcome
 
 TIMES_NOISE = 3.0
 """How many standard deviations of a difference count as a change: one in 740 happens without a cause, for normal noise."""
 
 _ROUNDING = 1e-9
 """Of two numbers that differ by a step, in shares of it."""
-_MUST_AGREE = ("machine", "profile", "truth", "clock", "bit_rate", "copper", "cycle", "drives")
+_MUST_AGREE = ("machine", "profile", "truth", "clock", "bit_rate", "bit_timing", "cycle", "drives")
 
 
 class Kind(StrEnum):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Protocol
 
-from hil_tests.results.acceptance import Acceptance
-from hil_tests.verdict import CaseResult, Failure, Measured, Outcome
+from drivetwin.hil_tests.results.acceptance import Acceptance
+from drivetwin.hil_tests.verdict import CaseResult, Failure, Measured, Outcome
 
 DIGITS = 4
 """Of a quantity that are shown."""

@@ -6,13 +6,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from drive_profiles import DataType, DriveProfile
-from emulator.canopen.data_types import decode, size
-from emulator.drive.state_machine import State, Statusword
-from emulator.machine import Axis
-from hil_tests.bench import Bench
-from hil_tests.evidence import BusFrame, Configuration, StateChange, TorqueLimit
-from hil_tests.stand.configuration import PDO_INVALID, configuration
+from drivetwin.drive_profiles import DataType, DriveProfile
+from drivetwin.emulator.canopen.data_types import decode, size
+from drivetwin.emulator.drive.state_machine import State, Statusword
+from drivetwin.emulator.machine import Axis
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.evidence import BusFrame, Configuration, StateChange, TorqueLimit
+from drivetwin.hil_tests.stand.configuration import PDO_INVALID, configuration
 
 NMT, HEARTBEAT = 0x000, 0x700
 START, STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION = 1, 2, 128, 129, 130

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from emulator.clock import Cycle, SyncClock
+from drivetwin.emulator.clock import Cycle, SyncClock
 
 
 class StandClock(SyncClock):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from drive_profiles import DriveProfile
-from emulator.drive.supervision import OFF
-from hil_tests.evidence import Configuration
+from drivetwin.drive_profiles import DriveProfile
+from drivetwin.emulator.drive.supervision import OFF
+from drivetwin.hil_tests.evidence import Configuration
 
 PDO_INVALID = 1 << 31
 """Bit 31 of 1400h:01 and 1800h:01 (CiA 301, 7.5.2.35)."""

@@ -13,9 +13,9 @@ from functools import partial
 from pathlib import Path
 from types import TracebackType
 
-from drivetwin.children import end_with_parent
-from drivetwin.errors import UserError
-from hil_tests.bench import Bench
+from drivetwin.foundation.children import end_with_parent
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import Bench
 
 GRACE: Mapping[str, float] = {"virtual": 2.0, "real": 10.0}
 """Between asking a controller to end and ending it [s], by what the bench's drives are: whoever still brings real axes to rest

@@ -6,12 +6,12 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from hil_tests.bench import Bench
-from hil_tests.evidence import Ending, Run
-from hil_tests.scenario import Scenario
-from hil_tests.stand.controller_process import GRACE, ORPHANED, ControllerProcess, command_line
-from hil_tests.stand.watchdog import Watchdog
-from hil_tests.task import write_task
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.evidence import Ending, Run
+from drivetwin.hil_tests.scenario import Scenario
+from drivetwin.hil_tests.stand.controller_process import GRACE, ORPHANED, ControllerProcess, command_line
+from drivetwin.hil_tests.stand.task_file import write_task
+from drivetwin.hil_tests.stand.watchdog import Watchdog
 
 EXIT_STATUS = {0: Ending.DONE, 2: Ending.REFUSED, 3: Ending.STOPPED}
 """What a controller's exit status says; any other is a crash."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from emulator.virtual_machine import VirtualMachine
-from hil_tests.conditions import Glance
-from hil_tests.evidence import Struck
-from hil_tests.scenario import PlannedFault
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.hil_tests.conditions import Glance
+from drivetwin.hil_tests.evidence import Struck
+from drivetwin.hil_tests.scenario import PlannedFault
 
 
 class Striker:

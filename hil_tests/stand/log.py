@@ -7,11 +7,11 @@ from pathlib import Path
 
 import can
 
-from drivetwin.candump import candump_line
-from drivetwin.copper.wire import Transmission
-from drivetwin.files import new_file
-from emulator.copper.line import CONTROLLER
-from hil_tests.evidence import BusFrame
+from drivetwin.bus.candump import candump_line
+from drivetwin.bus.timing.wire import Transmission
+from drivetwin.emulator.timed_bus.line import CONTROLLER
+from drivetwin.foundation.files import new_file
+from drivetwin.hil_tests.evidence import BusFrame
 
 CHANNEL = "bus0"
 """How the log names the bus, whatever its address is: the same in every run."""
@@ -20,7 +20,7 @@ CHANNEL = "bus0"
 class FrameLog:
     """Notes frames by the simulated time `now` [s]; `wall` is the wall-clock time since power on [s], or 0.
 
-    Where the bus is copper `of_wire` notes each when it is whole, by the wire's time in the place of the wall clock's.
+    With bit timing `of_wire` notes each when it is whole, by the wire's time in the place of the wall clock's.
     """
 
     def __init__(self, now: Callable[[], float], wall: Callable[[], float]) -> None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from emulator.canopen.nmt import NmtState
-from emulator.drive.drive import Drive
-from emulator.drive.objects import number, optional
-from emulator.drive.servo import Loop
-from emulator.drive.state_machine import State, Statusword
-from emulator.virtual_machine import VirtualMachine
-from hil_tests.evidence import Configuration, StateChange, Truth
-from hil_tests.stand.configuration import configuration
+from drivetwin.emulator.canopen.nmt import NmtState
+from drivetwin.emulator.drive.drive import Drive
+from drivetwin.emulator.drive.objects import number, optional
+from drivetwin.emulator.drive.servo import Loop
+from drivetwin.emulator.drive.state_machine import State, Statusword
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.hil_tests.evidence import Configuration, StateChange, Truth
+from drivetwin.hil_tests.stand.configuration import configuration
 
 HOMING = 6
 """Mode of operation 6060h (CiA 402-2)."""

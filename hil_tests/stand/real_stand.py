@@ -8,14 +8,14 @@ from pathlib import Path
 import can
 import numpy as np
 
-from drivetwin.bus import open_bus
-from hil_tests.bench import Bench
-from hil_tests.evidence import BusFrame, BusLost, Ending, Evidence, Run, Truth
-from hil_tests.scenario import Scenario
-from hil_tests.stand.bus_reading import read_bus, sent_by_drive, strangers_told_apart
-from hil_tests.stand.controller_process import ControllerProcess
-from hil_tests.stand.controller_start import EXIT_STATUS, ControllerStart
-from hil_tests.stand.watchdog import Watchdog
+from drivetwin.bus.channel import open_bus
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.evidence import BusFrame, BusLost, Ending, Evidence, Run, Truth
+from drivetwin.hil_tests.scenario import Scenario
+from drivetwin.hil_tests.stand.bus_reading import read_bus, sent_by_drive, strangers_told_apart
+from drivetwin.hil_tests.stand.controller_process import ControllerProcess
+from drivetwin.hil_tests.stand.controller_start import EXIT_STATUS, ControllerStart
+from drivetwin.hil_tests.stand.watchdog import Watchdog
 
 LISTEN = 0.02
 """How long the stand waits for a frame before it looks whether the controller still lives [s]."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from hil_tests.evidence import Stall
+from drivetwin.hil_tests.evidence import Stall
 
 HOST = "host"
 """What a case fails for where it was rejected and the stand had stood still."""

@@ -9,24 +9,24 @@ from pathlib import Path
 
 import can
 
-from drivetwin.bus import HostedBus, host_bus
-from drivetwin.copper.wire import Transmission
-from drivetwin.scratch import scratch
-from drivetwin.unix_bus import PREFIX
-from emulator.clock import Clock, RealtimeClock
-from emulator.copper import COPPER, CopperBus
-from emulator.virtual_machine import VirtualMachine
-from hil_tests.bench import EMBEDDED, Bench
-from hil_tests.evidence import Ending, Evidence, Run
-from hil_tests.scenario import Scenario
-from hil_tests.stand.clock import StandClock
-from hil_tests.stand.controller_process import ControllerProcess
-from hil_tests.stand.controller_start import EXIT_STATUS, ControllerStart
-from hil_tests.stand.faults import Striker
-from hil_tests.stand.log import FrameLog
-from hil_tests.stand.observer import Observer
-from hil_tests.stand.stalls import Stalls
-from hil_tests.stand.watchdog import Watchdog
+from drivetwin.bus.channel import HostedBus, host_bus
+from drivetwin.bus.timing.wire import Transmission
+from drivetwin.bus.unix_bus import PREFIX
+from drivetwin.emulator.clock import Clock, RealtimeClock
+from drivetwin.emulator.timed_bus import TIMED_BUSES, TimedBus
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.scratch import scratch
+from drivetwin.hil_tests.bench import EMBEDDED, Bench
+from drivetwin.hil_tests.evidence import Ending, Evidence, Run
+from drivetwin.hil_tests.scenario import Scenario
+from drivetwin.hil_tests.stand.clock import StandClock
+from drivetwin.hil_tests.stand.controller_process import ControllerProcess
+from drivetwin.hil_tests.stand.controller_start import EXIT_STATUS, ControllerStart
+from drivetwin.hil_tests.stand.faults import Striker
+from drivetwin.hil_tests.stand.log import FrameLog
+from drivetwin.hil_tests.stand.observer import Observer
+from drivetwin.hil_tests.stand.stalls import Stalls
+from drivetwin.hil_tests.stand.watchdog import Watchdog
 
 LISTEN = 0.02
 """How long the stand waits for a frame before it looks whether the controller still lives [s], where only SYNC moves time."""
@@ -42,8 +42,8 @@ class Stand:
         self._clock: Clock = RealtimeClock() if self._realtime else StandClock()
         self._switched_on = time.monotonic()
         self._log = FrameLog(self._now, self._wall)
-        self._joined = self._copper() if bench.copper else self._machine(self._transmit)
-        self._virtual = self._joined.virtual if isinstance(self._joined, CopperBus) else self._joined
+        self._joined = self._timed_bus() if bench.bit_timing else self._machine(self._transmit)
+        self._virtual = self._joined.virtual if isinstance(self._joined, TimedBus) else self._joined
         self._observer = Observer(self._virtual)
         self._striker = Striker(scenario.faults, self._virtual, self._kill)
         self._stalls = Stalls(self._now)
@@ -90,7 +90,7 @@ class Stand:
                 concern = watchdog.silence(self._virtual.now()) if status is None else None
             else:
                 concern = watchdog.frame(self._virtual.now())
-                if not self._bench.copper:
+                if not self._bench.bit_timing:
                     self._log.of_controller(message)
                 self._joined.receive(message)
             self._joined.poll()
@@ -148,9 +148,9 @@ class Stand:
         bench = self._bench
         return VirtualMachine(bench.virtual, bench.drive_type, bench.effects, self._clock, bench.seed, transmit)
 
-    def _copper(self) -> CopperBus:
+    def _timed_bus(self) -> TimedBus:
         """The machine behind a wire, whose frames are noted when they are whole."""
-        wire = COPPER[self._bench.clock]
+        wire = TIMED_BUSES[self._bench.clock]
         return wire(self._bench.bit_rate, self._machine, self._hosted.bus.send, self._of_wire)
 
     def _of_wire(self, whole: Transmission) -> None:
@@ -182,7 +182,7 @@ class Stand:
             operational=self._operational,
             friction=self._virtual.plant.truth(),
             left_behind=tuple(self._left_behind),
-            timed=self._realtime or self._bench.copper,
+            timed=self._realtime or self._bench.bit_timing,
             stalls=tuple(self._stalls.found),
             late=self._stalls.late,
         )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import time
 
-from hil_tests.bench import Timeouts
-from hil_tests.evidence import Ending
+from drivetwin.hil_tests.bench import Timeouts
+from drivetwin.hil_tests.evidence import Ending
 
 FEWEST_BITS = 47
 """Of a frame: no data, no stuff bits."""

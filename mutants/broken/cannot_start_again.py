@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import controller.__main__ as program
-from controller.outcome import Ending, Outcome
-from controller.perform import Place, perform
-from controller.tasks.file import Order
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+import drivetwin.controller.__main__ as program
+from drivetwin.controller.outcome import Ending, Outcome
+from drivetwin.controller.perform import Place, perform
+from drivetwin.controller.tasks.file import Order
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("10_recovery.power_cycle", "outcome")
 
 
 def break_controller() -> None:
     def broken(order: Order, place: Place) -> Outcome:
-        lock = place.out.parent / "controller.lock"
+        lock = place.out.parent / "drivetwin.controller.lock"
         if lock.exists():
             return Outcome(Ending.REFUSED, f"{lock.name} is there: does another controller run?")
         lock.touch()

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from controller import session
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller import session
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("01_boot.configured", "outcome")
 

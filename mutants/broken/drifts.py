@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from itertools import count
 
-from controller.session import Session
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller.session import Session
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("11_soak.to_and_fro", "repeats")
 

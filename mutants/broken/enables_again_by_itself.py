@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace as changed
 from pathlib import Path
 
-import controller.__main__ as program
-from controller.tasks.file import Order, read_order
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+import drivetwin.controller.__main__ as program
+from drivetwin.controller.tasks.file import Order, read_order
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("08_faults.drive_fault", "stays_disabled")
 

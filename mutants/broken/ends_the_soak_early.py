@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from controller.tasks.base import Work
-from controller.tasks.soak import Soak
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller.tasks.base import Work
+from drivetwin.controller.tasks.soak import Soak
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("11_soak.to_and_fro", "keeps_moving")
 

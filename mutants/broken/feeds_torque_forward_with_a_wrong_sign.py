@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from controller.feedforward.torque_model import ModelTorque
-from controller.joint_path import JointPath, Rows
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller.feedforward.torque_model import ModelTorque
+from drivetwin.controller.joint_path import JointPath, Rows
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("07_feed_forward.gain", "feed_forward")
 

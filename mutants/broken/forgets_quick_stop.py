@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from controller import stop
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller import stop
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("08_faults.safe_torque_off", "disabled_at_end")
 

@@ -6,10 +6,10 @@ from math import ceil
 
 import numpy as np
 
-from controller.motion import positions_now, stream
-from controller.session import Session
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller.motion import positions_now, stream
+from drivetwin.controller.session import Session
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("04_moves.single", "limits")
 

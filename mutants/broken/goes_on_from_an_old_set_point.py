@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from controller import session
-from controller.cycle import Cycle
-from controller.drive_node import DriveNode
-from controller.motion import enable_streaming, follow
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller import session
+from drivetwin.controller.cycle import Cycle
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.motion import enable_streaming, follow
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("10_recovery.fault_reset", "no_jump")
 

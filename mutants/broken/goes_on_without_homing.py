@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from controller.recovery import recover
-from controller.session import Session
-from controller.tasks import base
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller.recovery import recover
+from drivetwin.controller.session import Session
+from drivetwin.controller.tasks import base
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("10_recovery.node_resets", "homed")
 

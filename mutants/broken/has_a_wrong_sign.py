@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from controller.session import Session
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller.session import Session
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("04_moves.single", "final_position")
 

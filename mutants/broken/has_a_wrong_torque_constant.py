@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from controller.drive_node import DriveNode
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("06_identification.friction", "identification")
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from controller.tasks import identify
-from drivetwin.files import write_json
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller.tasks import identify
+from drivetwin.foundation.files import write_json
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("06_identification.friction", "identification")
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from controller.drive_node import DriveNode
-from drivetwin.errors import UserError
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.foundation.errors import UserError
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("01_boot.sdo_refused", "no_ignored_abort")
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from controller import bring_up, error_control
-from controller.drive_node import DriveNode
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller import bring_up, error_control
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("08_faults.controller_killed", "stays_disabled")
 

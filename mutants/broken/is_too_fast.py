@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from controller.machine import Axis
-from mutants.base import CaughtBy
-from mutants.surgery import misdescribe
+from drivetwin.controller.machine import Axis
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import misdescribe
 
 CAUGHT_BY = CaughtBy("04_moves.whole_travel", "limits")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 
-from mutants.base import CaughtBy
+from drivetwin.mutants.base import CaughtBy
 
 CAUGHT_BY = CaughtBy("01_boot.configured", "leaves nothing")
 

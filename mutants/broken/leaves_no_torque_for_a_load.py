@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from controller.drive_node import DriveNode
-from controller.session import Session
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.session import Session
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("08_faults.payload", "outcome")
 

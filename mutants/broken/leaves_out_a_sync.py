@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from controller.cycle import Cycle
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller.cycle import Cycle
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("09_bus.load", "no_flood")
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from itertools import count
 
-from controller.drive_node import DriveNode
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("04_moves.single", "setpoints_every_cycle")
 

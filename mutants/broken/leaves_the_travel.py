@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from controller import supervision
-from controller.tasks import move
-from mutants.base import CaughtBy
-from mutants.surgery import leave_out, replace
+from drivetwin.controller import supervision
+from drivetwin.controller.tasks import move
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import leave_out, replace
 
 CAUGHT_BY = CaughtBy("04_moves.out_of_travel", "limits")
 

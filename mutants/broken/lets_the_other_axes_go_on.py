@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from controller import cycle
-from controller.supervision import Watch, supervise
-from controller.trouble import DriveFaultError
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller import cycle
+from drivetwin.controller.supervision import Watch, supervise
+from drivetwin.controller.trouble import DriveFaultError
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("08_faults.drive_fault", "stopped")
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from controller import drive_node
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller import drive_node
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("01_boot.configured", "pdo_mapping")
 

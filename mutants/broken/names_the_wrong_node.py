@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace as changed
 
-import controller.__main__ as program
-from controller.outcome import Outcome
-from controller.perform import Place, perform
-from controller.tasks.file import Order
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+import drivetwin.controller.__main__ as program
+from drivetwin.controller.outcome import Outcome
+from drivetwin.controller.perform import Place, perform
+from drivetwin.controller.tasks.file import Order
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("08_faults.limit_switch", "names_fault")
 

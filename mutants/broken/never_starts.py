@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from threading import Event
 
-from mutants.base import CaughtBy
+from drivetwin.mutants.base import CaughtBy
 
 CAUGHT_BY = CaughtBy("01_boot.configured", "outcome")
 

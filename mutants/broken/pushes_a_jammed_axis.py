@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from controller import supervision
-from controller.drive_node import DriveNode
-from mutants.base import CaughtBy
-from mutants.surgery import leave_out, replace
+from drivetwin.controller import supervision
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import leave_out, replace
 
 CAUGHT_BY = CaughtBy("08_faults.following_error", "stopped")
 

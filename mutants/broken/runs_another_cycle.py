@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from controller import perform
-from controller.session import Streaming
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller import perform
+from drivetwin.controller.session import Streaming
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("09_bus.load", "sync_period")
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from controller import supervision
-from controller.cycle import Cycle
-from controller.link import SYNC_COB_ID
-from mutants.base import CaughtBy
-from mutants.surgery import leave_out, replace
+from drivetwin.controller import supervision
+from drivetwin.controller.cycle import Cycle
+from drivetwin.controller.link import SYNC_COB_ID
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import leave_out, replace
 
 CAUGHT_BY = CaughtBy("09_bus.load", "setpoints_every_cycle")
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from controller import error_control, supervision
-from mutants.base import CaughtBy
-from mutants.surgery import leave_out, replace
+from drivetwin.controller import error_control, supervision
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import leave_out, replace
 
 CAUGHT_BY = CaughtBy("01_boot.configured", "heartbeat")
 

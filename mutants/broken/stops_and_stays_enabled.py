@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from controller import stop
-from controller.cycle import Cycle
-from controller.drive_node import DriveNode
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller import stop
+from drivetwin.controller.cycle import Cycle
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("08_faults.drive_fault", "stays_disabled")
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from controller import supervision
-from mutants.base import CaughtBy
-from mutants.surgery import leave_out
+from drivetwin.controller import supervision
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import leave_out
 
 CAUGHT_BY = CaughtBy("08_faults.heartbeat_lost", "outcome")
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from controller import supervision
-from mutants.base import CaughtBy
-from mutants.surgery import replace
+from drivetwin.controller import supervision
+from drivetwin.mutants.base import CaughtBy
+from drivetwin.mutants.surgery import replace
 
 CAUGHT_BY = CaughtBy("08_faults.frames_late", "outcome")
 

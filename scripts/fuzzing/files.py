@@ -17,25 +17,25 @@ import numpy as np
 import yaml
 from scipy.io import savemat
 
-from controller.friction_table import friction_table
-from controller.identification.read import read_friction
-from controller.machine import load_machine
-from drive_profiles import load_profile
-from drive_profiles.eds_profile import profile_from_eds
-from drive_profiles.eds_writer import eds_text
-from drive_profiles.snapshot import Reading, Snapshot, read_snapshot, write_snapshot
-from drivetwin.errors import LONGEST, UserError
+from drivetwin.controller.friction_table import friction_table
+from drivetwin.controller.machine import load_machine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.drive_profiles.eds_profile import profile_from_eds
+from drivetwin.drive_profiles.eds_writer import eds_text
+from drivetwin.drive_profiles.snapshot import Reading, Snapshot, read_snapshot, write_snapshot
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.effects.file import read_effects
+from drivetwin.emulator.machine import load_machine as load_plant
+from drivetwin.emulator.snapshot import load_snapshot
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.errors import LONGEST, UserError
+from drivetwin.foundation.text_files import parse_yaml
+from drivetwin.identification.read import read_friction
 from drivetwin.recording.import_map import read_map
 from drivetwin.recording.importer import import_recording
 from drivetwin.recording.reader import read_recording
 from drivetwin.recording.recording import AxisInfo, DriveLoops, Recording, RecordingInfo
 from drivetwin.recording.writer import write_into
-from drivetwin.text_files import parse_yaml
-from emulator.clock import SyncClock
-from emulator.effects.file import read_effects
-from emulator.machine import load_machine as load_plant
-from emulator.snapshot import load_snapshot
-from emulator.virtual_machine import VirtualMachine
 from fuzzing.spoiled import spoiled
 
 PATIENCE = 60.0

@@ -9,11 +9,11 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.canopen.abort_codes import SdoAbort
-from emulator.canopen.data_types import Value
-from emulator.canopen.object_dictionary import Variable
-from emulator.drive.drive import Drive
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.emulator.canopen.abort_codes import SdoAbort
+from drivetwin.emulator.canopen.data_types import Value
+from drivetwin.emulator.canopen.object_dictionary import Variable
+from drivetwin.emulator.drive.drive import Drive
+from drivetwin.emulator.virtual_machine import VirtualMachine
 from fuzzing import fsa
 from fuzzing.target import Event
 

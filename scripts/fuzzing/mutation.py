@@ -7,8 +7,8 @@ from random import Random
 
 import can
 
-from drive_profiles import DataType, DriveProfile, ObjectEntry
-from emulator.canopen.data_types import size
+from drivetwin.drive_profiles import DataType, DriveProfile, ObjectEntry
+from drivetwin.emulator.canopen.data_types import size
 from fuzzing.target import Event
 
 NODES = (1, 2, 3)

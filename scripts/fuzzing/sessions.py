@@ -14,21 +14,21 @@ import numpy as np
 from canopen.sdo.exceptions import SdoError
 from numpy.typing import NDArray
 
-from controller.bring_up import bring_up, connect
-from controller.cycle import Cycle
-from controller.drive_node import DriveNode
-from controller.link import Link
-from controller.machine import load_machine
-from controller.motion import ENABLE_OPERATION, MODE_BIT_4, enable, enable_streaming, home, positions_now, stream
-from controller.pacing import Lockstep
-from controller.trajectory import move, side_by_side
-from drive_profiles import DriveProfile, load_profile
-from drivetwin.bus import InprocBus
-from emulator.clock import SyncClock
-from emulator.drive.drive import Drive
-from emulator.effects import read_effects
-from emulator.machine import load_machine as load_virtual_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.bus.channel import InprocBus
+from drivetwin.controller.bring_up import bring_up, connect
+from drivetwin.controller.cycle import Cycle
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.link import Link
+from drivetwin.controller.machine import load_machine
+from drivetwin.controller.motion import ENABLE_OPERATION, MODE_BIT_4, enable, enable_streaming, home, positions_now, stream
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.controller.trajectory import move, side_by_side
+from drivetwin.drive_profiles import DriveProfile, load_profile
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.drive.drive import Drive
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine as load_virtual_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 from fuzzing.target import Event
 
 STREAMED = 40

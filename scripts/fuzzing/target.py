@@ -8,12 +8,12 @@ from pathlib import Path
 
 import can
 
-from drive_profiles import load_profile
-from drivetwin.files import new_file
-from emulator.clock import Cycle, SyncClock
-from emulator.effects import read_effects
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import Cycle, SyncClock
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.files import new_file
 
 REMEMBERED = 200
 """Frames that a log of a failure holds, those of the drives among them."""

@@ -14,9 +14,9 @@ from pathlib import Path
 
 from rich.console import Console
 
-from blind.place import code_hash
-from drivetwin.errors import UserError
-from drivetwin.files import own_directory, write_json
+from drivetwin.blind.place import code_hash
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import own_directory, write_json
 from measured.cases import Case, read_cases
 from measured.judge import judge_case
 from measured.page import write_score_page

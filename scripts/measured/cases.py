@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from drivetwin.errors import UserError
-from drivetwin.files import INSTALLED
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import INSTALLED
 
 EXTRA_LABELS = Path(__file__).with_name("extra_labels.json")
 

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from drivetwin.compiled import compiled
+from drivetwin.foundation.compiled import compiled
 from measured.motion import Array, Motion
 
 

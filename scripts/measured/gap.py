@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 from measured.motion import Band
 
 SCHEMA = "gap-report/2"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 from measured.cases import Case
 from measured.gap import Gap, read_gap
 from measured.recipes import RECIPES

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 
 import plotly.graph_objects as go
 
-from drivetwin.html_page import figure_div, table, write_page
+from drivetwin.foundation.html_page import figure_div, table, write_page
 from measured.run import Place, Status
 from measured.score import CaseScore, Score
 from measured.table import HEAD, NUMERIC, notes, percent, row

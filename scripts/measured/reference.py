@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow.parquet as pq
 from scipy.optimize import lsq_linear
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 from measured.columns import Choice, Column
 from measured.motion import Array, Band, Mask, Motion, read_motion
 from measured.recipes import Recipe

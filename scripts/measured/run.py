@@ -13,8 +13,8 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from drivetwin.errors import UserError
-from drivetwin.files import write_json
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import write_json
 from measured.cases import Case
 
 DRIVETWIN = (sys.executable, "-c", "from drivetwin.cli import main; main()")

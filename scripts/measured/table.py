@@ -9,8 +9,8 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from drivetwin.errors import UserError
-from drivetwin.files import new_file
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import new_file
 from measured.run import Status
 from measured.score import CaseScore, Score
 

@@ -12,7 +12,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from blind.serving import serve
+from drivetwin.blind.serving import serve
 
 STARTED_IN = os.getcwd()
 AXIS = "joint"

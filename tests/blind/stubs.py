@@ -13,12 +13,12 @@ from pathlib import Path
 
 from distributed import Client
 
-from blind.case import Case, Cause
-from blind.cluster import cluster
-from blind.place import Place
-from blind.run import Order, run
-from blind.score import Score
-from blind.task import Procedure
+from drivetwin.blind.case import Case, Cause
+from drivetwin.blind.cluster import cluster
+from drivetwin.blind.place import Place
+from drivetwin.blind.run import Order, run
+from drivetwin.blind.score import Score
+from drivetwin.blind.task import Procedure
 
 DIAGNOSER = (sys.executable, str(Path(__file__).with_name("stub_diagnoser.py")))
 

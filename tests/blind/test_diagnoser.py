@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from blind.diagnoser import first_cause
-from diagnosis.report.prediction import Patch
-from diagnosis.report.schema import CausePart
-from emulator.effects.stribeck import Stribeck
+from drivetwin.blind.diagnoser import first_cause
+from drivetwin.diagnosis.report.prediction import Patch
+from drivetwin.diagnosis.report.schema import CausePart
+from drivetwin.emulator.effects.stribeck import Stribeck
 
 
 def cause(effect: str, **parameters: float) -> CausePart:

@@ -10,19 +10,19 @@ import mujoco
 import numpy as np
 import pytest
 
-import blind.record
-from blind.case import FOREIGN, Case
-from blind.draw import draw_cases
-from blind.foreign import FOREIGN_EFFECTS
-from blind.levels import levels_of
-from blind.machines import draw_machine, off
-from blind.motions import draw_plans
-from blind.record import record_case
-from blind.sizes import draw_cause, suits
+from drivetwin.blind import record
+from drivetwin.blind.case import FOREIGN, Case
+from drivetwin.blind.draw import draw_cases
+from drivetwin.blind.foreign import FOREIGN_EFFECTS
+from drivetwin.blind.levels import levels_of
+from drivetwin.blind.machines import draw_machine, off
+from drivetwin.blind.motions import draw_plans
+from drivetwin.blind.record import record_case
+from drivetwin.blind.sizes import draw_cause, suits
+from drivetwin.emulator.effects import library
 from drivetwin.motion.filtering import derivative, zero_phase
 from drivetwin.motion.inverse_dynamics import load_model
 from drivetwin.recording.reader import find_recordings, read_recording
-from emulator.effects import library
 
 
 @pytest.fixture(scope="module")
@@ -144,7 +144,7 @@ def test_an_effect_costs_a_share_of_the_torque_that_an_engineer_would_see(
 ) -> None:
     """By inverse dynamics of what was recorded: the gap of the nominal model is the effect's torque and the noise."""
     training = replace(draw_plans(draw_machine("turntable", 11), 11), validation=(), fresh=())
-    monkeypatch.setattr(blind.record, "draw_plans", lambda *_: training)
+    monkeypatch.setattr(record, "draw_plans", lambda *_: training)
     axis, machine = "table", draw_machine("turntable", 11)
     nominal = machine.axes[axis]
     cause = draw_cause(np.random.default_rng(0), effect, axis, machine, levels_of(machine, 11))

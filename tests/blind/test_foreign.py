@@ -7,17 +7,17 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from blind.foreign import FOREIGN_EFFECTS, Axis, Foreign, Influence, Scale
-from blind.foreign.chatter import Chatter
-from blind.foreign.counterbalance import Counterbalance
-from blind.foreign.dropouts import Dropouts
-from blind.foreign.fan import Fan
-from blind.foreign.jamming import Jamming
-from blind.foreign.pulses import Pulses
-from blind.foreign.slosh import Slosh
-from blind.foreign.tether import Tether
-from blind.foreign.wandering_cogging import WanderingCogging
-from blind.foreign.wind import Wind
+from drivetwin.blind.foreign import FOREIGN_EFFECTS, Axis, Foreign, Influence, Scale
+from drivetwin.blind.foreign.chatter import Chatter
+from drivetwin.blind.foreign.counterbalance import Counterbalance
+from drivetwin.blind.foreign.dropouts import Dropouts
+from drivetwin.blind.foreign.fan import Fan
+from drivetwin.blind.foreign.jamming import Jamming
+from drivetwin.blind.foreign.pulses import Pulses
+from drivetwin.blind.foreign.slosh import Slosh
+from drivetwin.blind.foreign.tether import Tether
+from drivetwin.blind.foreign.wandering_cogging import WanderingCogging
+from drivetwin.blind.foreign.wind import Wind
 
 CYCLE = 0.001
 SCALE = Scale(torque=0.2, axis_torque=1.0, friction=0.4, room=3.0, acceleration=4.0)

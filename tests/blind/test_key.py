@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from blind.case import Case, Cause
-from blind.key import COMMITMENT, KEY, commit, open_key, seal
-from drivetwin.errors import UserError
+from drivetwin.blind.case import Case, Cause
+from drivetwin.blind.key import COMMITMENT, KEY, commit, open_key, seal
+from drivetwin.foundation.errors import UserError
 
 CASES = (
     Case(0, 11, "arm", "clean", (), "lugre"),

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from blind.case import Cause
-from blind.machines import FAMILIES, DrawnMachine, draw_machine
-from blind.plants.axis import STIFF
-from blind.plants.formulations import withheld_plant
-from blind.plants.friction import LUGRE, MAXWELL_SLIP
-from blind.plants.rigid import accelerations, rigid_bodies
-from blind.plants.withheld import LateEncoders, WithheldPlant
-from emulator.drive.servo import SERVO_PERIOD
+from drivetwin.blind.case import Cause
+from drivetwin.blind.machines import FAMILIES, DrawnMachine, draw_machine
+from drivetwin.blind.plants.axis import STIFF
+from drivetwin.blind.plants.formulations import withheld_plant
+from drivetwin.blind.plants.friction import LUGRE, MAXWELL_SLIP
+from drivetwin.blind.plants.rigid import accelerations, rigid_bodies
+from drivetwin.blind.plants.withheld import LateEncoders, WithheldPlant
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
 
 Array = NDArray[np.float64]
 Effect = tuple[str, dict[str, float]]

@@ -9,16 +9,16 @@ import can
 import numpy as np
 import pytest
 
-import blind.record
-from blind.case import Case, Cause
-from blind.machines import FAMILIES, DrawnMachine, draw_machine
-from blind.motions import Plan, Plans, draw_plans
-from blind.plants import FORMULATIONS
-from blind.record import record_case
-from controller.drive_node import DriveNode
-from controller.motion import first_setpoint as usual_first_setpoint
-from controller.trajectory import move, stroke
-from drivetwin.bus import InprocBus
+from drivetwin.blind import record
+from drivetwin.blind.case import Case, Cause
+from drivetwin.blind.machines import FAMILIES, DrawnMachine, draw_machine
+from drivetwin.blind.motions import Plan, Plans, draw_plans
+from drivetwin.blind.plants import FORMULATIONS
+from drivetwin.blind.record import record_case
+from drivetwin.bus.channel import InprocBus
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.motion import first_setpoint as usual_first_setpoint
+from drivetwin.controller.trajectory import move, stroke
 from drivetwin.motion.filtering import derivative, zero_phase
 from drivetwin.motion.inverse_dynamics import load_model
 from drivetwin.recording.reader import find_recordings, read_recording
@@ -53,8 +53,8 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
             made.append((Plan(name, paths),))
         return Plans(*made)
 
-    monkeypatch.setattr(blind.record, "draw_plans", plans)
-    monkeypatch.setattr(blind.record, "InprocBus", CountingBus)
+    monkeypatch.setattr(record, "draw_plans", plans)
+    monkeypatch.setattr(record, "InprocBus", CountingBus)
     CountingBus.syncs = 0
 
 
@@ -200,7 +200,7 @@ def test_axis_that_another_pushes_back_onto_its_switch_after_homing_is_led_off_i
         steps.append((drive.name, (first - drive.position) * drive.unit))
         return first
 
-    monkeypatch.setattr("controller.motion.first_setpoint", spied)
+    monkeypatch.setattr("drivetwin.controller.motion.first_setpoint", spied)
     pushed = Cause("coupling", "stretch", {"inertia": 0.019851157314030317, "ratio": 0.5897743901840812})
     record_case(Case(0, 1437442207, "scara3", "single", (pushed,), "lugre"), tmp_path)
     assert [name for name, step in steps if step > 0.0] == ["stretch"]

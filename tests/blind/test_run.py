@@ -19,12 +19,12 @@ from distributed import Client
 from stub_diagnoser import AXIS
 from stubs import DIAGNOSER, SECRET_AXIS, SECRET_SIZE, SEED, CountingWatch, Stubs
 
-from blind.answer import read_answer
-from blind.cluster import cluster
-from blind.diagnoser_process import DiagnoserProcess
-from blind.place import Place
-from blind.serving import DiagnoseRequest
-from drivetwin.errors import UserError
+from drivetwin.blind.answer import read_answer
+from drivetwin.blind.cluster import cluster
+from drivetwin.blind.diagnoser_process import DiagnoserProcess
+from drivetwin.blind.place import Place
+from drivetwin.blind.serving import DiagnoseRequest
+from drivetwin.foundation.errors import UserError
 
 SECRETS = (SECRET_AXIS, str(SECRET_SIZE), str(SEED))
 PATIENCE = 120.0
@@ -198,7 +198,7 @@ def test_running_scheduler_is_used_and_left_running(stubs: Stubs, three_workers:
 
 
 def test_absent_scheduler_is_an_error_of_the_user(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("blind.cluster._CONNECT_SECONDS", 1)
+    monkeypatch.setattr("drivetwin.blind.cluster._CONNECT_SECONDS", 1)
     with pytest.raises(UserError, match="nobody answers"), cluster("tcp://127.0.0.1:9", 1):
         pass
 

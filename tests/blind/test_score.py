@@ -11,12 +11,12 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.stats import binomtest
 
-from blind.answer import Answer, Gap, measure, read_answer
-from blind.case import Case, Cause
-from blind.judge import Judged
-from blind.rates import Rate
-from blind.score import Target, order_of_answers, score_nominal
-from blind.told import Told
+from drivetwin.blind.answer import Answer, Gap, measure, read_answer
+from drivetwin.blind.case import Case, Cause
+from drivetwin.blind.judge import Judged
+from drivetwin.blind.rates import Rate
+from drivetwin.blind.score import Target, order_of_answers, score_nominal
+from drivetwin.blind.told import Told
 
 AXES = ("slide", "turn")
 STRIBECK = Cause("stribeck", "slide", {})

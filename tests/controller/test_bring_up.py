@@ -7,15 +7,15 @@ from collections.abc import Callable
 import pytest
 from virtual_bench import VirtualBench
 
-from controller import bring_up as bring_up_module
-from controller import link as link_module
-from controller.bring_up import bring_up
-from controller.drive_node import DriveNode
-from controller.machine import POSITION_UNIT
-from controller.motion import enable_streaming
-from drivetwin.errors import UserError
-from emulator.canopen import NmtState
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.controller import bring_up as bring_up_module
+from drivetwin.controller import link as link_module
+from drivetwin.controller.bring_up import bring_up
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.machine import POSITION_UNIT
+from drivetwin.controller.motion import enable_streaming
+from drivetwin.emulator.canopen import NmtState
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.foundation.errors import UserError
 
 
 @pytest.fixture(params=["servoone", "cia402-full"])

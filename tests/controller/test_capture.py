@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from virtual_bench import VirtualBench
 
-from controller.capture import describe, position_demand, record
-from controller.machine import POSITION_UNIT, load_machine
-from controller.motion import Samples, enable_streaming, home, positions_now, stream
-from controller.pacing import Lockstep
-from controller.procedure import Captured, capture_machine
-from controller.progress import Progress
-from controller.trajectory import move
+from drivetwin.controller.capture import describe, position_demand, record
+from drivetwin.controller.machine import POSITION_UNIT, load_machine
+from drivetwin.controller.motion import Samples, enable_streaming, home, positions_now, stream
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.controller.procedure import Captured, capture_machine
+from drivetwin.controller.progress import Progress
+from drivetwin.controller.trajectory import move
 from drivetwin.recording.reader import check_joints, read_recording
 from drivetwin.recording.writer import write_recording
 

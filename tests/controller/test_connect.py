@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from virtual_bench import VirtualBench
 
-from controller.bring_up import connect
-from drive_profiles import load_profile
-from drivetwin.errors import UserError
+from drivetwin.controller.bring_up import connect
+from drivetwin.drive_profiles import load_profile
+from drivetwin.foundation.errors import UserError
 
 
 def test_a_drive_type_without_a_torque_to_capture() -> None:

@@ -6,12 +6,12 @@ import can
 import pytest
 from virtual_bench import VirtualBench
 
-from controller.motion import disable, enable_streaming
-from controller.pacing import Lockstep
-from controller.supervision import MISSED
-from controller.trouble import DriveFaultError, TroubleError
-from drivetwin.errors import UserError
-from emulator.drive.state_machine import State
+from drivetwin.controller.motion import disable, enable_streaming
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.controller.supervision import MISSED
+from drivetwin.controller.trouble import DriveFaultError, TroubleError
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.foundation.errors import UserError
 
 
 @pytest.fixture

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from virtual_bench import VirtualBench
 
-from controller.limits import AxisLimits, Limits, apply_torque_limits, read_limits, within
-from controller.machine import load_machine
-from controller.motion import enable_streaming, home, stream
-from controller.trajectory import move
-from drivetwin.errors import UserError
+from drivetwin.controller.limits import AxisLimits, Limits, apply_torque_limits, read_limits, within
+from drivetwin.controller.machine import load_machine
+from drivetwin.controller.motion import enable_streaming, home, stream
+from drivetwin.controller.trajectory import move
+from drivetwin.foundation.errors import UserError
 
 STAGE = load_machine("stage")
 

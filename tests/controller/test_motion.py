@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from virtual_bench import VirtualBench
 
-from controller import link as link_module
-from controller.motion import Offsets, disable, enable_streaming, first_setpoint, home, positions_now, stream
-from controller.pacing import Lockstep
-from controller.sdo_check import friction_by_sdo
-from controller.stop import stopped_at_the_end
-from controller.trajectory import move, side_by_side
-from controller.trouble import DriveFaultError
-from drivetwin.errors import InterruptedByUserError, UserError
-from emulator.drive.state_machine import State
+from drivetwin.controller import link as link_module
+from drivetwin.controller.motion import Offsets, disable, enable_streaming, first_setpoint, home, positions_now, stream
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.controller.sdo_check import friction_by_sdo
+from drivetwin.controller.stop import stopped_at_the_end
+from drivetwin.controller.trajectory import move, side_by_side
+from drivetwin.controller.trouble import DriveFaultError
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.foundation.errors import InterruptedByUserError, UserError
 
 STILL = 1e-3
 """A joint that is slower than this stands [rad/s or m/s]."""

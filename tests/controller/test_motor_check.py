@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from virtual_bench import VirtualBench
 
-from controller.machine import load_machine
-from controller.motor_check import check_motors
-from drivetwin.errors import UserError
+from drivetwin.controller.machine import load_machine
+from drivetwin.controller.motor_check import check_motors
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.inverse_dynamics import read_mjcf
 
 

@@ -10,19 +10,19 @@ import pytest
 import yaml
 from virtual_bench import VirtualBench
 
-from controller import machine as machine_module
-from controller.bring_up import bring_up, connect
-from controller.cycle import Cycle
-from controller.link import Link
-from controller.machine import MACHINES, load_machine
-from controller.pacing import Lockstep
-from drive_profiles import load_profile
-from drivetwin.bus import InprocBus
-from drivetwin.errors import UserError
-from emulator.clock import SyncClock
-from emulator.effects import read_effects
-from emulator.machine import load_machine as load_virtual_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.bus.channel import InprocBus
+from drivetwin.controller import machine as machine_module
+from drivetwin.controller.bring_up import bring_up, connect
+from drivetwin.controller.cycle import Cycle
+from drivetwin.controller.link import Link
+from drivetwin.controller.machine import MACHINES, load_machine
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine as load_virtual_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.errors import UserError
 
 
 class TwoMachines:

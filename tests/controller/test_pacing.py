@@ -9,9 +9,9 @@ import time
 import pytest
 from virtual_bench import VirtualBench
 
-from controller.pacing import PACINGS, Lockstep, Realtime
-from drivetwin.errors import UserError
-from emulator.clock import RealtimeClock
+from drivetwin.controller.pacing import PACINGS, Lockstep, Realtime
+from drivetwin.emulator.clock import RealtimeClock
+from drivetwin.foundation.errors import UserError
 
 CYCLE = 0.001
 

@@ -7,9 +7,9 @@ from math import exp
 import pytest
 from virtual_bench import VirtualBench
 
-from controller.motion import enable_streaming, home, positions_now, stream
-from controller.sdo_check import friction_by_sdo
-from controller.trajectory import move
+from drivetwin.controller.motion import enable_streaming, home, positions_now, stream
+from drivetwin.controller.sdo_check import friction_by_sdo
+from drivetwin.controller.trajectory import move
 
 
 @pytest.mark.parametrize(("machine", "room"), [("arm", 4.0), ("arm", 0.2), ("stage", 0.28), ("stage", 0.02)])

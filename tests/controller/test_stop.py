@@ -8,8 +8,8 @@ from typing import Any, cast
 
 import pytest
 
-from controller.cycle import Cycle
-from controller.stop import _still_moving
+from drivetwin.controller.cycle import Cycle
+from drivetwin.controller.stop import _still_moving
 
 
 @dataclass

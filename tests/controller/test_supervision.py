@@ -5,8 +5,8 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import cast
 
-from controller.drive_node import DriveNode
-from controller.supervision import Watch, jump
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.supervision import Watch, jump
 
 PERIOD, STALL = 0.002, 0.06
 SPEED, FULL_SPEED, UNIT = 2.0, 2.5, 1e-6

@@ -8,10 +8,10 @@ import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.joint_path import axis_stretch, limits_of, slowed
-from controller.machine import load_machine
-from controller.synchronised import synchronised
-from drivetwin.errors import UserError
+from drivetwin.controller.joint_path import axis_stretch, limits_of, slowed
+from drivetwin.controller.machine import load_machine
+from drivetwin.controller.synchronised import synchronised
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited
 
 PERIOD = 0.001

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from controller.excitation import SPEED_LEVELS, VALIDATION_LEVELS, excitation, strokes, with_held
-from controller.machine import Axis, available_machines, load_machine
-from controller.trajectory import exciting, move, side_by_side, stroke
+from drivetwin.controller.excitation import SPEED_LEVELS, VALIDATION_LEVELS, excitation, strokes, with_held
+from drivetwin.controller.machine import Axis, available_machines, load_machine
+from drivetwin.controller.trajectory import exciting, move, side_by_side, stroke
 
 PERIOD = 0.001
 ROUNDING = 1.002

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from virtual_bench import VirtualBench
 
-from controller.drive_node import DriveNode
-from controller.motion import Offsets, enable_streaming, positions_now, stream
-from controller.trajectory import stroke
+from drivetwin.controller.drive_node import DriveNode
+from drivetwin.controller.motion import Offsets, enable_streaming, positions_now, stream
+from drivetwin.controller.trajectory import stroke
 
 CYCLE = 0.002
 SPEED, WAY, ACCELERATION = 0.8, 0.8, 6.0

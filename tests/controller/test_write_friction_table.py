@@ -16,23 +16,23 @@ import pytest
 from scipy.optimize import differential_evolution
 from virtual_bench import VirtualBench
 
-from controller.excitation import SPEED_LEVELS, excitation, strokes
-from controller.friction_precontrol import Planned, check_drive_type, plan, read_points, write_friction
-from controller.friction_table import UNUSED, friction_table
-from controller.identification import identify, load_model
-from controller.identification.friction_law import FrictionLaw
-from controller.identification.read import read_friction
-from controller.link import PumpedSdoClient
-from controller.machine import load_machine
-from controller.pacing import Lockstep
-from controller.procedure import FIT
-from controller.progress import Progress
-from controller.session import Session, session_on
-from controller.trajectory import stroke
-from drive_profiles import load_profile
-from drivetwin.errors import InterruptedByUserError, UserError
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.drive.torque_precontrol import TorquePrecontrol
+from drivetwin.controller.excitation import SPEED_LEVELS, excitation, strokes
+from drivetwin.controller.friction_precontrol import Planned, check_drive_type, plan, read_points, write_friction
+from drivetwin.controller.friction_table import UNUSED, friction_table
+from drivetwin.controller.link import PumpedSdoClient
+from drivetwin.controller.machine import load_machine
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.controller.procedure import FIT
+from drivetwin.controller.progress import Progress
+from drivetwin.controller.session import Session, session_on
+from drivetwin.controller.trajectory import stroke
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.drive.torque_precontrol import TorquePrecontrol
+from drivetwin.foundation.errors import InterruptedByUserError, UserError
+from drivetwin.identification import identify, load_model
+from drivetwin.identification.friction_law import FrictionLaw
+from drivetwin.identification.read import read_friction
 
 LINE = FrictionLaw(coulomb=1.9, viscous=1.15)
 STRIBECK = replace(LINE, static_rise=0.6, stribeck_velocity=0.05)

@@ -6,18 +6,18 @@ from collections.abc import Callable
 
 import can
 
-from controller.bring_up import bring_up, connect
-from controller.cycle import Cycle
-from controller.link import SYNC_COB_ID, Link
-from controller.machine import load_machine
-from controller.pacing import Lockstep
-from drive_profiles import load_profile
-from drivetwin.bus import InprocBus
-from emulator.clock import Clock, SyncClock
-from emulator.drive.state_machine import State
-from emulator.effects import read_effects
-from emulator.machine import load_machine as load_virtual_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.bus.channel import InprocBus
+from drivetwin.controller.bring_up import bring_up, connect
+from drivetwin.controller.cycle import Cycle
+from drivetwin.controller.link import SYNC_COB_ID, Link
+from drivetwin.controller.machine import load_machine
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import Clock, SyncClock
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine as load_virtual_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 
 class VirtualBench:

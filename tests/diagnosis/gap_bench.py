@@ -8,10 +8,10 @@ from dataclasses import fields
 import numpy as np
 from scipy import signal
 
-from diagnosis.prepare.testable import NotTestable
-from diagnosis.report.gap_test import NAME, significance
-from diagnosis.report.patterns import patterns
-from diagnosis.report.result import (
+from drivetwin.diagnosis.prepare.testable import NotTestable
+from drivetwin.diagnosis.report.gap_test import NAME, significance
+from drivetwin.diagnosis.report.patterns import patterns
+from drivetwin.diagnosis.report.result import (
     Array,
     AxisGap,
     AxisPrediction,
@@ -24,9 +24,9 @@ from diagnosis.report.result import (
     Unknown,
     Verdict,
 )
-from diagnosis.report.where import regimes
-from diagnosis.settings import Settings
-from emulator.effects import PlacedEffect, library
+from drivetwin.diagnosis.report.where import regimes
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.effects import PlacedEffect, library
 
 PERIOD, CUTOFF, STANDSTILL = 1e-3, 48.0, 0.002
 

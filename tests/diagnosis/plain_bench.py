@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from diagnosis.diagnose import diagnose
-from diagnosis.report.result import Array, Diagnosis
-from diagnosis.settings import Settings
+from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.report.result import Array, Diagnosis
+from drivetwin.diagnosis.settings import Settings
 from drivetwin.recording.recording import Recording, RecordingInfo
 
 PERIOD = 0.004

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from diagnosis.diagnose import diagnose
-from diagnosis.prepare.prepared import Prepared, prepared
-from diagnosis.prepare.rows import Rows
-from diagnosis.report.result import Array, Diagnosis
-from diagnosis.settings import Settings
+from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
+from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.report.result import Array, Diagnosis
+from drivetwin.diagnosis.settings import Settings
 from drivetwin.recording.recording import Recording, RecordingInfo
 
 PERIOD, CUTOFF, GEAR = 2e-3, 48.0, 20.0

@@ -11,16 +11,16 @@ import pinocchio
 import pytest
 from model_forms import FORMS, INERTIA, JOINT, Form, written
 
-from diagnosis.prepare.simulation import Kinematics, Simulation, simulation
-from diagnosis.report.patched_model import patched_xml
-from diagnosis.report.result import Array
 from drivetwin.cli import main
-from drivetwin.errors import UserError
+from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation, simulation
+from drivetwin.diagnosis.report.patched_model import patched_xml
+from drivetwin.diagnosis.report.result import Array
+from drivetwin.emulator.effects.coupling import Coupling
+from drivetwin.emulator.effects.payload import Payload
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion import compilation
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
 from drivetwin.recording.writer import write_recording
-from emulator.effects.coupling import Coupling
-from emulator.effects.payload import Payload
 
 EXACT = 1e-9
 """Of the largest torque."""

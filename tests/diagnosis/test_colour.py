@@ -8,8 +8,8 @@ from scipy.linalg import solve_toeplitz
 from scipy.stats import multivariate_normal
 from weigh_bench import PERIOD, autoregressive, rows_of
 
-from diagnosis.model.colour import SHRUNK, Colour, colour_of, white
-from diagnosis.report.result import Array
+from drivetwin.diagnosis.model.colour import SHRUNK, Colour, colour_of, white
+from drivetwin.diagnosis.report.result import Array
 
 ORDER = 6
 LAW = (1.6, -0.9, 0.2)

@@ -15,13 +15,13 @@ import pyarrow.parquet as pq
 import pytest
 from gap_bench import PERIOD, swinging, time_of
 
-from diagnosis.report.schema import read_report
 from drivetwin.cli import main
 from drivetwin.cli.diagnose import FailOn
 from drivetwin.cli.many_values import repeated
+from drivetwin.diagnosis.report.schema import read_report
+from drivetwin.emulator.effects import read_effects
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
 from drivetwin.recording.writer import write_recording
-from emulator.effects import read_effects
 
 MODEL = """
 <mujoco model="table">

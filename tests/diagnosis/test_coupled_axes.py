@@ -9,18 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.prepare.prepared import prepared
-from diagnosis.prepare.rows import Rows
-from diagnosis.report.result import Array
-from diagnosis.settings import Settings
+from drivetwin.diagnosis.prepare.prepared import prepared
+from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.report.result import Array
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.effects import AxisEffect
+from drivetwin.emulator.effects.backlash import Backlash
+from drivetwin.emulator.effects.delay import Delay
+from drivetwin.emulator.effects.elasticity import Elasticity
+from drivetwin.emulator.effects.encoder_eccentricity import EncoderEccentricity
+from drivetwin.emulator.effects.stribeck import Stribeck
+from drivetwin.emulator.effects.transmission_error import TransmissionError
 from drivetwin.recording.recording import Recording, RecordingInfo
-from emulator.effects import AxisEffect
-from emulator.effects.backlash import Backlash
-from emulator.effects.delay import Delay
-from emulator.effects.elasticity import Elasticity
-from emulator.effects.encoder_eccentricity import EncoderEccentricity
-from emulator.effects.stribeck import Stribeck
-from emulator.effects.transmission_error import TransmissionError
 
 PERIOD, CUTOFF = 1e-3, 48.0
 LOWER, UPPER, MOTOR, VISCOUS = 5.0, 2.0, 0.5, 4.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.prepare.cutoff import USUAL, chosen_cutoff, motion_cutoff, position_noise
-from diagnosis.report.result import Array
+from drivetwin.diagnosis.prepare.cutoff import USUAL, chosen_cutoff, motion_cutoff, position_noise
+from drivetwin.diagnosis.report.result import Array
 from drivetwin.recording.recording import Recording, RecordingInfo
 
 SECONDS = 20.0

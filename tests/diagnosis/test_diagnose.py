@@ -31,15 +31,15 @@ from rig_bench import (
     written_model,
 )
 
-from diagnosis.diagnose import diagnose
-from diagnosis.prepare.simulation import simulation
-from diagnosis.report.result import Array, Cause, Diagnosis, Verdict
-from diagnosis.report.schema import read_report
-from diagnosis.report.write import write_diagnosis
-from diagnosis.settings import Settings
+from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.prepare.simulation import simulation
+from drivetwin.diagnosis.report.result import Array, Cause, Diagnosis, Verdict
+from drivetwin.diagnosis.report.schema import read_report
+from drivetwin.diagnosis.report.write import write_diagnosis
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.mechanism import Mechanism
 from drivetwin.recording.recording import Recording
-from emulator.effects import read_effects
-from emulator.mechanism import Mechanism
 
 SECONDS = 14.0
 SERVO_PERIOD = 125e-6

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from rig_bench import COULOMB, PERIOD, TURNING, VISCOUS, compared, ready, recording, swing, written_model
 
-from diagnosis.diagnose import diagnose
-from diagnosis.prepare.drive_law import asked_of
-from diagnosis.prepare.rows import Rows
-from diagnosis.propose.drives import DriveFound, drive_effects
-from diagnosis.report.result import Array, Diagnosis, Verdict
-from diagnosis.settings import Settings
+from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.prepare.drive_law import asked_of
+from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.propose.drives import DriveFound, drive_effects
+from drivetwin.diagnosis.report.result import Array, Diagnosis, Verdict
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.effects.current_bandwidth import CurrentBandwidth
+from drivetwin.emulator.effects.torque_saturation import TorqueSaturation
 from drivetwin.recording.recording import DriveLoops, Recording
-from emulator.effects.current_bandwidth import CurrentBandwidth
-from emulator.effects.torque_saturation import TorqueSaturation
 
 SECONDS = 12.0
 STEPS = 16

@@ -8,10 +8,10 @@ import mujoco
 import pytest
 from rig_bench import CARRIAGE, GRAVITY, MODEL, as_modelled, moved, recording, strokes
 
-from diagnosis.diagnose import diagnose
-from diagnosis.prepare.inputs import read_inputs
-from diagnosis.report.result import Diagnosis
-from diagnosis.settings import Settings
+from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.prepare.inputs import read_inputs
+from drivetwin.diagnosis.report.result import Diagnosis
+from drivetwin.diagnosis.settings import Settings
 from drivetwin.recording.recording import Recording
 from drivetwin.recording.writer import write_recording
 

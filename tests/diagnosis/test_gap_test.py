@@ -8,8 +8,8 @@ from gap_bench import CUTOFF, axis_of, coloured_noise, recording_of, slowly, tim
 from scipy import stats
 from scipy.optimize import brentq
 
-from diagnosis.report.gap_test import NOISE_KNOWN_TO, gap_of, significance
-from diagnosis.report.result import Prediction
+from drivetwin.diagnosis.report.gap_test import NOISE_KNOWN_TO, gap_of, significance
+from drivetwin.diagnosis.report.result import Prediction
 
 TRIES = 600
 

@@ -11,12 +11,12 @@ import pyarrow.parquet as pq
 import pytest
 from gap_bench import PERIOD, time_of
 
-from diagnosis.prepare.hold_back import hold_back
-from diagnosis.prepare.inputs import Inputs, read_inputs
-from diagnosis.prepare.prepared import Prepared, prepared
-from diagnosis.report.result import Array
-from diagnosis.settings import Settings
-from drivetwin.errors import UserError
+from drivetwin.diagnosis.prepare.hold_back import hold_back
+from drivetwin.diagnosis.prepare.inputs import Inputs, read_inputs
+from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
+from drivetwin.diagnosis.report.result import Array
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
 from drivetwin.recording.writer import write_recording
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from plain_bench import COGGING, COULOMB, ORDER, PERIOD, STICKS, Machine
 from scipy.interpolate import CubicSpline
 
-from diagnosis.report.result import Array, Diagnosis
+from drivetwin.diagnosis.report.result import Array, Diagnosis
 from drivetwin.recording.recording import Recording
 
 SECONDS = 15.0

@@ -12,14 +12,14 @@ import pyarrow.parquet as pq
 import pytest
 from typer.testing import CliRunner
 
-from diagnosis.prepare.prepared import prepared
-from diagnosis.report.prediction import Patch, predict
-from diagnosis.report.schema import GapReport, read_report
-from diagnosis.report.write import prediction_table
-from diagnosis.settings import Settings
 from drivetwin.cli import app
+from drivetwin.diagnosis.prepare.prepared import prepared
+from drivetwin.diagnosis.report.prediction import Patch, predict
+from drivetwin.diagnosis.report.schema import GapReport, read_report
+from drivetwin.diagnosis.report.write import prediction_table
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.effects import read_effects
 from drivetwin.recording.reader import read_recording
-from emulator.effects import read_effects
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 EXAMPLES = REPOSITORY / "docs" / "examples"

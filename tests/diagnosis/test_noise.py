@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from rig_bench import CUTOFF, PERIOD, RESOLUTION, moved, ready, recording
 
-from diagnosis.prepare.motion import Run
-from diagnosis.prepare.noise import TIMING, Noise, noise_of
-from diagnosis.report.result import Array
+from drivetwin.diagnosis.prepare.motion import Run
+from drivetwin.diagnosis.prepare.noise import TIMING, Noise, noise_of
+from drivetwin.diagnosis.report.result import Array
 from drivetwin.motion.filtering import zero_phase
 
 SECONDS = 60.0

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from gap_bench import CUTOFF, axis_of, coloured_noise, recording_of, swinging, time_of
 
-from diagnosis.report.patterns import patterns
-from diagnosis.report.result import Array, Pattern
+from drivetwin.diagnosis.report.patterns import patterns
+from drivetwin.diagnosis.report.result import Array, Pattern
 
 NOISE = 0.02
 TIME = time_of(60.0)

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.prepare.positions import positions
-from diagnosis.prepare.prepared import prepared
-from diagnosis.prepare.simulation import simulation
-from diagnosis.settings import Settings
+from drivetwin.diagnosis.prepare.positions import positions
+from drivetwin.diagnosis.prepare.prepared import prepared
+from drivetwin.diagnosis.prepare.simulation import simulation
+from drivetwin.diagnosis.settings import Settings
 from drivetwin.recording.recording import Recording, RecordingInfo
 
 PERIOD, MASS, LENGTH, COULOMB, CUTOFF = 0.002, 2.0, 0.3, 0.4, 48.0

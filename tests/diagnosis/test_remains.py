@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from gap_bench import CAUSES, axis_of, coloured_noise, diagnosis_of, recording_of, time_of
 
-from diagnosis.report.remains import spells_after
-from diagnosis.report.result import Array, Diagnosis
+from drivetwin.diagnosis.report.remains import spells_after
+from drivetwin.diagnosis.report.result import Array, Diagnosis
 
 TIME = time_of(30.0)
 NOISE = coloured_noise(np.random.default_rng(0), len(TIME), 0.02)

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from diagnosis.prepare.testable import NotTestable
-from diagnosis.report import page_shares
-from diagnosis.report.page import write_report_page
-from diagnosis.report.result import (
+from drivetwin.diagnosis.prepare.testable import NotTestable
+from drivetwin.diagnosis.report import page_shares
+from drivetwin.diagnosis.report.page import write_report_page
+from drivetwin.diagnosis.report.result import (
     Array,
     AxisGap,
     AxisPrediction,
@@ -29,9 +29,9 @@ from diagnosis.report.result import (
     Unknown,
     Verdict,
 )
-from diagnosis.report.view import drawn, gap_map, mean_over, spectra_of, trace_of, worst_window
-from diagnosis.settings import Settings
-from emulator.effects import PlacedEffect, library
+from drivetwin.diagnosis.report.view import drawn, gap_map, mean_over, spectra_of, trace_of, worst_window
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.effects import PlacedEffect, library
 
 PERIOD, CUTOFF, STANDSTILL, NOISE = 1e-3, 48.0, 0.002, 0.02
 INPUTS = {"model.xml": "ab" * 32, "rec/<sweep>/signals.parquet": "cd" * 32}

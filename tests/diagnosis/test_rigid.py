@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from rig_bench import ARM, GRAVITY, compared, strokes
 
-from diagnosis.prepare.rows import Rows
-from diagnosis.propose.rigid import Polynomial, polynomial
-from diagnosis.report.result import Array
-from emulator.effects.coupling import Coupling
-from emulator.effects.payload import Payload
+from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.propose.rigid import Polynomial, polynomial
+from drivetwin.diagnosis.report.result import Array
+from drivetwin.emulator.effects.coupling import Coupling
+from drivetwin.emulator.effects.payload import Payload
 
 RNG = np.random.default_rng(3)
 PAYLOADS = [Payload(RNG.uniform(0.1, 3.0), *RNG.uniform(-0.7, 0.7, 3)) for _ in range(4)]

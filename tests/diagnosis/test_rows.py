@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from rig_bench import PERIOD, compared, strokes
 
-from diagnosis.prepare.motion import Run
-from diagnosis.prepare.rows import ENOUGH, MUCH, Rows
-from diagnosis.report.result import Array
-from diagnosis.settings import Settings
+from drivetwin.diagnosis.prepare.motion import Run
+from drivetwin.diagnosis.prepare.rows import ENOUGH, MUCH, Rows
+from drivetwin.diagnosis.report.result import Array
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.effects.torque_offset import TorqueOffset
 from drivetwin.motion.axis_motion import widen
 from drivetwin.motion.filtering import reach
-from emulator.effects.torque_offset import TorqueOffset
 
 AXES = ("turn", "lift")
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from diagnosis.report.result import Array, Share
-from diagnosis.report.shares import shares
+from drivetwin.diagnosis.report.result import Array, Share
+from drivetwin.diagnosis.report.shares import shares
 
 PERIOD = 0.01
 TIME = np.arange(6000) * PERIOD

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from gap_bench import PERIOD, STANDSTILL, axis_of, coloured_noise, recording_of, time_of
 
-from diagnosis.report.result import Array, Prediction, Shrink
-from diagnosis.report.shrink import shrink
+from drivetwin.diagnosis.report.result import Array, Prediction, Shrink
+from drivetwin.diagnosis.report.shrink import shrink
 
 TIME = time_of(40.0)
 ONES = np.ones(len(TIME))

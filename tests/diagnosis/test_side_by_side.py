@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from rig_bench import compared, strokes
 
-from diagnosis.prepare.rows import Rows
-from diagnosis.propose.side_by_side import side_by_side
-from diagnosis.report.result import Array
-from drivetwin.errors import UserError
-from emulator.effects.backlash import Backlash
+from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.diagnosis.report.result import Array
+from drivetwin.emulator.effects.backlash import Backlash
+from drivetwin.foundation.errors import UserError
 
 THREADS = [1, 3]
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from rig_bench import COULOMB, PERIOD, TURNING, VISCOUS, compared, lift_torque, moved, recording
 
-from diagnosis.prepare.rows import Rows
-from diagnosis.report.result import Array
-from emulator.effects.torque_offset import TorqueOffset
+from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.report.result import Array
+from drivetwin.emulator.effects.torque_offset import TorqueOffset
 
 SECONDS = 20.0
 STEPS = 20

@@ -9,9 +9,10 @@ import pytest
 from rich.console import Console
 from test_report_page import NOT_TESTABLE, ONE_WAY, RIPPLE, SLOW, STRIBECK, placed, two_axes
 
-from diagnosis.prepare.testable import NotTestable
-from diagnosis.report.result import Diagnosis, Estimate, Unknown, Verdict
-from diagnosis.report.wording import (
+from drivetwin.cli.diagnose_summary import print_summary
+from drivetwin.diagnosis.prepare.testable import NotTestable
+from drivetwin.diagnosis.report.result import Diagnosis, Estimate, Unknown, Verdict
+from drivetwin.diagnosis.report.wording import (
     added_words,
     estimate_words,
     goes_with_words,
@@ -21,7 +22,6 @@ from diagnosis.report.wording import (
     untested,
     verdict_sentence,
 )
-from drivetwin.cli.diagnose_summary import print_summary
 
 CASE = two_axes()
 

@@ -10,10 +10,10 @@ from scipy import optimize
 from scipy.stats import multivariate_normal, multivariate_t
 from weigh_bench import PERIOD, rows_of
 
-from diagnosis.model.colour import Colour, colour_of, white
-from diagnosis.model.system import FREEDOM, AxisSystem, System, axis_system
-from diagnosis.prepare.rows import Column
-from diagnosis.report.result import Array
+from drivetwin.diagnosis.model.colour import Colour, colour_of, white
+from drivetwin.diagnosis.model.system import FREEDOM, AxisSystem, System, axis_system
+from drivetwin.diagnosis.prepare.rows import Column
+from drivetwin.diagnosis.report.result import Array
 
 COUNT = {"turn": 60, "lift": 45}
 NOISE = {"turn": 1.4, "lift": 1.1}

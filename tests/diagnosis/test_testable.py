@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from rig_bench import PERIOD, ready, recording
 
-from diagnosis.prepare.testable import Testable
-from diagnosis.report.result import Array
-from drivetwin.errors import UserError
+from drivetwin.diagnosis.prepare.testable import Testable
+from drivetwin.diagnosis.report.result import Array
+from drivetwin.emulator.effects import DriveEffect, library
+from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Recording
-from emulator.effects import DriveEffect, library
 
 TIME = np.arange(round(15.0 / PERIOD)) * PERIOD
 TO_AND_FRO = 0.6 * np.sin(1.7 * TIME) + 0.3 * np.sin(4.1 * TIME)

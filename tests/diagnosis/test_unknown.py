@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from rig_bench import PERIOD, compared, strokes
 
-from diagnosis.model.unknown import Component, by_quantity, components
-from diagnosis.prepare.rows import Rows
-from diagnosis.report.result import Array
+from drivetwin.diagnosis.model.unknown import Component, by_quantity, components
+from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.report.result import Array
 from drivetwin.motion.axis_motion import widen
 from drivetwin.motion.filtering import reach
 

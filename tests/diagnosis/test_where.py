@@ -10,8 +10,8 @@ from gap_bench import PERIOD, STANDSTILL, axis_of, recording_of, swinging, time_
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from diagnosis.report.result import Array, AxisPrediction, Prediction
-from diagnosis.report.where import REGIMES, classify, find_bounds, regimes
+from drivetwin.diagnosis.report.result import Array, AxisPrediction, Prediction
+from drivetwin.diagnosis.report.where import REGIMES, classify, find_bounds, regimes
 
 
 def shares(predictions: list[Prediction], noise_rms: float = 0.0) -> dict[str, float]:

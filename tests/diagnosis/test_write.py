@@ -16,11 +16,11 @@ import pytest
 from gap_bench import CAUSES, STRIBECK, axis_of, diagnosis_of, recording_of, stribeck_case, time_of
 from pydantic import ValidationError
 
-from diagnosis.report.result import Diagnosis, Prediction
-from diagnosis.report.schema import GapReport, read_report
-from diagnosis.report.write import write_diagnosis
-from drivetwin.errors import UserError
-from emulator.effects import read_effects
+from drivetwin.diagnosis.report.result import Diagnosis, Prediction
+from drivetwin.diagnosis.report.schema import GapReport, read_report
+from drivetwin.diagnosis.report.write import write_diagnosis
+from drivetwin.emulator.effects import read_effects
+from drivetwin.foundation.errors import UserError
 
 CASE = stribeck_case(20.0)
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.prepare.rows import AxisRows
-from diagnosis.report.result import Array
+from drivetwin.diagnosis.prepare.rows import AxisRows
+from drivetwin.diagnosis.report.result import Array
 
 PERIOD = 0.01
 

@@ -9,13 +9,13 @@ from pathlib import Path
 import can
 import pytest
 
-from drive_profiles import load_profile
-from drive_profiles.eds_profile import profile_from_eds
-from drive_profiles.eds_writer import eds_text
-from drivetwin.errors import UserError
-from emulator.clock import SyncClock
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.drive_profiles.eds_profile import profile_from_eds
+from drivetwin.drive_profiles.eds_writer import eds_text
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.errors import UserError
 
 NUMBERS = ("0", "-1", "0x", "0xFFFFFFFF", "0xFFFFFFFFFFFFFFFFFF", "1e999", "nan", "$NODEID", "$NODEID+0x7FFFFFFF")
 VALUES = (*NUMBERS, "", "7;7", "\xe9")

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from drive_profiles import Access, DataType, DriveProfile, ObjectEntry, available_profiles, load_profile
-from drive_profiles.eds_profile import profile_from_eds
-from drive_profiles.eds_reader import EdsNumber, parse_number, read_eds
-from drive_profiles.eds_writer import eds_text
-from drivetwin.errors import UserError
-from emulator.canopen.data_types import encode
+from drivetwin.drive_profiles import Access, DataType, DriveProfile, ObjectEntry, available_profiles, load_profile
+from drivetwin.drive_profiles.eds_profile import profile_from_eds
+from drivetwin.drive_profiles.eds_reader import EdsNumber, parse_number, read_eds
+from drivetwin.drive_profiles.eds_writer import eds_text
+from drivetwin.emulator.canopen.data_types import encode
+from drivetwin.foundation.errors import UserError
 
 Change = Callable[[str], str]
 

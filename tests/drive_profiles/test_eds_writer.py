@@ -11,8 +11,8 @@ import canopen
 import pytest
 from canopen.objectdictionary import ODArray, ODRecord, ODVariable, import_od
 
-from drive_profiles import DataType, ObjectEntry, available_profiles, load_profile
-from drive_profiles.eds_writer import eds_access, eds_text
+from drivetwin.drive_profiles import DataType, ObjectEntry, available_profiles, load_profile
+from drivetwin.drive_profiles.eds_writer import eds_access, eds_text
 
 NODE = 7
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from drive_profiles import Access, Quirk, available_profiles, load_profile
-from drive_profiles.profile import PROFILES, TEXT_TYPES, load_profile_from
-from drivetwin.errors import UserError
+from drivetwin.drive_profiles import Access, Quirk, available_profiles, load_profile
+from drivetwin.drive_profiles.profile import PROFILES, TEXT_TYPES, load_profile_from
+from drivetwin.foundation.errors import UserError
 
 IDENTIFIED = ("servoone", "cia402-full")
 """Drive types that `drivetwin identify` works with."""

@@ -9,16 +9,16 @@ from pathlib import Path
 import can
 import pytest
 
-from drive_profiles import DriveProfile, available_profiles, load_profile
-from drive_profiles.eds_profile import profile_from_eds
-from drive_profiles.requirements import MANDATORY, required_objects
-from drivetwin.errors import UserError
-from emulator.canopen import AbortCode, SdoAbort
-from emulator.clock import SyncClock
-from emulator.drive.drive import Drive
-from emulator.drive.state_machine import State
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import DriveProfile, available_profiles, load_profile
+from drivetwin.drive_profiles.eds_profile import profile_from_eds
+from drivetwin.drive_profiles.requirements import MANDATORY, required_objects
+from drivetwin.emulator.canopen import AbortCode, SdoAbort
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.drive.drive import Drive
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.errors import UserError
 
 SHUTDOWN, SWITCH_ON, ENABLE, START, HALT, QUICK_STOP, FAULT_RESET = 0x06, 0x07, 0x0F, 0x1F, 0x10F, 0x02, 0x80
 

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from controller import bring_up as bring_up_module
-from controller.pacing import Lockstep
-from drivetwin.bus import host_bus
+from drivetwin.bus.channel import host_bus
 from drivetwin.cli import main
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.drive.state_machine import State
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.controller import bring_up as bring_up_module
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 
 @dataclass(frozen=True)

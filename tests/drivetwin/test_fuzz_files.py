@@ -9,7 +9,7 @@ from random import Random
 import pytest
 from fuzzing.files import KINDS, BrokenError, Kind, try_spoiled
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")

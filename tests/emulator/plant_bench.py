@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.drive.servo import SERVO_PERIOD
-from emulator.effects import PlacedEffect, library, read_effects
-from emulator.machine import Machine, load_machine
-from emulator.mechanism import followers
-from emulator.plant import Plant
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.effects import PlacedEffect, library, read_effects
+from drivetwin.emulator.machine import Machine, load_machine
+from drivetwin.emulator.mechanism import followers
+from drivetwin.emulator.plant import Plant
 
 Array = NDArray[np.float64]
 

@@ -12,12 +12,12 @@ from collections.abc import Callable
 import can
 import pytest
 
-from drive_profiles import load_profile
 from drivetwin.cli.emulate import serve
-from emulator.clock import RealtimeClock
-from emulator.drive.servo import SERVO_PERIOD, ServoBank
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import RealtimeClock
+from drivetwin.emulator.drive.servo import SERVO_PERIOD, ServoBank
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 HANDLING = 0.0001
 """What a frame costs beside the plant [s]."""

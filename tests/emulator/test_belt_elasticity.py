@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from plant_bench import PlantBench, placed
 
-from drivetwin.errors import UserError
-from emulator.drive.servo import SERVO_PERIOD
-from emulator.machine import load_machine
-from emulator.plant import Plant
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.plant import Plant
+from drivetwin.foundation.errors import UserError
 
 WRIST_INERTIA = 0.45 * 0.12**2 + 0.45 * (0.28**2 + 0.10**2) / 12.0
 """Blade about the wrist [kg·m²]: a box of 0.28 x 0.10 m, 0.45 kg, its middle 0.12 m off (scara.xml; half sizes there)."""

@@ -9,12 +9,12 @@ import can
 import numpy as np
 import pytest
 
-from drive_profiles import load_profile
-from emulator.clock import CLOCKS, RealtimeClock, SyncClock
-from emulator.drive.servo import SERVO_PERIOD
-from emulator.effects import read_effects
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import CLOCKS, RealtimeClock, SyncClock
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 CYCLE = 0.001
 TOLD = round(CYCLE / SERVO_PERIOD)

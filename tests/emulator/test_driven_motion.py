@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.dynamics.replay import motor_torque, needed_torque
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from drivetwin.emulator.dynamics.replay import motor_torque, needed_torque
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_each_axis_needs_its_own(motion: Motion) -> None:
 
 
 def test_of_what_a_search_moves_on_from_only_the_last_is_kept(motion: Motion, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("emulator.dynamics.motion.LATELY", 2)
+    monkeypatch.setattr("drivetwin.emulator.dynamics.motion.LATELY", 2)
     made: list[float] = []
 
     def asked(share: float) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from plant_bench import placed
 
-from drivetwin.errors import UserError
-from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.effects import PlacedEffect, StaticEffect, library, read_effects
-from emulator.machine import available_machines, load_machine
-from emulator.plant import Plant
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from drivetwin.emulator.effects import PlacedEffect, StaticEffect, library, read_effects
+from drivetwin.emulator.machine import available_machines, load_machine
+from drivetwin.emulator.plant import Plant
+from drivetwin.foundation.errors import UserError
 
 CONTRACT = {
     "schema": "effects/1",

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from plant_bench import PlantBench, placed
 
-from emulator.machine import load_machine
-from emulator.plant import Plant
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.plant import Plant
 
 
 def mass_matrix(plant: Plant) -> np.ndarray:

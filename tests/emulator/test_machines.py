@@ -11,11 +11,11 @@ import pytest
 import yaml
 from plant_bench import AXES, Array, PlantBench, placed
 
-from drivetwin.errors import UserError
-from emulator import machine as machine_module
-from emulator.effects import read_effects
-from emulator.machine import MACHINES, available_machines, load_machine
-from emulator.plant import Plant, truth_path
+from drivetwin.emulator import machine as machine_module
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import MACHINES, available_machines, load_machine
+from drivetwin.emulator.plant import Plant, truth_path
+from drivetwin.foundation.errors import UserError
 
 L3, L5 = 0.20, 0.24
 GRAVITY = 9.81

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import can
 
-from drive_profiles import load_profile
-from emulator.clock import RealtimeClock, SyncClock
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import RealtimeClock, SyncClock
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 POLL = 0.0005
 PRODUCE = 0x4000_0080

@@ -14,11 +14,11 @@ import can
 import numpy as np
 import pytest
 
-from drive_profiles import load_profile
-from emulator.clock import RealtimeClock
-from emulator.drive.servo import SERVO_PERIOD
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import RealtimeClock
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 POLL = 0.0005
 TURN = 1 << 20

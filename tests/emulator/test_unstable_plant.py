@@ -9,12 +9,12 @@ import can
 import mujoco
 import pytest
 
-from drive_profiles import load_profile
-from drivetwin.errors import UserError
-from emulator.clock import SyncClock
-from emulator.effects import read_effects
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.errors import UserError
 
 SYNC = can.Message(arbitration_id=0x80, data=b"", is_extended_id=False)
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from drivetwin.hil_tests.bench import Bench, read_bench
+from drivetwin.hil_tests.evidence import BusFrame, Configuration, Ending, Evidence, Run, Struck, Truth
+from drivetwin.hil_tests.expectations.base import Expectation, Finding
+from drivetwin.hil_tests.expectations.reading import read_expectation
+from drivetwin.hil_tests.task import Task
 from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited
-from hil_tests.bench import Bench, read_bench
-from hil_tests.evidence import BusFrame, Configuration, Ending, Evidence, Run, Struck, Truth
-from hil_tests.expectations.base import Expectation, Finding
-from hil_tests.expectations.reading import read_expectation
-from hil_tests.task import Task
 
 PERIOD = 0.002
 STREAMING = 7

@@ -9,7 +9,7 @@ import yaml
 from stage_bench import bench_file
 
 KEEPS_LIMITS = [
-    *("{python}", "-m", "controller", "{task_file}"),
+    *("{python}", "-m", "drivetwin.controller", "{task_file}"),
     *("--bus", "{bus}", "--clock", "{clock}", "--out", "{out}", "--limits", "{limits}", "--yes"),
 ]
 

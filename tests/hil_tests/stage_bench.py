@@ -60,7 +60,7 @@ def bad(what: str) -> list[str]:
 
 
 REFERENCE = [
-    *("{python}", "-m", "controller", "{task_file}"),
+    *("{python}", "-m", "drivetwin.controller", "{task_file}"),
     *("--bus", "{bus}", "--clock", "{clock}", "--out", "{out}"),
 ]
 

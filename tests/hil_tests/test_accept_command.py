@@ -18,7 +18,7 @@ from processes import PATIENCE, Ended, drivetwin, start
 from stage_bench import REFERENCE, bad, bench_file, scenario_file
 
 from drivetwin.cli.accept import accept_command
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 
 MOVES = {"task": "move", "parameters": {"dwell": 0.3, "moves": [{"axis": "slide", "to": 0.1}, {"axis": "slide", "to": -0.05}]}}
 SOUND = ["final_position", "homed", "tracking_error", "settling", "limits", "disabled_at_end", {"outcome": "done"}]
@@ -108,8 +108,8 @@ def test_what_is_wrong_is_told_before_anything_runs(tmp_path: Path, changes: dic
 OWN_TEST = """
 import can
 
-from emulator.drive.state_machine import State
-from hil_tests.verdict import Outcome
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.hil_tests.verdict import Outcome
 
 
 def send(bus, cob_id, data):
@@ -136,7 +136,7 @@ def test_my_own_case(run_scenario, pytestconfig):
 def pytest_on(folder: Path, *arguments: object) -> Ended:
     """pytest with the plugin, in a project of its own."""
     installed = any(point.name == "drivetwin" for point in entry_points(group="pytest11"))
-    plugin = [] if installed else ["-p", "hil_tests.pytest_plugin"]
+    plugin = [] if installed else ["-p", "drivetwin.hil_tests.pytest_plugin"]
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *plugin, "-rs", "-v"]
     done = subprocess.run(
         [*command, *map(str, arguments)],

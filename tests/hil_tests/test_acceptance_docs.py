@@ -14,17 +14,17 @@ from typing import get_args
 import pytest
 from pydantic import BaseModel
 
-from controller.tasks.library import task_class
-from drivetwin.errors import UserError
-from hil_tests import pytest_suite
-from hil_tests.bench import Bench, read_bench
-from hil_tests.conditions import read_condition
-from hil_tests.evidence import Ending
-from hil_tests.expectations.base import LIMIT
-from hil_tests.expectations.library import library
-from hil_tests.scenario import _File, read_scenario
-from hil_tests.suite import CASES, find_cases
-from hil_tests.task import TaskName
+from drivetwin.controller.tasks.library import task_class
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests import pytest_suite
+from drivetwin.hil_tests.bench import Bench, read_bench
+from drivetwin.hil_tests.conditions import read_condition
+from drivetwin.hil_tests.evidence import Ending
+from drivetwin.hil_tests.expectations.base import LIMIT
+from drivetwin.hil_tests.expectations.library import library
+from drivetwin.hil_tests.scenario import _File, read_scenario
+from drivetwin.hil_tests.suite import CASES, find_cases
+from drivetwin.hil_tests.task import TaskName
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs/acceptance.md").read_text(encoding="utf-8")
@@ -162,7 +162,8 @@ def test_the_scenario_and_the_tests_of_the_page_work(tmp_path: Path) -> None:
     own = tmp_path / "test_own.py"
     own.write_text(code.group(1), encoding="utf-8")
     assert read_scenario(case, read_bench(BENCH)).identity == "02_enable.drive_fault"
-    command = [sys.executable, "-m", "pytest", "-p", "hil_tests.pytest_plugin", "-p", "no:cacheprovider", "-c", os.devnull]
+    plugins = ["-p", "drivetwin.hil_tests.pytest_plugin", "-p", "no:cacheprovider"]
+    command = [sys.executable, "-m", "pytest", *plugins, "-c", os.devnull]
     environment = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     ran = subprocess.run(
         [*command, "--rootdir", str(tmp_path), "--bench", str(BENCH), str(own)],

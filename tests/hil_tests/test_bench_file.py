@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from stage_bench import LIMITS, bench_file
 
-from drivetwin.errors import UserError
-from hil_tests.bench import mapping_entry, read_bench
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import mapping_entry, read_bench
 
 COMMAND = ["true"]
 

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from emulator.drive.state_machine import State
-from hil_tests.bench import read_bench
-from hil_tests.evidence import BusFrame, Evidence, StateChange
-from hil_tests.scenario import read_scenario
-from hil_tests.stand.bus_reading import read_bus, sent_by_drive
-from hil_tests.stand.stand import run_case
-from hil_tests.suite import CASES
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.hil_tests.bench import read_bench
+from drivetwin.hil_tests.evidence import BusFrame, Evidence, StateChange
+from drivetwin.hil_tests.scenario import read_scenario
+from drivetwin.hil_tests.stand.bus_reading import read_bus, sent_by_drive
+from drivetwin.hil_tests.stand.stand import run_case
+from drivetwin.hil_tests.suite import CASES
 
 SCARA = Path("hil_tests/benches/scara.yaml")
 

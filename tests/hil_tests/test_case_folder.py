@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from made_evidence import evidence, standing
 
+from drivetwin.hil_tests.folder import write_case
+from drivetwin.hil_tests.verdict import CaseResult, Outcome
 from drivetwin.recording.reader import read_recording
-from hil_tests.folder import write_case
-from hil_tests.verdict import CaseResult, Outcome
 
 LONG, FREE, POLLS, LATER = 500, 1, 6, 100
 """Steps: of 2 ms; one of 50 ms, after which drives run free at once for what they had waited; of 1 ms; of 2 ms again."""

@@ -7,7 +7,7 @@ import sys
 import time
 from pathlib import Path
 
-from hil_tests.stand.controller_process import ControllerProcess
+from drivetwin.hil_tests.stand.controller_process import ControllerProcess
 
 STOPS = """
 import signal, sys, time

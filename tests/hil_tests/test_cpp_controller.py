@@ -11,11 +11,11 @@ from typing import Any
 import pytest
 from stage_bench import scenario_file
 
-from hil_tests.bench import read_bench
-from hil_tests.run import run_one
-from hil_tests.scenario import read_scenario
-from hil_tests.suite import CASES
-from hil_tests.verdict import CaseResult, Outcome
+from drivetwin.hil_tests.bench import read_bench
+from drivetwin.hil_tests.run import run_one
+from drivetwin.hil_tests.scenario import read_scenario
+from drivetwin.hil_tests.suite import CASES
+from drivetwin.hil_tests.verdict import CaseResult, Outcome
 
 EXAMPLE = Path(__file__).parents[2] / "docs/examples/cpp_controller"
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 import pytest
 from made_evidence import evidence, found, ordered, standing
 
-from drive_profiles import load_profile
-from emulator.clock import SyncClock
-from emulator.effects import read_effects
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
-from hil_tests.stand.observer import configuration_of
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.hil_tests.stand.observer import configuration_of
 
 
 @pytest.mark.parametrize(("limited", "failures"), [(True, []), (None, []), (False, [("rotate", 0.0)])])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from made_evidence import evidence, frame, judged, standing
 
-from hil_tests.evidence import BusFrame
-from hil_tests.stand.bus_reading import sent_by_drive, strangers_told_apart
+from drivetwin.hil_tests.evidence import BusFrame
+from drivetwin.hil_tests.stand.bus_reading import sent_by_drive, strangers_told_apart
 
 BOOTS = frame(0.5, 0x705, b"\x00", by_controller=False)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from made_evidence import LIFT, ROTATE, STRETCH, evidence, found, judged, measured, moved, standing
 
-from hil_tests.evidence import Truth
+from drivetwin.hil_tests.evidence import Truth
 
 
 def to_and_fro(ends: list[float]) -> Truth:

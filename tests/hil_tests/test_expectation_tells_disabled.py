@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from made_evidence import evidence, judged, standing
 
-from emulator.drive.state_machine import State
-from hil_tests.evidence import StateChange
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.hil_tests.evidence import StateChange
 
 ENABLED = StateChange(0.5, "rotate", State.SWITCHED_ON, State.OPERATION_ENABLED)
 DISABLED = StateChange(1.0, "rotate", State.OPERATION_ENABLED, State.SWITCH_ON_DISABLED)

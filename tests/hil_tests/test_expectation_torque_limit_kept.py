@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from made_evidence import evidence, standing
 
-from hil_tests.bench import read_bench
-from hil_tests.evidence import TorqueLimit
-from hil_tests.expectations.torque_limit_kept import TorqueLimitKept
+from drivetwin.hil_tests.bench import read_bench
+from drivetwin.hil_tests.evidence import TorqueLimit
+from drivetwin.hil_tests.expectations.torque_limit_kept import TorqueLimitKept
 
 ON_CAN0 = read_bench(Path("hil_tests/benches/scara_can0.yaml"), real=True)
 KEPT = (TorqueLimit(0.1, "lift", 800.0), TorqueLimit(0.1, "rotate", 19.99), TorqueLimit(0.1, "stretch", 20.0))

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from made_evidence import ROTATE, evidence, found, frame, judged, measured, moved, ordered, standing, struck
 
-from drivetwin.copper.frame_bits import Frame, frame_bits
-from emulator.drive.state_machine import State
-from hil_tests.evidence import BusFrame, Configuration, Ending, Evidence, Run, StateChange
+from drivetwin.bus.timing.frame_bits import Frame, frame_bits
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.hil_tests.evidence import BusFrame, Configuration, Ending, Evidence, Run, StateChange
 
 AXES = {"lift": 1, "rotate": 2, "stretch": 3}
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from made_evidence import LIFT, PERIOD, ROTATE, STRETCH, evidence, found, judged, measured, moved, standing, struck
 
-from emulator.drive.state_machine import State
-from hil_tests.evidence import StateChange, Truth
-from hil_tests.moves import moves
-from hil_tests.task import Task
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.hil_tests.evidence import StateChange, Truth
+from drivetwin.hil_tests.moves import moves
+from drivetwin.hil_tests.task import Task
 
 
 @pytest.fixture

@@ -8,12 +8,12 @@ import pytest
 from made_evidence import evidence, judged, standing
 from stage_bench import REFERENCE, bench_file
 
-from hil_tests.bench import read_bench
-from hil_tests.evidence import BusFrame
-from hil_tests.scenario import read_scenario
-from hil_tests.stand.bus_reading import read_bus
-from hil_tests.stand.stand import run_case
-from hil_tests.suite import CASES
+from drivetwin.hil_tests.bench import read_bench
+from drivetwin.hil_tests.evidence import BusFrame
+from drivetwin.hil_tests.scenario import read_scenario
+from drivetwin.hil_tests.stand.bus_reading import read_bus
+from drivetwin.hil_tests.stand.stand import run_case
+from drivetwin.hil_tests.suite import CASES
 
 BENCH = read_bench(Path("hil_tests/benches/scara.yaml"))
 

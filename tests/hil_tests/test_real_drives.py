@@ -16,17 +16,17 @@ from processes import Ended, drivetwin, emulator, start
 from real_bench import KEEPS_LIMITS, SLOWER, real_bench
 from stage_bench import LIMITS, REFERENCE, bench_file, scenario_file
 
-from drivetwin.bus import host_bus
-from drivetwin.errors import UserError
-from hil_tests.bench import Bench, read_bench
-from hil_tests.judge import skipped
-from hil_tests.motion_plan import what_moves
-from hil_tests.results import Acceptance, write_junit, write_report, write_results
-from hil_tests.run import run_all, run_one
-from hil_tests.scenario import read_scenario
-from hil_tests.stand.real_stand import run_real_case
-from hil_tests.suite import CASES, find_cases
-from hil_tests.verdict import Outcome
+from drivetwin.bus.channel import host_bus
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import Bench, read_bench
+from drivetwin.hil_tests.judge import skipped
+from drivetwin.hil_tests.motion_plan import what_moves
+from drivetwin.hil_tests.results import Acceptance, write_junit, write_report, write_results
+from drivetwin.hil_tests.run import run_all, run_one
+from drivetwin.hil_tests.scenario import read_scenario
+from drivetwin.hil_tests.stand.real_stand import run_real_case
+from drivetwin.hil_tests.suite import CASES, find_cases
+from drivetwin.hil_tests.verdict import Outcome
 
 # -- before anything moves -----------------------------------------------------------------------------------------------
 
@@ -35,9 +35,9 @@ from hil_tests.verdict import Outcome
     ("changes", "said"),
     [
         ({"bus": "embedded"}, "embedded is made for a case, and real drives are on none"),
-        ({"real": {"limits": "limits.yaml"}}, "unix:/nowhere is not the name of copper, .* add any_bus: true to real"),
+        ({"real": {"limits": "limits.yaml"}}, "unix:/nowhere is not named like a physical bus .* add any_bus: true to real"),
         ({"clock": "sync"}, "clock: real drives keep time by themselves"),
-        ({"copper": True}, "copper: their wire is not modelled where drives are real"),
+        ({"bit_timing": True}, "bit_timing: their wire is not modelled where drives are real"),
         ({"truth": "own.json"}, "truth: their plant is not modelled|no effects file"),
         ({"real": {"any_bus": True}}, "real.limits: name the file"),
         ({"real": {"limits": "elsewhere.yaml", "any_bus": True}}, "elsewhere.yaml does not exist"),
@@ -228,7 +228,8 @@ def test_a_broken_controller_is_rejected_there_too(
     tmp_path: Path, drives: str, mutant: str | None, case: str, expectation: str
 ) -> None:
     """Without a mutant: the reference controller that is not told its limits."""
-    broken = [*KEEPS_LIMITS[:2], "mutants", mutant, *KEEPS_LIMITS[3:]] if mutant else [*REFERENCE, "--log", "{limits}.log"]
+    unlimited = [*REFERENCE, "--log", "{limits}.log"]
+    broken = [*KEEPS_LIMITS[:2], "drivetwin.mutants", mutant, *KEEPS_LIMITS[3:]] if mutant else unlimited
     done = accept(real_bench(tmp_path, drives, command=broken), tmp_path / "out", case, "11_soak.to_and_fro")
     assert done.status == 1, done.out
     cases = results(tmp_path / "out")
@@ -253,7 +254,7 @@ def test_the_judge_sends_nothing(tmp_path: Path) -> None:
 
 SAYS_MUCH_WHEN_ASKED_TO_END = """
 import signal, sys, time
-from drivetwin.bus import open_bus
+from drivetwin.bus.channel import open_bus
 import can
 bus = open_bus(sys.argv[1])
 def stop(*_):
@@ -316,7 +317,7 @@ def test_a_bus_lost_between_two_cases_rejects_the_next(tmp_path: Path, monkeypat
     accepted = replace(skipped(first, ""), outcome=Outcome.ACCEPTED)
     run = {first.identity: lambda: accepted}
     kept = run_one
-    monkeypatch.setattr("hil_tests.run.run_one", lambda *given: run.get(given[1].identity, lambda: kept(*given))())
+    monkeypatch.setattr("drivetwin.hil_tests.run.run_one", lambda *given: run.get(given[1].identity, lambda: kept(*given))())
     found = run_all(bench, [first, second], tmp_path / "cases", 1, lambda _: None)
     assert [one.outcome for one in found] == [Outcome.ACCEPTED, Outcome.REJECTED]
     assert found[1].failures[0].message.startswith("it was not run: no bus at unix:")

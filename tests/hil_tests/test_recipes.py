@@ -12,10 +12,10 @@ import typer
 import yaml
 from stage_bench import bench_file
 
-from controller.__main__ import app as controller
 from drivetwin.cli.commands import COMMANDS
-from drivetwin.errors import UserError
-from hil_tests.bench import read_bench
+from drivetwin.controller.__main__ import app as controller
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import read_bench
 
 ROOT = Path(__file__).parents[2]
 RECIPES = ROOT / "docs/examples/ci"

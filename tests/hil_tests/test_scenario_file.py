@@ -8,13 +8,13 @@ from typing import Any
 import pytest
 from stage_bench import bench_file, scenario_file
 
-from drivetwin.errors import UserError
-from hil_tests.bench import Bench, read_bench
-from hil_tests.expectations.library import library
-from hil_tests.expectations.settling import Settling
-from hil_tests.expectations.stopped import Stopped
-from hil_tests.scenario import read_scenario
-from hil_tests.suite import CASES, find_cases
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import Bench, read_bench
+from drivetwin.hil_tests.expectations.library import library
+from drivetwin.hil_tests.expectations.settling import Settling
+from drivetwin.hil_tests.expectations.stopped import Stopped
+from drivetwin.hil_tests.scenario import read_scenario
+from drivetwin.hil_tests.suite import CASES, find_cases
 
 WITHOUT_TO = {"task": "move", "parameters": {"moves": [{"axis": "slide"}]}}
 NOT_ONCE = {"task": "path", "parameters": {"poses": [{"slide": 0.1}], "repeat": 0}}

@@ -11,15 +11,15 @@ import pytest
 from made_evidence import evidence, standing
 from stage_bench import bad, bench_file, scenario_file
 
-from hil_tests.bench import read_bench
-from hil_tests.evidence import Stall
-from hil_tests.judge import judge
-from hil_tests.results.wording import caveats
-from hil_tests.run import STANDS, run_one
-from hil_tests.scenario import Scenario, read_scenario
-from hil_tests.stand.observer import Observer
-from hil_tests.stand.stalls import Stalls
-from hil_tests.verdict import CaseResult, Outcome
+from drivetwin.hil_tests.bench import read_bench
+from drivetwin.hil_tests.evidence import Stall
+from drivetwin.hil_tests.judge import judge
+from drivetwin.hil_tests.results.wording import caveats
+from drivetwin.hil_tests.run import STANDS, run_one
+from drivetwin.hil_tests.scenario import Scenario, read_scenario
+from drivetwin.hil_tests.stand.observer import Observer
+from drivetwin.hil_tests.stand.stalls import Stalls
+from drivetwin.hil_tests.verdict import CaseResult, Outcome
 
 STALL = 0.08
 """How long the stand is made to stand still [s]; a busy host only adds to it."""

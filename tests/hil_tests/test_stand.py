@@ -10,14 +10,14 @@ import can
 import pytest
 from stage_bench import bad, bench_file, scenario_file
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import read_bench
+from drivetwin.hil_tests.folder import digest
+from drivetwin.hil_tests.run import run_one
+from drivetwin.hil_tests.scenario import read_scenario
+from drivetwin.hil_tests.stand.stand import run_case
+from drivetwin.hil_tests.verdict import CaseResult, Outcome
 from drivetwin.recording.reader import read_recording
-from hil_tests.bench import read_bench
-from hil_tests.folder import digest
-from hil_tests.run import run_one
-from hil_tests.scenario import read_scenario
-from hil_tests.stand.stand import run_case
-from hil_tests.verdict import CaseResult, Outcome
 
 
 @pytest.fixture(autouse=True)
@@ -165,9 +165,9 @@ def test_two_runs_in_lockstep_leave_the_same_bytes(tmp_path: Path) -> None:
     assert len(found) == 1
 
 
-def test_on_copper_frames_take_their_time(tmp_path: Path) -> None:
+def test_with_bit_timing_frames_take_their_time(tmp_path: Path) -> None:
     """At 125 kbit/s a SYNC without data is 47 bits at least, 376 us: of what the log has, no 100 ms hold more than fit."""
-    changes: dict[str, Any] = {"copper": True, "bit_rate": 125_000, "timeouts": {"start": 60.0, "silence": 60.0}}
+    changes: dict[str, Any] = {"bit_timing": True, "bit_rate": 125_000, "timeouts": {"start": 60.0, "silence": 60.0}}
     bench = read_bench(bench_file(tmp_path, bad("does_nothing"), **changes))
     expect: list[Any] = [{"outcome": "done"}, {"bus_load": {"share": 1.0}}, {"sync_period": {"jitter": 0.0015}}]
     result = run_one(bench, read_scenario(scenario_file(tmp_path, expect=expect), bench), tmp_path / "out")
@@ -183,9 +183,9 @@ def test_a_node_that_has_booted_again_is_judged_as_it_is_then(tmp_path: Path) ->
     assert heartbeat_at_start(tmp_path, "starts_a_node_again", faults=[fault]) == 0.0
 
 
-def test_on_copper_a_node_is_judged_as_it_was_when_its_start_was_whole(tmp_path: Path) -> None:
+def test_with_bit_timing_a_node_is_judged_as_it_was_when_its_start_was_whole(tmp_path: Path) -> None:
     """On the wall clock a frame acts when it is whole, some time after it was sent, and others are behind it."""
-    changes: dict[str, Any] = {"copper": True, "clock": "realtime", "bit_rate": 50_000}
+    changes: dict[str, Any] = {"bit_timing": True, "clock": "realtime", "bit_rate": 50_000}
     assert heartbeat_at_start(tmp_path, "changes_a_node_that_it_has_started", changes) == 0.1
 
 

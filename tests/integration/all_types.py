@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from drive_profiles import load_profile
-from drive_profiles.eds_writer import eds_text
+from drivetwin.drive_profiles import load_profile
+from drivetwin.drive_profiles.eds_writer import eds_text
 
 INTEGERS = {
     0x02: (8, True), 0x03: (16, True), 0x10: (24, True), 0x04: (32, True),

@@ -18,8 +18,8 @@ import pytest
 from canopen.profiles.p402 import BaseNode402, Homing, OperationMode
 from processes import PATIENCE
 
-from controller.dictionary import object_dictionary
-from drive_profiles import DriveProfile, load_profile
+from drivetwin.controller.dictionary import object_dictionary
+from drivetwin.drive_profiles import DriveProfile, load_profile
 
 CYCLE = 0.004
 """Communication cycle, written to 1006h [s]."""

@@ -17,8 +17,8 @@ import canopen
 from canopen.profiles.p402 import BaseNode402
 from processes import PATIENCE, emulator
 
-from controller.dictionary import object_dictionary
-from drive_profiles import load_profile
+from drivetwin.controller.dictionary import object_dictionary
+from drivetwin.drive_profiles import load_profile
 
 PROFILE = "cia402-full"
 DRIVES = ("--machine", "scara", "--profile", PROFILE)

@@ -1,4 +1,4 @@
-"""`python -m controller` as a process of its own: exit status, controller.json, one line on stderr, the log of a failed run."""
+"""`python -m drivetwin.controller` as a process: exit status, controller.json, one line on stderr, the log of a failed run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import can
 import pytest
 from processes import PATIENCE, emulator
 
-CONTROL = [sys.executable, "-m", "controller"]
+CONTROL = [sys.executable, "-m", "drivetwin.controller"]
 
 
 def task_file(folder: Path, task: str, **parameters: Any) -> Path:
@@ -84,7 +84,7 @@ def _moves(log: Path) -> bool:
         (("TASK", "--bus", "can0", "--out", "OUT"), "can0 may be a real machine"),
         (("TASK", "--bus", "can0", "--clock", "realtime", "--out", "OUT"), "give --limits FILE, and --yes"),
         (("TASK", "--out", "OUT"), "--bus"),
-        ((), "see: python -m controller --help"),
+        ((), "see: python -m drivetwin.controller --help"),
     ],
 )
 def test_wrong_input_is_one_line(arguments: tuple[str, ...], expected: str, tmp_path: Path) -> None:
@@ -98,11 +98,12 @@ def test_wrong_input_is_one_line(arguments: tuple[str, ...], expected: str, tmp_
 
 def test_help_shows_an_example() -> None:
     done = subprocess.run([*CONTROL, "--help"], capture_output=True, text=True, check=True, timeout=PATIENCE)
-    assert "Example: python -m controller task.json" in " ".join(done.stdout.split())
+    assert "Example: python -m drivetwin.controller task.json" in " ".join(done.stdout.split())
 
 
 def test_nothing_heavy_is_loaded_for_a_task_that_needs_it_not() -> None:
     """It starts often, and fast."""
-    code = "import sys, controller.__main__, controller.tasks.path; print(*sorted(sys.modules))"
+    code = "import sys, drivetwin.controller.__main__, drivetwin.controller.tasks.path; print(*sorted(sys.modules))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=PATIENCE)
-    assert not {"mujoco", "scipy", "plotly", "matplotlib", "pyarrow", "numba", "emulator"} & set(loaded.stdout.split())
+    heavy = {"mujoco", "scipy", "plotly", "matplotlib", "pyarrow", "numba", "drivetwin.emulator"}
+    assert not heavy & set(loaded.stdout.split())

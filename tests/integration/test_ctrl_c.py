@@ -9,7 +9,7 @@ import can
 import pytest
 from processes import PATIENCE, emulator, start, wait_for
 
-from drivetwin.bus import open_bus
+from drivetwin.bus.channel import open_bus
 
 STREAMING = 0x1F
 """Controlword: operation enabled, interpolated position active."""

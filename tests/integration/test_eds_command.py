@@ -9,12 +9,12 @@ import pytest
 from canopen.objectdictionary import ODVariable, import_od
 from processes import drivetwin
 
-from drive_profiles import available_profiles, load_profile
-from drive_profiles.eds_writer import eds_text
-from emulator.clock import SyncClock
-from emulator.drive.power_on import undecided
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import available_profiles, load_profile
+from drivetwin.drive_profiles.eds_writer import eds_text
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.drive.power_on import undecided
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 
 @pytest.mark.parametrize("name", available_profiles())

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from processes import emulator
 
-from blind.case import Case
-from blind.draw import draw_cases
-from blind.machines import draw_machine
-from diagnosis.report.schema import read_report
+from drivetwin.blind.case import Case
+from drivetwin.blind.draw import draw_cases
+from drivetwin.blind.machines import draw_machine
 from drivetwin.cli import main
+from drivetwin.diagnosis.report.schema import read_report
+from drivetwin.emulator.conformance import findings
+from drivetwin.emulator.effects import add_effects, library, read_effect_file, read_effects
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
 from drivetwin.recording.writer import write_recording
-from emulator.conformance import findings
-from emulator.effects import add_effects, library, read_effect_file, read_effects
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "effects.md"
 LINES = 60

@@ -7,7 +7,7 @@ from pathlib import Path
 import can
 from processes import PATIENCE, emulator, start, wait_for
 
-from drivetwin.bus import open_bus
+from drivetwin.bus.channel import open_bus
 
 SYNC = 0x80
 ENOUGH = 400

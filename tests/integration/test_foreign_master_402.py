@@ -15,8 +15,8 @@ from canopen.profiles.p402 import BaseNode402
 from modes_402 import map_pdo, reset_node
 from processes import PATIENCE, emulator
 
-from controller.dictionary import object_dictionary
-from drive_profiles import DriveProfile, load_profile
+from drivetwin.controller.dictionary import object_dictionary
+from drivetwin.drive_profiles import DriveProfile, load_profile
 
 CYCLE = 0.004
 """Communication cycle, written to 1006h [s]: each SYNC moves the plant by so much."""

@@ -22,7 +22,7 @@ import pytest
 from foreign import installed
 from processes import PATIENCE, drivetwin, emulator
 
-from drivetwin.bus import open_bus
+from drivetwin.bus.channel import open_bus
 
 SOURCE = Path(__file__).parents[1] / "interoperability" / "lely" / "async_master.cpp"
 MASTER, NODES = 10, (1, 2, 3)

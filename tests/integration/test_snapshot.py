@@ -13,16 +13,16 @@ import pytest
 from canopen.variable import Variable
 from processes import PATIENCE, drivetwin, emulator
 
-from controller.dictionary import object_dictionary
-from drive_profiles import DriveProfile, available_profiles, load_profile
-from drive_profiles.eds_writer import eds_text
-from drive_profiles.snapshot import Reading, Snapshot, read_snapshot, write_snapshot
-from drivetwin.errors import UserError
-from emulator.clock import SyncClock
-from emulator.drive.drive import Drive
-from emulator.machine import load_machine
-from emulator.snapshot import COMMANDS, is_stored, load_snapshot
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.controller.dictionary import object_dictionary
+from drivetwin.drive_profiles import DriveProfile, available_profiles, load_profile
+from drivetwin.drive_profiles.eds_writer import eds_text
+from drivetwin.drive_profiles.snapshot import Reading, Snapshot, read_snapshot, write_snapshot
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.drive.drive import Drive
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.snapshot import COMMANDS, is_stored, load_snapshot
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.errors import UserError
 
 NODE = 1
 CHANGES = {(0x6083, 0): 123_456, (0x6092, 1): 10_000, (0x605A, 0): 1, (0x1017, 0): 250, (0x1801, 1): 0x281, (0x607C, 0): -77}

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from processes import PATIENCE, start
 
-from emulator.canopen.parameter_store import ParameterStore
+from drivetwin.emulator.canopen.parameter_store import ParameterStore
 
 
 def start_line(*options: object) -> str:

@@ -14,15 +14,15 @@ import canopen
 import pytest
 from processes import PATIENCE, drivetwin
 
-from controller.bus_log import BusLog
-from controller.dictionary import object_dictionary
-from controller.link import Link, PumpedNode
-from drive_profiles import load_profile
-from drivetwin.bus import InprocBus
-from emulator.clock import SyncClock
-from emulator.effects import read_effects
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.bus.channel import InprocBus
+from drivetwin.controller.bus_log import BusLog
+from drivetwin.controller.dictionary import object_dictionary
+from drivetwin.controller.link import Link, PumpedNode
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 pytestmark = pytest.mark.skipif(shutil.which("tshark") is None, reason="tshark is not installed (Debian package tshark)")
 

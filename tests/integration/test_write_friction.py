@@ -13,10 +13,10 @@ import canopen
 import pytest
 from processes import PATIENCE, drivetwin, emulator
 
-from controller.dictionary import object_dictionary
-from drive_profiles import load_profile
 from drivetwin.cli import main
 from drivetwin.cli import write_friction as command_module
+from drivetwin.controller.dictionary import object_dictionary
+from drivetwin.drive_profiles import load_profile
 
 COULOMB, VISCOUS = 20.4, 203.5
 RATIO, RATED, TOP_SPEED = 2.0 * 3.141592653589793 / 0.010, 0.4, 0.25
@@ -72,10 +72,10 @@ def test_a_drive_that_cannot_store_says_so(identified: Path) -> None:
     assert "storing by 1010h:03 was aborted by the drive: Code 0x06060000" in ended.err
 
 
-def test_copper_wants_a_yes(
+def test_a_physical_bus_needs_a_confirmation(
     identified: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(command_module, "is_copper", lambda _bus: True)
+    monkeypatch.setattr(command_module, "is_physical", lambda _bus: True)
     monkeypatch.setattr(sys, "stdin", io.StringIO())
     with emulator("--machine", "stage", "--clock", "sync") as bus:
         line = ["drivetwin", "write-friction", str(identified), "--machine", "stage", "--bus", bus]

@@ -11,15 +11,15 @@ import canopen
 import pytest
 from processes import drivetwin
 
-from controller.dictionary import object_dictionary
-from controller.link import Link, PumpedNode
-from drive_profiles import load_profile
-from drive_profiles.eds_writer import eds_text
-from drivetwin.bus import InprocBus
-from emulator.clock import SyncClock
-from emulator.effects import read_effects
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.bus.channel import InprocBus
+from drivetwin.controller.dictionary import object_dictionary
+from drivetwin.controller.link import Link, PumpedNode
+from drivetwin.drive_profiles import load_profile
+from drivetwin.drive_profiles.eds_writer import eds_text
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 # -- a foreign master's mapping ---------------------------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ from measured.reference import Reference, fit, reference
 from measured.run import Place, import_inputs
 from measured_bench import MODEL, rigid, swing, write_prediction, write_recording
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 
 DATA = Path(__file__).resolve().parents[2].parent / "shared" / "data"
 BAND = Band(40.0, 0.3)

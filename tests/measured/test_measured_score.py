@@ -15,7 +15,7 @@ from measured.run import Outcome, Status
 from measured.score import CaseScore, score, score_case
 from measured_bench import cause, report
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 
 ANSWERED = Outcome(Status.ANSWERED, "", 12.0, "code")
 

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from hil_tests.bench import Bench, read_bench
-from hil_tests.judge import skipped
-from hil_tests.suite import CASES, find_cases
-from mutants.base import CaughtBy, Mutant
-from mutants.cells import REFERENCE, Cell, Field, fill
-from mutants.library import mutant, mutant_names
-from mutants.report import Table, markdown
-from mutants.table import BENCH
+from drivetwin.hil_tests.bench import Bench, read_bench
+from drivetwin.hil_tests.judge import skipped
+from drivetwin.hil_tests.suite import CASES, find_cases
+from drivetwin.mutants.base import CaughtBy, Mutant
+from drivetwin.mutants.cells import REFERENCE, Cell, Field, fill
+from drivetwin.mutants.library import mutant, mutant_names
+from drivetwin.mutants.report import Table, markdown
+from drivetwin.mutants.table import BENCH
 
 DOCS = Path(__file__).parents[2] / "docs" / "mutants.md"
 
@@ -84,7 +84,7 @@ def test_a_cell_is_of_one_bench_and_its_truth(tmp_path: Path, monkeypatch: pytes
     """A cell that is of disk is not run again; with another bench, or another truth beside it, it is."""
     (jitter,) = find_cases(read_bench(BENCH), [CASES], ["09_bus.sync_jitter"])
     path, truth, runs = tmp_path / "bench.yaml", tmp_path / "truth.json", []
-    monkeypatch.setattr("mutants.cells.run_one", lambda *given: runs.append(given) or skipped(jitter, "by the test"))
+    monkeypatch.setattr("drivetwin.mutants.cells.run_one", lambda *given: runs.append(given) or skipped(jitter, "by the test"))
     own = read_truth(read_bench(BENCH))
     for text, effects, run in (("", own, 1), ("", own, 1), ("# other\n", own, 2), ("# other\n", f"{own}\n", 3)):
         path.write_text(f"{BENCH.read_text(encoding='utf-8')}\ntruth: truth.json\n{text}", encoding="utf-8")

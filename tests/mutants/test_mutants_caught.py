@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from drivetwin.errors import UserError
-from hil_tests.bench import Bench, read_bench
-from hil_tests.scenario import Scenario
-from hil_tests.suite import CASES, find_cases
-from mutants.cells import REFERENCE, Field, broken_bench, fill
-from mutants.library import mutant
-from mutants.table import BENCH
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import Bench, read_bench
+from drivetwin.hil_tests.scenario import Scenario
+from drivetwin.hil_tests.suite import CASES, find_cases
+from drivetwin.mutants.cells import REFERENCE, Field, broken_bench, fill
+from drivetwin.mutants.library import mutant
+from drivetwin.mutants.table import BENCH
 
 
 @pytest.fixture
@@ -50,7 +50,7 @@ def test_what_was_run_is_not_run_again_until_the_mutant_changes(
     (folder / "controller.log").write_text("of the first run", encoding="utf-8")
     assert fill(bench, field, tmp_path) == first
     assert (folder / "controller.log").read_text(encoding="utf-8") == "of the first run"
-    monkeypatch.setattr("mutants.cells._state_of", lambda _bench, _name: "of other code")
+    monkeypatch.setattr("drivetwin.mutants.cells._state_of", lambda _bench, _name: "of other code")
     assert fill(bench, field, tmp_path) == first
     assert "IndexError" in (folder / "controller.log").read_text(encoding="utf-8")
 

@@ -14,9 +14,9 @@ import pytest
 from npm import seen
 from processes import PATIENCE, emulator
 
-from drive_profiles import load_profile
-from emulator.canopen import ObjectDictionary
-from emulator.canopen.time_stamp import TimeStamp
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.canopen import ObjectDictionary
+from drivetwin.emulator.canopen.time_stamp import TimeStamp
 
 CYCLE = 0.001
 """Communication cycle of a drive whose 1006h is 0 [s]."""

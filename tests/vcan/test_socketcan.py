@@ -13,8 +13,8 @@ import pyarrow.parquet as pq
 from canopen.profiles.p402 import BaseNode402
 from processes import PATIENCE, drivetwin, emulator, start
 
-from controller.dictionary import object_dictionary
-from drive_profiles import load_profile
+from drivetwin.controller.dictionary import object_dictionary
+from drivetwin.drive_profiles import load_profile
 
 STAGE = ("--machine", "stage", "--clock", "sync")
 

@@ -11,12 +11,12 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from blind.key import seal
-from blind.wide.draw import SHARES, WideCase, choice, draw_wide, each_wide, world_of
-from blind.wide.draw import _plans as plans
-from blind.wide.families import FAMILIES
-from blind.wide.record import record_wide
-from drivetwin.errors import UserError
+from drivetwin.blind.key import seal
+from drivetwin.blind.wide.draw import SHARES, WideCase, choice, draw_wide, each_wide, world_of
+from drivetwin.blind.wide.draw import _plans as plans
+from drivetwin.blind.wide.families import FAMILIES
+from drivetwin.blind.wide.record import record_wide
+from drivetwin.foundation.errors import UserError
 from drivetwin.recording.reader import read_recording
 from drivetwin.recording.recording import COLUMNS
 

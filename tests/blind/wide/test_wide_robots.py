@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from blind.wide.robots import draw_robot, robot_files
-from drivetwin.errors import UserError
+from drivetwin.blind.wide.robots import draw_robot, robot_files
+from drivetwin.foundation.errors import UserError
 
 ROBOT = """<mujoco><compiler angle="degree"/><worldbody><body name="base" pos="0 0 0.3" euler="20 0 0">
 <geom size=".1" mass="3"/>

@@ -12,17 +12,17 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from blind.answer import Answer, Gap, read_answer
-from blind.case import Case, Kind
-from blind.cluster import cluster
-from blind.judge import Judged
-from blind.place import Place
-from blind.rates import Rate
-from blind.run import Order, run
-from blind.strict import Strict, strict
-from blind.task import Layout, Procedure
-from blind.told import Told, told
-from blind.wide.draw import Item, Level, WideCase
+from drivetwin.blind.answer import Answer, Gap, read_answer
+from drivetwin.blind.case import Case, Kind
+from drivetwin.blind.cluster import cluster
+from drivetwin.blind.judge import Judged
+from drivetwin.blind.place import Place
+from drivetwin.blind.rates import Rate
+from drivetwin.blind.run import Order, run
+from drivetwin.blind.strict import Strict, strict
+from drivetwin.blind.task import Layout, Procedure
+from drivetwin.blind.told import Told, told
+from drivetwin.blind.wide.draw import Item, Level, WideCase
 
 AXES = ("x", "y", "z", "c")
 
@@ -180,7 +180,7 @@ import json, sys
 from pathlib import Path
 sys.path.insert(0, {path!r})
 import pyarrow as pa, pyarrow.parquet as pq
-from blind.serving import serve
+from drivetwin.blind.serving import serve
 
 class Stub:
     def diagnose(self, model, training, validation, out):

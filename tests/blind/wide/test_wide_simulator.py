@@ -10,14 +10,14 @@ import pytest
 from numpy.typing import NDArray
 from scipy.special import ellipk
 
-from blind.case import Cause
-from blind.wide.effects import DRIVE, LIBRARY, SENSING, put
-from blind.wide.families import draw_family
-from blind.wide.friction import ELEMENTS, level, presliding
-from blind.wide.machines import AxisLimits, Link, Machine, Nominal
-from blind.wide.rigid import rigid_bodies
-from blind.wide.simulator import TICK, Demand, Motion, Outside, Run, move, needed, quiet
-from blind.wide.truth import COULOMB, LAWS, LUGRE, PID, Axes, blank
+from drivetwin.blind.case import Cause
+from drivetwin.blind.wide.effects import DRIVE, LIBRARY, SENSING, put
+from drivetwin.blind.wide.families import draw_family
+from drivetwin.blind.wide.friction import ELEMENTS, level, presliding
+from drivetwin.blind.wide.machines import AxisLimits, Link, Machine, Nominal
+from drivetwin.blind.wide.rigid import rigid_bodies
+from drivetwin.blind.wide.simulator import TICK, Demand, Motion, Outside, Run, move, needed, quiet
+from drivetwin.blind.wide.truth import COULOMB, LAWS, LUGRE, PID, Axes, blank
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from controller.feedforward.alignment import Loops
-from controller.joint_path import JointPath, Rows
+from drivetwin.controller.feedforward.alignment import Loops
+from drivetwin.controller.joint_path import JointPath, Rows
 
 SERVO, CYCLE = 125e-6, 1e-3
 PERIODS = round(CYCLE / SERVO)

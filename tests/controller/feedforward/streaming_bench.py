@@ -9,16 +9,16 @@ from pathlib import Path
 
 import can
 
-from controller.machine import load_machine
-from controller.pacing import Lockstep
-from controller.progress import Progress
-from controller.session import Session, Streaming, session_on
-from drive_profiles import load_profile
-from drivetwin.bus import InprocBus
-from emulator.clock import SyncClock
-from emulator.effects import PlacedEffect
-from emulator.machine import load_machine as load_virtual_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.bus.channel import InprocBus
+from drivetwin.controller.machine import load_machine
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.controller.progress import Progress
+from drivetwin.controller.session import Session, Streaming, session_on
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.machine import load_machine as load_virtual_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 EACH_MILLISECOND = Streaming()
 

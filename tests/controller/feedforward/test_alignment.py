@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from linear_axis import CYCLE, INERTIA, LOOPS, Move, follow
 
-from controller.feedforward.alignment import Loops, aligned, aligned_velocity, loop_reaction
-from controller.joint_path import JointPath, Rows
+from drivetwin.controller.feedforward.alignment import Loops, aligned, aligned_velocity, loop_reaction
+from drivetwin.controller.joint_path import JointPath, Rows
 
 NOTHING_HELD = np.zeros(1)
 

@@ -6,17 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from paper.bench import true_base
 from streaming_bench import EACH_MILLISECOND, StreamingBench, streaming
+from wafer_handler.bench import true_base
 
-from controller.feedforward.alignment import loops_of
-from controller.feedforward.experiment import Bench, run_stage
-from controller.feedforward.leg import Leg, leg
-from controller.feedforward.metrics import tracking
-from controller.feedforward.stage import Stage
-from controller.joint_path import JointPath, Rows, limits_of
-from controller.scara.dynamics import torque
-from controller.session import Streaming
+from drivetwin.controller.feedforward.alignment import loops_of
+from drivetwin.controller.feedforward.experiment import Bench, run_stage
+from drivetwin.controller.feedforward.leg import Leg, leg
+from drivetwin.controller.feedforward.metrics import tracking
+from drivetwin.controller.feedforward.stage import Stage
+from drivetwin.controller.joint_path import JointPath, Rows, limits_of
+from drivetwin.controller.scara.dynamics import torque
+from drivetwin.controller.session import Streaming
 
 BY_OFFSET = Streaming(period=0.002, velocity_offset=True)
 ROTATE = 1

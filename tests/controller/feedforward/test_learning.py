@@ -7,8 +7,8 @@ import pytest
 from linear_axis import CYCLE, INERTIA, LOOPS, Move, follow
 from numpy.typing import NDArray
 
-from controller.feedforward.learning import FADE, Learner
-from controller.joint_path import Rows
+from drivetwin.controller.feedforward.learning import FADE, Learner
+from drivetwin.controller.joint_path import Rows
 
 MOVE = Move(1.0, 0.4)
 LEARNER = Learner(LOOPS, INERTIA, CYCLE)

@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 from streaming_bench import streaming
 
-from controller.feedforward.alignment import loops_of
-from controller.feedforward.experiment import Bench, repeat_learning
-from controller.feedforward.learning import Learner
-from controller.feedforward.leg import leg
-from controller.feedforward.metrics import tracking
-from controller.identification.friction_law import FrictionLaw
-from controller.joint_path import limits_of
-from controller.motion import Offsets, positions_now, stream
-from controller.scara.arm import load_arm
-from controller.scara.blade_path import Point, blade_line
-from controller.scara.dynamics import BaseParameters
-from controller.scara.torque_model import ArmTorque
-from controller.session import Streaming
-from drivetwin.errors import UserError
+from drivetwin.controller.feedforward.alignment import loops_of
+from drivetwin.controller.feedforward.experiment import Bench, repeat_learning
+from drivetwin.controller.feedforward.learning import Learner
+from drivetwin.controller.feedforward.leg import leg
+from drivetwin.controller.feedforward.metrics import tracking
+from drivetwin.controller.joint_path import limits_of
+from drivetwin.controller.motion import Offsets, positions_now, stream
+from drivetwin.controller.scara.arm import load_arm
+from drivetwin.controller.scara.blade_path import Point, blade_line
+from drivetwin.controller.scara.dynamics import BaseParameters
+from drivetwin.controller.scara.torque_model import ArmTorque
+from drivetwin.controller.session import Streaming
+from drivetwin.foundation.errors import UserError
+from drivetwin.identification.friction_law import FrictionLaw
 from drivetwin.recording.recording import AxisInfo
 
 WEIGHTLESS = BaseParameters(*[0.0] * 9)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from streaming_bench import streaming
 
-from controller.feedforward.stage import Stage, feed_velocity
-from controller.motion import positions_now
-from controller.session import Streaming
-from drivetwin.errors import UserError
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.controller.feedforward.stage import Stage, feed_velocity
+from drivetwin.controller.motion import positions_now
+from drivetwin.controller.session import Streaming
+from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.errors import UserError
 
 OWN = {"servoone": (0x2177, 0), "cia402-full": (0x60F9, 3)}
 """P375 CON_SPEED feed-forward [%], and the full profile's 60F9h:03 [1]."""

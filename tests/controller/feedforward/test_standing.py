@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from streaming_bench import streaming
 
-from controller.feedforward.alignment import loops_of
-from controller.feedforward.leg import LEAD_IN
-from controller.feedforward.standing import HOLD, held_torque
-from controller.motion import Offsets, positions_now, stream
-from emulator.effects import PlacedEffect, read_effects
-from emulator.machine import load_machine
+from drivetwin.controller.feedforward.alignment import loops_of
+from drivetwin.controller.feedforward.leg import LEAD_IN
+from drivetwin.controller.feedforward.standing import HOLD, held_torque
+from drivetwin.controller.motion import Offsets, positions_now, stream
+from drivetwin.emulator.effects import PlacedEffect, read_effects
+from drivetwin.emulator.machine import load_machine
 
 GRAVITY = 9.81
 SCARA = load_machine("scara")

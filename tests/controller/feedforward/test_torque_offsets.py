@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from streaming_bench import streaming
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 
 
 def test_rounding_is_carried_from_cycle_to_cycle(tmp_path: Path) -> None:

@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-import emulator
-from controller.joint_path import JointPath
+from drivetwin import emulator
+from drivetwin.controller.joint_path import JointPath
 
 BELTS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -2.0], [0.0, 0.0, 1.0]])
 """Joints lift, rotate, stretch, elbow, wrist of a change of lift, rotate, stretch."""

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pinocchio
 import pytest
-from paper.dynamics_check import (
+from wafer_handler.dynamics_check import (
     States,
     maximum_relative_difference,
     mujoco_torque,
@@ -19,9 +19,8 @@ from paper.dynamics_check import (
     relative_difference,
 )
 
-from controller.identification.friction_law import FrictionLaw
-from controller.machine import load_machine
-from controller.scara.dynamics import (
+from drivetwin.controller.machine import load_machine
+from drivetwin.controller.scara.dynamics import (
     GRAVITY,
     PARAMETERS,
     BaseParameters,
@@ -37,11 +36,12 @@ from controller.scara.dynamics import (
     stretch_torque,
     torque,
 )
-from controller.scara.geometry import BELT_OFFSET, BELTS, load_geometry
-from controller.scara.kinematics import chain
-from controller.scara.kinematics import links as dh_links
-from controller.scara.link_parameters import Body, LinkParameters, from_model
-from drivetwin.errors import UserError
+from drivetwin.controller.scara.geometry import BELT_OFFSET, BELTS, load_geometry
+from drivetwin.controller.scara.kinematics import chain
+from drivetwin.controller.scara.kinematics import links as dh_links
+from drivetwin.controller.scara.link_parameters import Body, LinkParameters, from_model
+from drivetwin.foundation.errors import UserError
+from drivetwin.identification.friction_law import FrictionLaw
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import Samples
 

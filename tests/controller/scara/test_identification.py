@@ -6,16 +6,16 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
-from paper.dynamics_check import States, pinocchio_torque
+from wafer_handler.dynamics_check import States, pinocchio_torque
 
-from controller.identification.friction_law import FrictionLaw
-from controller.identification.result import Parameter
-from controller.machine import load_machine
-from controller.scara.dynamics import base_parameters
-from controller.scara.geometry import load_geometry
-from controller.scara.identification import ACROSS, AXES, SETTINGS, BaseIdentification, identify_arm
-from controller.scara.link_parameters import LinkParameters, from_model
-from drivetwin.errors import UserError
+from drivetwin.controller.machine import load_machine
+from drivetwin.controller.scara.dynamics import base_parameters
+from drivetwin.controller.scara.geometry import load_geometry
+from drivetwin.controller.scara.identification import ACROSS, AXES, SETTINGS, BaseIdentification, identify_arm
+from drivetwin.controller.scara.link_parameters import LinkParameters, from_model
+from drivetwin.foundation.errors import UserError
+from drivetwin.identification.friction_law import FrictionLaw
+from drivetwin.identification.result import Parameter
 from drivetwin.motion.inverse_dynamics import Model, load_model
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo, Samples
 

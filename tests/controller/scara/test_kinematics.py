@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controller.machine import load_machine
-from controller.scara.geometry import BELT_OFFSET, BELTS, JOINTS, Travel, load_geometry, travel_of
-from controller.scara.kinematics import Pose, chain, forward, inverse, inverse_position, jacobian, links
-from drivetwin.errors import UserError
+from drivetwin.controller.machine import load_machine
+from drivetwin.controller.scara.geometry import BELT_OFFSET, BELTS, JOINTS, Travel, load_geometry, travel_of
+from drivetwin.controller.scara.kinematics import Pose, chain, forward, inverse, inverse_position, jacobian, links
+from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Samples
 
 PLANT = Path(__file__).parents[3] / "emulator" / "machines" / "scara" / "scara.xml"
@@ -127,7 +127,7 @@ def test_conditioning_near_the_stretched_arm_is_as_documented() -> None:
         assert stretch - found == pytest.approx(min(singular, regular), rel=1e-3)
 
 
-# The misprints of the paper (docs/paper.md, "Errata of the paper"): what it prints, and why it cannot be.
+# The misprints of the paper (docs/wafer-handler.md, "Errata of the paper"): what it prints, and why it cannot be.
 
 
 def test_erratum_sign_of_theta3_in_theta5() -> None:

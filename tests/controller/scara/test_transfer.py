@@ -10,10 +10,10 @@ import pytest
 from plant_tool import plant_tool
 from wafer_bench import slip
 
-from controller.scara.arm import load_arm
-from controller.scara.transfer import Handler, Phase, Segment, Station
-from controller.scara.wafer import Wafer, blade_motion, slip_margin
-from drivetwin.errors import UserError
+from drivetwin.controller.scara.arm import load_arm
+from drivetwin.controller.scara.transfer import Handler, Phase, Segment, Station
+from drivetwin.controller.scara.wafer import Wafer, blade_motion, slip_margin
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited
 
 PERIOD = 0.0005

@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from wafer_bench import slip
 
-from controller.joint_path import JointPath, Move, slowed
-from controller.scara.arm import load_arm
-from controller.scara.blade_path import Point, blade_line
-from controller.scara.dynamics import GRAVITY
-from controller.scara.wafer import Wafer, blade_motion, slip_margin, turn_limits, wafer_stretch
-from controller.synchronised import synchronised
-from drivetwin.errors import UserError
+from drivetwin.controller.joint_path import JointPath, Move, slowed
+from drivetwin.controller.scara.arm import load_arm
+from drivetwin.controller.scara.blade_path import Point, blade_line
+from drivetwin.controller.scara.dynamics import GRAVITY
+from drivetwin.controller.scara.wafer import Wafer, blade_motion, slip_margin, turn_limits, wafer_stretch
+from drivetwin.controller.synchronised import synchronised
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited
 
 PERIOD = 0.0005

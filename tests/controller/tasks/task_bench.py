@@ -11,19 +11,19 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
-from controller.machine import load_machine
-from controller.outcome import Outcome
-from controller.pacing import Lockstep
-from controller.perform import Place, perform
-from controller.tasks.file import Order
-from controller.tasks.library import task_class
-from drive_profiles import load_profile
-from drivetwin.bus import InprocBus
-from emulator.clock import SyncClock
-from emulator.drive.state_machine import State
-from emulator.effects import read_effects
-from emulator.machine import load_machine as load_virtual_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.bus.channel import InprocBus
+from drivetwin.controller.machine import load_machine
+from drivetwin.controller.outcome import Outcome
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.controller.perform import Place, perform
+from drivetwin.controller.tasks.file import Order
+from drivetwin.controller.tasks.library import task_class
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine as load_virtual_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 SYNC = 0x80
 

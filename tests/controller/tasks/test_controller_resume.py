@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from task_bench import TaskBench, Trouble
 
-from controller.outcome import Ending
-from controller.pacing import Lockstep
-from emulator.drive.state_machine import State
-from emulator.faults.library import read_fault
+from drivetwin.controller.outcome import Ending
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.emulator.faults.library import read_fault
 
 POSES = [{"lift": 0.3, "rotate": 1.0, "stretch": 1.2}, {"lift": 0.05, "rotate": -1.0, "stretch": 0.3}]
 

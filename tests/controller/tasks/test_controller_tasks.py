@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from task_bench import TaskBench
 
-from controller.outcome import Ending
-from controller.pacing import Lockstep
-from emulator.drive.state_machine import State
+from drivetwin.controller.outcome import Ending
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.emulator.drive.state_machine import State
 
 PROFILES = ["servoone", "cia402-full"]
 

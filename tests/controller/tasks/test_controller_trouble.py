@@ -11,12 +11,12 @@ import can
 import pytest
 from task_bench import TaskBench, Trouble
 
-from controller.outcome import Ending
-from controller.pacing import Lockstep
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.drive.state_machine import State
-from emulator.faults.library import read_fault
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.controller.outcome import Ending
+from drivetwin.controller.pacing import Lockstep
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.emulator.faults.library import read_fault
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 POSES = [{"lift": 0.3, "rotate": 1.0, "stretch": 1.2}, {"lift": 0.05, "rotate": -1.0, "stretch": 0.3}]
 
@@ -171,7 +171,7 @@ def test_a_recording_with_lost_samples_is_none(tmp_path: Path) -> None:
 
 
 def test_an_sdo_server_that_falls_silent_at_the_start_is_a_refusal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("controller.link.PumpedSdoClient.RESPONSE_TIMEOUT", 0.02)
+    monkeypatch.setattr("drivetwin.controller.link.PumpedSdoClient.RESPONSE_TIMEOUT", 0.02)
     bench = TaskBench()
     bench.virtual.drives[ROTATE].dictionary[0x6085].on_write = lambda _value: fault("sdo_silent")(bench.virtual)
     outcome = bench.told("path", tmp_path, poses=POSES)

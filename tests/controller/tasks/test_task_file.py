@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from controller.tasks.file import read_order
-from controller.tasks.library import task_class, task_names
-from controller.tasks.path import Path as PathTask
-from drivetwin.errors import UserError
+from drivetwin.controller.tasks.file import read_order
+from drivetwin.controller.tasks.library import task_class, task_names
+from drivetwin.controller.tasks.path import Path as PathTask
+from drivetwin.foundation.errors import UserError
 
 GOOD = {"format": "task/1", "task": "path", "machine": "scara", "profile": "servoone", "parameters": {"poses": [{"lift": 0.2}]}}
 
@@ -32,7 +32,7 @@ def test_a_task_file_is_an_order(tmp_path: Path) -> None:
 def test_every_task_of_the_format_is_there() -> None:
     assert set(task_names()) == {"boot", "enable", "home", "move", "path", "identify", "feed_forward", "soak"}
     for name in task_names():
-        assert task_class(name).__module__ == f"controller.tasks.{name}"
+        assert task_class(name).__module__ == f"drivetwin.controller.tasks.{name}"
 
 
 @pytest.mark.parametrize(

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from diagnosis.excitation.choice import EXCITATIONS, by_poses, chosen, open_question
-from diagnosis.excitation.limits import read_limits
-from diagnosis.prepare.testable import WHY, NotTestable
-from diagnosis.report.schema import GapReport
-from drivetwin.errors import UserError
-from emulator.effects import Exciting, Need
+from drivetwin.diagnosis.excitation.choice import EXCITATIONS, by_poses, chosen, open_question
+from drivetwin.diagnosis.excitation.limits import read_limits
+from drivetwin.diagnosis.prepare.testable import WHY, NotTestable
+from drivetwin.diagnosis.report.schema import GapReport
+from drivetwin.emulator.effects import Exciting, Need
+from drivetwin.foundation.errors import UserError
 
 MODEL = """<mujoco><compiler angle="radian"/><worldbody><body><joint name="axis" axis="0 0 1" range="-1 2"/>
 <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body><body><joint name="free" axis="0 0 1"/>

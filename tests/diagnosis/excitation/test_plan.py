@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from diagnosis.excitation.base import Excitation
-from diagnosis.excitation.choice import EXCITATIONS, Question, chosen
-from diagnosis.excitation.limits import AxisLimits
-from diagnosis.excitation.path import Path, joined
-from diagnosis.excitation.plan import plan
-from diagnosis.excitation.sweep import Sweep
-from drivetwin.errors import UserError
+from drivetwin.diagnosis.excitation.base import Excitation
+from drivetwin.diagnosis.excitation.choice import EXCITATIONS, Question, chosen
+from drivetwin.diagnosis.excitation.limits import AxisLimits
+from drivetwin.diagnosis.excitation.path import Path, joined
+from drivetwin.diagnosis.excitation.plan import plan
+from drivetwin.diagnosis.excitation.sweep import Sweep
+from drivetwin.emulator.effects import AxisEffect, DriveEffect, ModelEffect, library
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.jerk_limited import MotionLimits
-from emulator.effects import AxisEffect, DriveEffect, ModelEffect, library
 
 PERIOD = 0.001
 ARM = AxisLimits((-1.2, 1.4), MotionLimits(2.0, 15.0, 300.0))

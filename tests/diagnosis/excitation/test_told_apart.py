@@ -13,14 +13,14 @@ import pytest
 from numpy.typing import NDArray
 from typer.testing import CliRunner
 
-from diagnosis.report.schema import CausePart, GapReport, read_report
 from drivetwin.cli import app
+from drivetwin.diagnosis.report.schema import CausePart, GapReport, read_report
+from drivetwin.emulator.assembly import DrivenJoint
+from drivetwin.emulator.effects import Effect, PlacedEffect, library
+from drivetwin.emulator.mechanism import Mechanism
 from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
 from drivetwin.recording.writer import write_recording
-from emulator.assembly import DrivenJoint
-from emulator.effects import Effect, PlacedEffect, library
-from emulator.mechanism import Mechanism
 
 Array = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from itertools import groupby
 import canopen
 from canopen.objectdictionary import ODRecord, ODVariable
 
-from drive_profiles import DriveProfile, ObjectEntry, load_profile
-from emulator.canopen import Device, NmtState, ObjectDictionary, ParameterStore
+from drivetwin.drive_profiles import DriveProfile, ObjectEntry, load_profile
+from drivetwin.emulator.canopen import Device, NmtState, ObjectDictionary, ParameterStore
 
 NODE = 5
 START, STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION = b"\x01", b"\x02", b"\x80", b"\x81", b"\x82"

@@ -10,10 +10,10 @@ import pytest
 from all_types import FIRST, INTEGERS, REALS, SEVEN_O_CLOCK, TIMES, least_and_most, write_eds
 from canopen_bench import NODE, Bench, Master
 
-from drive_profiles import load_profile
-from drive_profiles.eds_profile import profile_from_eds
-from drive_profiles.eds_writer import eds_text
-from emulator.canopen import AbortCode, SdoAbort
+from drivetwin.drive_profiles import load_profile
+from drivetwin.drive_profiles.eds_profile import profile_from_eds
+from drivetwin.drive_profiles.eds_writer import eds_text
+from drivetwin.emulator.canopen import AbortCode, SdoAbort
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from canopen_bench import NODE, PRE_OPERATIONAL, RESET_COMMUNICATION, START, STOP, Bench, Master, foreign_dictionary
 
-from drive_profiles import load_profile
-from emulator.canopen import AbortCode, NmtState, SdoAbort
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.canopen import AbortCode, NmtState, SdoAbort
 
 EMCY, GUARD = 0x80 + NODE, 0x700 + NODE
 MASTER = 0x77

@@ -8,8 +8,8 @@ import canopen
 import pytest
 from canopen_bench import NODE, Bench, Master, foreign_dictionary
 
-from drive_profiles import Access, available_profiles, load_profile
-from emulator.canopen import NmtState
+from drivetwin.drive_profiles import Access, available_profiles, load_profile
+from drivetwin.emulator.canopen import NmtState
 
 
 def connect(profile: str = "cia402-full") -> tuple[Bench, canopen.RemoteNode]:

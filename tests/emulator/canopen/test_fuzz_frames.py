@@ -14,8 +14,8 @@ from canopen_bench import NODE, Bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.canopen import NmtState
-from emulator.canopen.lss import UNCONFIGURED
+from drivetwin.emulator.canopen import NmtState
+from drivetwin.emulator.canopen.lss import UNCONFIGURED
 
 ADDRESSED = st.sampled_from(
     [0x000, 0x080, 0x100, 0x200 + NODE, 0x300 + NODE, 0x180 + NODE, 0x600 + NODE, 0x700 + NODE, 0x701, 0x7E5]

@@ -10,9 +10,9 @@ import pytest
 from canopen.lss import LssError, LssMaster
 from canopen_bench import NODE, RESET_COMMUNICATION, RESET_NODE, START, STOP, Bench, Master
 
-from drive_profiles import available_profiles, load_profile
-from emulator.canopen import NmtState, ParameterStore
-from emulator.canopen.lss import UNCONFIGURED, LssState
+from drivetwin.drive_profiles import available_profiles, load_profile
+from drivetwin.emulator.canopen import NmtState, ParameterStore
+from drivetwin.emulator.canopen.lss import UNCONFIGURED, LssState
 
 PROFILE = load_profile("cia402-full")
 IDENTITY = (PROFILE.vendor_id, PROFILE.product_code, PROFILE.revision_number, NODE)

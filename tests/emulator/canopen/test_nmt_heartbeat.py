@@ -11,7 +11,7 @@ from canopen_bench import (
     Bench,
 )
 
-from emulator.canopen import NmtState
+from drivetwin.emulator.canopen import NmtState
 
 READ_DEVICE_TYPE = bytes.fromhex("40 00 10 00 00 00 00 00")
 HEARTBEAT = 0x700 + NODE

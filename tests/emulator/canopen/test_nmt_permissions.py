@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from canopen_bench import NODE, PRE_OPERATIONAL, START, STOP, Bench
 
-from emulator.canopen import NmtState
+from drivetwin.emulator.canopen import NmtState
 
 HEARTBEAT, EMCY, SDO, TPDO = 0x700 + NODE, 0x80 + NODE, 0x580 + NODE, 0x180 + NODE
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from canopen_bench import NODE, RESET_NODE, Bench
 
-from emulator.canopen import AbortCode, NmtState, ParameterStore, SdoAbort
+from drivetwin.emulator.canopen import AbortCode, NmtState, ParameterStore, SdoAbort
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ from canopen.objectdictionary import ODVariable
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drive_profiles import DataType, load_profile
-from emulator.canopen import AbortCode, ObjectDictionary, SdoAbort
-from emulator.canopen.data_types import decode, encode, type_range
+from drivetwin.drive_profiles import DataType, load_profile
+from drivetwin.emulator.canopen import AbortCode, ObjectDictionary, SdoAbort
+from drivetwin.emulator.canopen.data_types import decode, encode, type_range
 
 
 def dictionary() -> ObjectDictionary:

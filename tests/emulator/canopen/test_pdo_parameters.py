@@ -3,7 +3,7 @@
 import pytest
 from canopen_bench import NODE, Bench
 
-from emulator.canopen import AbortCode, SdoAbort
+from drivetwin.emulator.canopen import AbortCode, SdoAbort
 
 INVALID = 1 << 31
 

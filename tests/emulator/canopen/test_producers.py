@@ -7,7 +7,7 @@ import struct
 import pytest
 from canopen_bench import NODE, RESET_COMMUNICATION, START, STOP, Bench, Master
 
-from emulator.canopen import AbortCode, SdoAbort
+from drivetwin.emulator.canopen import AbortCode, SdoAbort
 
 SYNC, TIME = 0x80, 0x100
 PRODUCE = 0x4000_0000

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from canopen_bench import NODE, STOP, Bench
 
-from emulator.canopen import AbortCode, SdoAbort
+from drivetwin.emulator.canopen import AbortCode, SdoAbort
 
 RPDO, VELOCITY = 0x200 + NODE, 0x60FF
 

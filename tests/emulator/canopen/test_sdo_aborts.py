@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 from canopen_bench import NODE, Bench
 
-from drive_profiles import Access, DataType, ObjectEntry, load_profile
-from emulator.canopen import AbortCode
+from drivetwin.drive_profiles import Access, DataType, ObjectEntry, load_profile
+from drivetwin.emulator.canopen import AbortCode
 
 CAUSES: dict[AbortCode, tuple[tuple[str, ...], ...]] = {
     AbortCode.TOGGLE_BIT: (

@@ -8,8 +8,8 @@ import canopen
 import pytest
 from canopen_bench import NODE, Bench, Master, foreign_dictionary
 
-from drive_profiles import Access, DataType, ObjectEntry, load_profile
-from emulator.canopen.sdo_block import crc
+from drivetwin.drive_profiles import Access, DataType, ObjectEntry, load_profile
+from drivetwin.emulator.canopen.sdo_block import crc
 
 TEXT = 0x2F00
 FILE = 0x2F01

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 from canopen_bench import NODE, Bench
 
-from drive_profiles import Access, DataType, ObjectEntry, load_profile
-from emulator.canopen import AbortCode, SdoAbort
+from drivetwin.drive_profiles import Access, DataType, ObjectEntry, load_profile
+from drivetwin.emulator.canopen import AbortCode, SdoAbort
 
 TEXT = 0x2F00
 WRITE_ONLY = 0x2F01

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 from canopen_bench import NODE, RESET_COMMUNICATION, RESET_NODE, Bench, Master, foreign_dictionary
 
-from drivetwin.errors import UserError
-from emulator.canopen import AbortCode, ParameterStore, SdoAbort
-from emulator.canopen.parameter_store import Group
+from drivetwin.emulator.canopen import AbortCode, ParameterStore, SdoAbort
+from drivetwin.emulator.canopen.parameter_store import Group
+from drivetwin.foundation.errors import UserError
 
 SAVE, LOAD = 0x65766173, 0x64616F6C
 PROFILES = pytest.mark.parametrize("profile", ["cia402-full", "servoone"])

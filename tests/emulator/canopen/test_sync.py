@@ -7,7 +7,7 @@ import struct
 import pytest
 from canopen_bench import NODE, STOP, Bench
 
-from emulator.canopen import AbortCode, SdoAbort
+from drivetwin.emulator.canopen import AbortCode, SdoAbort
 
 TPDO, RPDO, EMCY = 0x180 + NODE, 0x200 + NODE, 0x80 + NODE
 WRONG_LENGTH = (EMCY, bytes.fromhex("40 82 11 00 00 00 00 00"))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import can
 
-from drive_profiles import load_profile
-from emulator.clock import SyncClock
-from emulator.effects import read_effects
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 
 def test_a_drive_acts_at_its_own_sync_and_the_first_ones_moves_time() -> None:

@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 import pytest
 from canopen_bench import NODE, RESET_COMMUNICATION, STOP, Bench, Master
 
-from emulator.canopen import SdoAbort
+from drivetwin.emulator.canopen import SdoAbort
 
 NOON = bytes.fromhex("00 2E 93 02 01 00")
 """43,200,000 ms after midnight, one day after 1984-01-01."""

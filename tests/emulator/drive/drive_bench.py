@@ -8,13 +8,13 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
-from drive_profiles import load_profile
-from emulator.clock import SyncClock
-from emulator.drive.drive import Drive
-from emulator.drive.state_machine import State
-from emulator.effects import PlacedEffect, read_effects
-from emulator.machine import Machine, load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.drive.drive import Drive
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.emulator.effects import PlacedEffect, read_effects
+from drivetwin.emulator.machine import Machine, load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 CYCLE = 0.001
 SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP, DISABLE_VOLTAGE, FAULT_RESET, HALT = 0x06, 0x07, 0x0F, 0x02, 0x00, 0x80, 0x10F

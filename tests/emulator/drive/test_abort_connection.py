@@ -7,11 +7,11 @@ from collections.abc import Callable
 import pytest
 from drive_bench import CYCLE, PROFILE_VELOCITY, DriveBench
 
-from emulator.canopen import SdoAbort
-from emulator.drive.servo import Loop
-from emulator.drive.state_machine import State
-from emulator.drive.stops import STANDSTILL
-from emulator.faults.frames_lost import FramesLost
+from drivetwin.emulator.canopen import SdoAbort
+from drivetwin.emulator.drive.servo import Loop
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.emulator.drive.stops import STANDSTILL
+from drivetwin.emulator.faults.frames_lost import FramesLost
 
 SPEED, RAMP = 20.0, 400.0
 MASTER = 0x77

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from drive_bench import HALT, START, DriveBench
 
-from drive_profiles import DataType
-from emulator.canopen import SdoAbort
-from emulator.canopen.data_types import type_range
+from drivetwin.drive_profiles import DataType
+from drivetwin.emulator.canopen import SdoAbort
+from drivetwin.emulator.canopen.data_types import type_range
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -7,10 +7,10 @@ from math import ceil, pi
 import pytest
 from drive_bench import PROFILE_VELOCITY, DriveBench
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
-from emulator.drive.digital_io import BRAKE, DigitalOutputs
-from emulator.drive.hardware import ALWAYS, NEVER, LimitSwitches, Switch
-from emulator.drive.servo import SERVO_PERIOD, Loop
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.drive.digital_io import BRAKE, DigitalOutputs
+from drivetwin.emulator.drive.hardware import ALWAYS, NEVER, LimitSwitches, Switch
+from drivetwin.emulator.drive.servo import SERVO_PERIOD, Loop
 
 PROFILE_TORQUE = 4
 NO_CREEP = 1e-6

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from drive_bench import CYCLIC, DISABLE_VOLTAGE, ENABLE, HOMING, INTERPOLATED, PROFILE_VELOCITY, SHUTDOWN, SWITCH_ON, DriveBench
 
-from emulator.canopen import SdoAbort
-from emulator.drive.state_machine import State
+from drivetwin.emulator.canopen import SdoAbort
+from drivetwin.emulator.drive.state_machine import State
 
 AXES = [("scara", "lift"), ("scara", "rotate"), ("scara", "stretch"), ("stage", "slide"), ("arm", "shoulder")]
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from drive_bench import CYCLIC, PROFILE_VELOCITY, DriveBench
 
-from emulator.canopen import SdoAbort
+from drivetwin.emulator.canopen import SdoAbort
 
 INCREMENTS = 1048576
 FACTORS = (0x6093, 0x6094, 0x6095, 0x6096, 0x6097)

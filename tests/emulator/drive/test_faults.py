@@ -8,12 +8,12 @@ from math import log
 import pytest
 from drive_bench import CYCLE, ENABLE, FAULT_RESET, PROFILE_VELOCITY, SHUTDOWN, SWITCH_ON, DriveBench
 
-from emulator.drive.faults import FAULTS
-from emulator.drive.hardware import Hardware, LimitSwitches
-from emulator.drive.servo import VELOCITY, Loop
-from emulator.drive.state_machine import State
-from emulator.drive.stops import STANDSTILL
-from emulator.machine import load_machine
+from drivetwin.emulator.drive.faults import FAULTS
+from drivetwin.emulator.drive.hardware import Hardware, LimitSwitches
+from drivetwin.emulator.drive.servo import VELOCITY, Loop
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.emulator.drive.stops import STANDSTILL
+from drivetwin.emulator.machine import load_machine
 
 TORQUE = 4
 SPEED, QUICK_RAMP = 20.0, 400.0

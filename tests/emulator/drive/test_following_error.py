@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from drive_bench import CYCLIC, INTERPOLATED, START, DriveBench
 
-from emulator.drive.state_machine import State
+from drivetwin.emulator.drive.state_machine import State
 
 
 def test_following_error_stops_the_axis() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from drive_bench import CYCLE, INTERPOLATED, START, DriveBench
 
-from emulator.drive.torque_precontrol import TorquePrecontrol
+from drivetwin.emulator.drive.torque_precontrol import TorquePrecontrol
 
 RPM = 2.0 * pi / 60.0
 PER_CENT = 0.01

@@ -6,8 +6,8 @@ import can
 import pytest
 from drive_bench import ENABLE, HOMING, PROFILE_VELOCITY, SHUTDOWN, START, DriveBench
 
-from emulator.drive.servo import SERVO_PERIOD
-from emulator.drive.state_machine import State
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.drive.state_machine import State
 
 REACHED, ATTAINED, FAILED, RUNNING = 1 << 10, 1 << 12, 1 << 13, 0
 """Bits of the statusword that the modes own."""

@@ -7,10 +7,10 @@ from math import ceil, floor, inf, pi
 import pytest
 from drive_bench import HOMING, START, DriveBench
 
-from emulator.drive.hardware import NEVER, Switch
-from emulator.drive.homing_methods import METHODS
-from emulator.drive.servo import SERVO_PERIOD
-from emulator.machine import Machine, load_machine
+from drivetwin.emulator.drive.hardware import NEVER, Switch
+from drivetwin.emulator.drive.homing_methods import METHODS
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.machine import Machine, load_machine
 
 FAST, SLOW = 120.0, 12.0
 INDEX_ANGLE = 1.0

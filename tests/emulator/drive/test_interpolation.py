@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from emulator.drive.interpolation import Interpolation, Interpolator
-from emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.drive.interpolation import Interpolation, Interpolator
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
 
 PERIODS = 8
 T = PERIODS * SERVO_PERIOD

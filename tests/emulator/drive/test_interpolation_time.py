@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from drive_bench import CYCLIC, INTERPOLATED, START, DriveBench
 
-from emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
 
 SPEED = 2.0
 """Turns a second."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from drive_bench import DriveBench
 
-from emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
 
 
 @pytest.mark.parametrize("profile", ["cia402-full", "servoone"])

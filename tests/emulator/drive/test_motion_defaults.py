@@ -9,7 +9,7 @@ from __future__ import annotations
 import pytest
 from drive_bench import ENABLE, HOMING, PROFILE_VELOCITY, START, DriveBench
 
-from drive_profiles import load_profile
+from drivetwin.drive_profiles import load_profile
 
 POSITION_MODE, VELOCITY_MODE, TORQUE_MODE = 1, 2, 4
 NEW = 0x1F

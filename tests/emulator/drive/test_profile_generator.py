@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.drive.profile_generator import Bounds, Motion, Profile, change_speed, come_to_rest, move_to
-from emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.drive.profile_generator import Bounds, Motion, Profile, change_speed, come_to_rest, move_to
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
 
 
 def sampled(profile: Profile, seconds: float) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from drive_bench import CYCLE, ENABLE, HALT, DriveBench
 
-from emulator.drive.state_machine import State
+from drivetwin.emulator.drive.state_machine import State
 
 TORQUE = 4
 REACHED = 1 << 10

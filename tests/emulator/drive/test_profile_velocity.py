@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from drive_bench import CYCLE, DISABLE_VOLTAGE, ENABLE, PROFILE_VELOCITY, SHUTDOWN, SWITCH_ON, DriveBench
 
-from emulator.canopen import AbortCode, SdoAbort
-from emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.canopen import AbortCode, SdoAbort
+from drivetwin.emulator.drive.servo import SERVO_PERIOD
 
 UP, DOWN, SPEED = 500.0, 250.0, 50.0
 """6083h, 6084h [rad/s²] and 60FFh [rad/s]."""

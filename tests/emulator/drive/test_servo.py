@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from emulator.drive.servo import (
+from drivetwin.emulator.drive.servo import (
     POSITION,
     SERVO_PERIOD,
     TORQUE_OFFSET,
@@ -23,8 +23,8 @@ from emulator.drive.servo import (
     encoder_quantum,
     filter_share,
 )
-from emulator.machine import load_machine
-from emulator.plant import Plant
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.plant import Plant
 
 Array = NDArray[np.float64]
 

@@ -18,9 +18,9 @@ from drive_bench import (
 )
 from scipy.signal import lsim
 
-from emulator.drive.servo import VELOCITY
-from emulator.drive.state_machine import State
-from emulator.drive.stops import PATIENCE, STANDSTILL, STANDSTILL_TIME
+from drivetwin.emulator.drive.servo import VELOCITY
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.emulator.drive.stops import PATIENCE, STANDSTILL, STANDSTILL_TIME
 
 RAMP, SPEED = 400.0, 20.0
 """6084h and 6085h [rad/s²], speed [rad/s]."""

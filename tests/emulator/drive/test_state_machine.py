@@ -18,9 +18,9 @@ from drive_bench import (
     DriveBench,
 )
 
-from emulator.drive.servo import VELOCITY, Loop
-from emulator.drive.state_machine import Command, State, StateMachine, Stop, command_of
-from emulator.drive.stops import STANDSTILL, STANDSTILL_TIME
+from drivetwin.emulator.drive.servo import VELOCITY, Loop
+from drivetwin.emulator.drive.state_machine import Command, State, StateMachine, Stop, command_of
+from drivetwin.emulator.drive.stops import STANDSTILL, STANDSTILL_TIME
 
 OFF, READY, ON, RUN = State.SWITCH_ON_DISABLED, State.READY_TO_SWITCH_ON, State.SWITCHED_ON, State.OPERATION_ENABLED
 QUICK, REACTION, FAULT, BOOT = (

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
-from emulator.assembly import DrivenJoint
-from emulator.conformance.bench import GEAR, LINK, MOTOR, PERIOD, ROTOR, WHOLE, Array
-from emulator.effects import PlacedEffect, library
-from emulator.mechanism import Mechanism
+from drivetwin.emulator.assembly import DrivenJoint
+from drivetwin.emulator.conformance.bench import GEAR, LINK, MOTOR, PERIOD, ROTOR, WHOLE, Array
+from drivetwin.emulator.effects import PlacedEffect, library
+from drivetwin.emulator.mechanism import Mechanism
 
 __all__ = ["GEAR", "LINK", "MOTOR", "PERIOD", "ROTOR", "WHOLE", "Array"]
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from emulator.conformance import findings
-from emulator.dynamics import AxisDynamics, Motion
-from emulator.effects import AxisEffect, DriveEffect, ModelEffect, Parameter, Start, TorqueEffect, library
-from emulator.effects.base import DAMPING
-from emulator.effects.spring import Spring
+from drivetwin.emulator.conformance import findings
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.effects import AxisEffect, DriveEffect, ModelEffect, Parameter, Start, TorqueEffect, library
+from drivetwin.emulator.effects.base import DAMPING
+from drivetwin.emulator.effects.spring import Spring
 
 Array = NDArray[np.float64]
 

@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 from effect_bench import WHOLE, effect, hinge
 
-from drivetwin.errors import UserError
-from emulator.effects import add_effects, added_effects, library, read_effect_file
+from drivetwin.emulator.effects import add_effects, added_effects, library, read_effect_file
+from drivetwin.foundation.errors import UserError
 
 EFFECT = '''
 from dataclasses import dataclass
 from typing import ClassVar
 
-from emulator.effects.base import TORQUE, Parameter, Start, TorqueEffect
+from drivetwin.emulator.effects.base import TORQUE, Parameter, Start, TorqueEffect
 
 
 @dataclass(frozen=True)
@@ -80,10 +80,10 @@ REFUSED = {
     "does not parse": ("def", r"own.py:1: SyntaxError: "),
     "fails": (f"{EFFECT}1 / 0\n", f"own.py:{EFFECT.count(chr(10)) + 1}: ZeroDivisionError: division by zero"),
     "imports what is not there": ("import nonesuch\n", r"own.py:1: ModuleNotFoundError: No module named 'nonesuch'"),
-    "no effect": ("x = 1\n", "own.py: holds no effect; expected a subclass of emulator.effects.Effect with a `name`"),
+    "no effect": ("x = 1\n", "own.py: holds no effect; expected a subclass of drivetwin.*effects.base.Effect with a `name`"),
     "a name that is taken": (
         EFFECT.replace('"drag"', '"coulomb"'),
-        "own.py: effect 'coulomb' is in the library already, by emulator.effects.coulomb: rename one",
+        "own.py: effect 'coulomb' is in the library already, by drivetwin.emulator.effects.coulomb: rename one",
     ),
     "lacks a method": (EFFECT.replace("def resistance", "def resist"), "own.py: Drag: lacks resistance; docs/effects.md says"),
     "lacks what its kind asks": (
@@ -151,7 +151,7 @@ def test_an_installed_package_has_its_effects_in_the_library(
     ("target", "message"),
     [
         ("strangers_drag:Nothing", r"drag = strangers_drag:Nothing \(drivetwin.effects\) does not import: AttributeError"),
-        ("strangers_drag:TORQUE", "expected a module or a subclass of emulator.effects.Effect, got Unit"),
+        ("strangers_drag:TORQUE", "expected a module or a subclass of drivetwin.emulator.effects.base.Effect, got Unit"),
         ("dataclasses", "entry point drag = dataclasses .*: holds no effect"),
     ],
 )

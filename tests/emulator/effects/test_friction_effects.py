@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from effect_bench import PERIOD, WHOLE, Rig, effect, frequency, hinge, slide, two_axes
 
-from drivetwin.errors import UserError
+from drivetwin.foundation.errors import UserError
 
 SIGNS = [1.0, -1.0]
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from effect_bench import GEAR, PERIOD, WHOLE, Rig, effect, hinge, slide
 
-from drive_profiles import load_profile
-from emulator.clock import SyncClock
-from emulator.drive.servo import Loop, Servo, ServoBank
-from emulator.dynamics import Motion
-from emulator.effects import PlacedEffect
-from emulator.machine import load_machine
-from emulator.plant import Plant
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.drive.servo import Loop, Servo, ServoBank
+from drivetwin.emulator.dynamics import Motion
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.plant import Plant
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 STAGE = load_machine("stage")
 RATIO = STAGE.axes["slide"].gear_ratio

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from effect_bench import PERIOD, Rig, effect, two_axes
 
-from emulator.effects import library
+from drivetwin.emulator.effects import library
 
 PARAMETERS = {
     "coulomb": {"coulomb": 0.7},

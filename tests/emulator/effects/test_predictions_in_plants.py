@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from effect_bench import HINGE, MOTOR, SLIDE, WHOLE, Rig, effect
 
-from emulator.dynamics import Motion
-from emulator.effects import StaticEffect, library
+from drivetwin.emulator.dynamics import Motion
+from drivetwin.emulator.effects import StaticEffect, library
 
 PARAMETERS = {
     "coulomb": {"coulomb": 0.7},

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from effect_bench import Array, effect
 
-from emulator.conformance.bench import GEAR, LINK, SAMPLE, axis, record
-from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.dynamics.replay import motor_torque
-from emulator.effects import AxisEffect, DriveEffect, Effect, library
+from drivetwin.emulator.conformance.bench import GEAR, LINK, SAMPLE, axis, record
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from drivetwin.emulator.dynamics.replay import motor_torque
+from drivetwin.emulator.effects import AxisEffect, DriveEffect, Effect, library
 
 PLANTS = {
     "stribeck": {"static_torque": 1.1, "stribeck_velocity": 0.2, "exponent": 1.3},

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from effect_bench import HINGE, LINK, MOTOR, PERIOD, WHOLE, Rig, effect, frequency, hinge, slide
 
-from drivetwin.errors import UserError
-from emulator.machine import load_machine
-from emulator.plant import Plant
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.plant import Plant
+from drivetwin.foundation.errors import UserError
 
 TWO_LINKS = """<mujoco model="rig"><option gravity="0 0 -9.81" timestep="0.000125"/><worldbody>
 <body name="upper"><joint name="a" type="hinge" axis="0 1 0"/><inertial pos="0 0 0" mass="1" diaginertia="0.2 0.2 0.2"/>

@@ -10,10 +10,10 @@ from effect_bench import GEAR, HINGE, LINK, MOTOR, PERIOD, Rig, effect, frequenc
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from drivetwin.errors import UserError
-from emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from emulator.dynamics.replay import motor_torque
-from emulator.dynamics.transmission import Transmission
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
+from drivetwin.emulator.dynamics.replay import motor_torque
+from drivetwin.emulator.dynamics.transmission import Transmission
+from drivetwin.foundation.errors import UserError
 
 STIFFNESS = 800.0
 

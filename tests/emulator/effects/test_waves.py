@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from emulator.conformance.bench import record
-from emulator.effects.position_friction import PositionFriction
-from emulator.effects.waves import long_waves, travel
+from drivetwin.emulator.conformance.bench import record
+from drivetwin.emulator.effects.position_friction import PositionFriction
+from drivetwin.emulator.effects.waves import long_waves, travel
 
 
 @pytest.mark.parametrize("waves", [1.2, 1.7, 2.3, 3.3, 4.8, 6.2, 7.7])

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import can
 
-from drive_profiles import load_profile
-from emulator.clock import SyncClock
-from emulator.effects import PlacedEffect, read_effects
-from emulator.faults.base import Fault
-from emulator.faults.library import read_fault
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.effects import PlacedEffect, read_effects
+from drivetwin.emulator.faults.base import Fault
+from drivetwin.emulator.faults.library import read_fault
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 EMCY, TPDO_1, SDO_ANSWER, SDO_REQUEST, HEARTBEAT = 0x080, 0x180, 0x580, 0x600, 0x700
 LIFT, ROTATE, STRETCH = 1, 2, 3

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 from fault_bench import LIFT, ROTATE, FaultBench
 
-from drivetwin.errors import UserError
-from emulator.control import LONGEST_LINE, Control, serve_control
-from emulator.virtual_machine import REQUEST_WAIT
+from drivetwin.emulator.control import LONGEST_LINE, Control, serve_control
+from drivetwin.emulator.virtual_machine import REQUEST_WAIT
+from drivetwin.foundation.errors import UserError
 
 STO = {"fault": "sto", "node": ROTATE}
 

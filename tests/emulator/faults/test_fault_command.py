@@ -11,7 +11,7 @@ import pytest
 from processes import Ended, emulator
 
 from drivetwin.cli import main
-from emulator.faults.library import FAULTS
+from drivetwin.emulator.faults.library import library
 
 INTERLOCK = 1 << 3
 LOOKS = 5000
@@ -93,8 +93,8 @@ def test_the_list_has_every_fault_and_parameter(drivetwin: Run) -> None:
     listed = drivetwin("fault", "--list")
     assert (listed.status, listed.err) == (0, "")
     blocks = listed.out.strip().split("\n\n")
-    assert [block.split()[0] for block in blocks] == list(FAULTS)
-    for block, kind in zip(blocks, FAULTS.values(), strict=True):
+    assert [block.split()[0] for block in blocks] == list(library())
+    for block, kind in zip(blocks, library().values(), strict=True):
         told = [line.split()[0].rstrip(":") for line in block.splitlines()[2:]]
         assert told == [f"--{parameter.name.replace('_', '-')}" for parameter in kind.parameters]
 

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 from fault_bench import FaultBench
 
-import emulator.faults
-from drivetwin.errors import UserError
-from emulator.faults.base import LastingFault
-from emulator.faults.drive_fault import DriveFault
-from emulator.faults.frames_lost import FramesLost
-from emulator.faults.library import FAULTS, read_fault, required
-from emulator.faults.sto import Sto
+from drivetwin.emulator import faults
+from drivetwin.emulator.faults.base import LastingFault
+from drivetwin.emulator.faults.drive_fault import DriveFault
+from drivetwin.emulator.faults.frames_lost import FramesLost
+from drivetwin.emulator.faults.library import library, read_fault, required
+from drivetwin.emulator.faults.sto import Sto
+from drivetwin.foundation.errors import UserError
 
 EVERY = [
     *("bus_off", "drive_fault", "encoder_glitch", "encoder_loss", "frames_corrupted", "frames_doubled", "frames_late"),
@@ -23,6 +23,7 @@ EVERY = [
     *("payload", "power_cycle", "probe_input", "sdo_refused", "sdo_silent", "sto", "undervoltage"),
 ]
 DOCS = Path(__file__).parents[3] / "docs" / "faults.md"
+FAULTS = library()
 INSTANT = {"drive_fault", "encoder_glitch", "node_changes_id", "node_dies", "node_resets", "power_cycle"}
 VALUES = {"probe": 1, "new_id": 40, "index": 0x607F, "increments": 100, "side": "negative", "code": 0x4210, "mass": 0.1}
 VALUES |= {"torque": 0.1}
@@ -30,7 +31,7 @@ VALUES |= {"torque": 0.1}
 
 def test_every_fault_is_a_file_of_its_name() -> None:
     assert sorted(FAULTS) == EVERY
-    folder = Path(emulator.faults.__file__).parent
+    folder = Path(faults.__file__).parent
     assert all((folder / f"{name}.py").is_file() for name in FAULTS)
     assert {name for name, kind in FAULTS.items() if not issubclass(kind, LastingFault)} == INSTANT
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from fault_bench import EMCY, HEARTBEAT, LIFT, ROTATE, SDO_ANSWER, SPEED, STRETCH, TPDO_1, FaultBench, moving
 
-from drivetwin.errors import UserError
-from emulator.canopen.nmt import NmtState
+from drivetwin.emulator.canopen.nmt import NmtState
+from drivetwin.foundation.errors import UserError
 
 TPDO_3 = 0x380
 

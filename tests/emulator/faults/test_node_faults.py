@@ -19,10 +19,10 @@ from fault_bench import (
     moving,
 )
 
-from drivetwin.errors import UserError
-from emulator.canopen.parameter_store import ParameterStore
-from emulator.effects import PlacedEffect, library
-from emulator.modbus.service import ModbusService
+from drivetwin.emulator.canopen.parameter_store import ParameterStore
+from drivetwin.emulator.effects import PlacedEffect, library
+from drivetwin.emulator.modbus.service import ModbusService
+from drivetwin.foundation.errors import UserError
 
 BOOT_UP = bytes(1)
 

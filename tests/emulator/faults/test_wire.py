@@ -7,12 +7,12 @@ from pathlib import Path
 import can
 import pytest
 
-from drive_profiles import load_profile
-from emulator.canopen import NmtState
-from emulator.clock import SyncClock
-from emulator.faults.frames_lost import FramesLost
-from emulator.machine import load_machine
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.canopen import NmtState
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.faults.frames_lost import FramesLost
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 HEARTBEAT, EMCY, SDO = 0x700, 0x80, 0x580
 READ_DEVICE_TYPE = bytes.fromhex("40 00 10 00 00 00 00 00")

@@ -11,14 +11,14 @@ from typing import TypeVar
 
 import can
 
-from drive_profiles import load_profile
-from emulator.clock import SyncClock
-from emulator.effects import read_effects
-from emulator.machine import load_machine
-from emulator.modbus import ModbusService, serve_modbus
-from emulator.modbus.tcp import HEADER
-from emulator.plant import truth_path
-from emulator.virtual_machine import VirtualMachine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine
+from drivetwin.emulator.modbus import ModbusService, serve_modbus
+from drivetwin.emulator.modbus.tcp import HEADER
+from drivetwin.emulator.plant import truth_path
+from drivetwin.emulator.virtual_machine import VirtualMachine
 
 PATIENCE = 60.0
 """Longest that an answer may take [s]."""

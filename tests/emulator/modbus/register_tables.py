@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from drive_profiles import Access, available_profiles
-from drive_profiles.modbus_map import Register, load_modbus_map
+from drivetwin.drive_profiles import Access, available_profiles
+from drivetwin.drive_profiles.modbus_map import Register, load_modbus_map
 
 DOCS = Path(__file__).parents[3] / "docs" / "modbus.md"
 

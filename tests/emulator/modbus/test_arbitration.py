@@ -17,7 +17,7 @@ from modbus_bench import (
     Bench,
 )
 
-from emulator.modbus.arbitration import Master
+from drivetwin.emulator.modbus.arbitration import Master
 
 LOCAL_CONTROL = 0x08000021
 BUSY = 6

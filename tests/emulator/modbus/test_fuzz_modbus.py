@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from modbus_bench import PATIENCE, STATUSWORD, Bench, Client, client
 
-from emulator.modbus.rtu import RtuFrames, crc
-from emulator.modbus.tcp import HEADER
+from drivetwin.emulator.modbus.rtu import RtuFrames, crc
+from drivetwin.emulator.modbus.tcp import HEADER
 
 FRAMES = 10_000
 SEED = 309
@@ -92,7 +92,8 @@ def fuzz(port: int, dice: random.Random) -> int:
 
 def test_ten_thousand_frames(caplog: pytest.LogCaptureFixture) -> None:
     bench = Bench("cia402-full")
-    with caplog.at_level(logging.WARNING, logger="emulator.modbus"), caplog.at_level(logging.WARNING, logger="asyncio"):
+    own, loop = "drivetwin.emulator.modbus", "asyncio"
+    with caplog.at_level(logging.WARNING, logger=own), caplog.at_level(logging.WARNING, logger=loop):
         assert bench.while_served(lambda port: fuzz(port, random.Random(SEED))) >= FRAMES
     assert caplog.text == ""
     data = bench.virtual.plant.data

@@ -5,7 +5,7 @@ import struct
 import pytest
 from modbus_bench import Bench
 
-from emulator.modbus import ModbusService
+from drivetwin.emulator.modbus import ModbusService
 
 READ_STATUSWORD = "2B 0D 00 00 00 60 41 00 00 00 00 02"
 """The example of the dryve D1's manual (V2.4, 6.5.5), from byte 7 on."""

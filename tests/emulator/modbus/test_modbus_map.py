@@ -6,9 +6,10 @@ import pytest
 from modbus_bench import Bench
 from register_tables import BEGIN, DOCS, END, documented, table
 
-from drive_profiles import available_profiles
-from drive_profiles.modbus_map import PROFILES, load_modbus_map, load_modbus_map_from
-from drivetwin.errors import UserError
+from drivetwin.drive_profiles import available_profiles
+from drivetwin.drive_profiles.modbus_map import load_modbus_map, load_modbus_map_from
+from drivetwin.drive_profiles.profile import PROFILES
+from drivetwin.foundation.errors import UserError
 
 
 @pytest.mark.parametrize("name", available_profiles())

@@ -17,12 +17,12 @@ from modbus_bench import (
     Bench,
 )
 
-from drive_profiles import load_profile
-from drive_profiles.modbus_map import load_modbus_map
-from emulator.canopen import ObjectDictionary
-from emulator.modbus import ModbusService
-from emulator.modbus.exception_codes import ModbusException
-from emulator.modbus.registers import Registers
+from drivetwin.drive_profiles import load_profile
+from drivetwin.drive_profiles.modbus_map import load_modbus_map
+from drivetwin.emulator.canopen import ObjectDictionary
+from drivetwin.emulator.modbus import ModbusService
+from drivetwin.emulator.modbus.exception_codes import ModbusException
+from drivetwin.emulator.modbus.registers import Registers
 
 FUNCTION, ADDRESS, VALUE, BUSY, NO_TARGET = 1, 2, 3, 6, 0x0B
 

@@ -10,9 +10,9 @@ from contextlib import contextmanager
 import pytest
 from modbus_bench import PATIENCE, PROFILE_VELOCITY, STATUSWORD, Bench, in_thread
 
-from drivetwin.errors import UserError
-from emulator.modbus import serve_modbus
-from emulator.modbus.rtu import LONGEST_FRAME, RtuFrames, crc, open_line
+from drivetwin.emulator.modbus import serve_modbus
+from drivetwin.emulator.modbus.rtu import LONGEST_FRAME, RtuFrames, crc, open_line
+from drivetwin.foundation.errors import UserError
 
 
 def framed(unit: int, pdu: bytes) -> bytes:

@@ -8,10 +8,10 @@ from contextlib import suppress
 import pytest
 from modbus_bench import CONTROLWORD, PATIENCE, POSITION, SHUTDOWN, STATUSWORD, Bench, client, in_thread
 
-from drivetwin.errors import UserError
-from emulator.modbus import serve_modbus
-from emulator.modbus.ports import host_and_port
-from emulator.modbus.tcp import HEADER, MOST_CONNECTIONS
+from drivetwin.emulator.modbus import serve_modbus
+from drivetwin.emulator.modbus.ports import host_and_port
+from drivetwin.emulator.modbus.tcp import HEADER, MOST_CONNECTIONS
+from drivetwin.foundation.errors import UserError
 
 READ_STATUSWORD = struct.pack(">BHH", 3, STATUSWORD, 1)
 READ_POSITION = struct.pack(">BHH", 4, POSITION, 2)

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from emulator.drive.state_machine import State
-from hil_tests.bench import Bench, ControllerCommand
-from hil_tests.evidence import BusFrame, Ending, Evidence, Run, StateChange, Struck, Truth
-from hil_tests.folder import write_case
-from hil_tests.results.acceptance import Acceptance
-from hil_tests.task import Task
-from hil_tests.verdict import CaseResult, Failure, Measured, Outcome
+from drivetwin.emulator.drive.state_machine import State
+from drivetwin.hil_tests.bench import Bench, ControllerCommand
+from drivetwin.hil_tests.evidence import BusFrame, Ending, Evidence, Run, StateChange, Struck, Truth
+from drivetwin.hil_tests.folder import write_case
+from drivetwin.hil_tests.results.acceptance import Acceptance
+from drivetwin.hil_tests.task import Task
+from drivetwin.hil_tests.verdict import CaseResult, Failure, Measured, Outcome
 
 BENCH = Bench(
     format="bench/1",

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from accept_bench import BENCH, BOOT, MOVE, acceptance_of, with_value
 
-from drivetwin.errors import UserError
-from hil_tests.results.noise import noise_between
-from hil_tests.results.results_file import Results, read_results, write_results
-from hil_tests.verdict import CaseResult
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.results.noise import noise_between
+from drivetwin.hil_tests.results.results_file import Results, read_results, write_results
+from drivetwin.hil_tests.verdict import CaseResult
 
 
 def result_of(folder: Path, seed: int, *cases: CaseResult, machine: str = "scara") -> Results:

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 from accept_bench import BOOT, FAULT, FEED_FORWARD, MOVE, SOAK, acceptance_of, evidence_of, with_files, with_value
 
-from hil_tests.folder import write_case
-from hil_tests.results.case_figure import axis_figure, drawn
-from hil_tests.results.report_bars import used
-from hil_tests.results.report_page import write_report
-from hil_tests.results.results_file import read_results, write_results
-from hil_tests.results.traces import Mark, Traces, read_traces
-from hil_tests.results.trend import Trend, compare
-from hil_tests.verdict import CaseResult, Measured, Outcome
+from drivetwin.hil_tests.folder import write_case
+from drivetwin.hil_tests.results.case_figure import axis_figure, drawn
+from drivetwin.hil_tests.results.report_bars import used
+from drivetwin.hil_tests.results.report_page import write_report
+from drivetwin.hil_tests.results.results_file import read_results, write_results
+from drivetwin.hil_tests.results.traces import Mark, Traces, read_traces
+from drivetwin.hil_tests.results.trend import Trend, compare
+from drivetwin.hil_tests.verdict import CaseResult, Measured, Outcome
 
 
 class Page(HTMLParser):

@@ -9,9 +9,9 @@ import canopen
 import pytest
 from accept_bench import BENCH, FAULT, with_files
 
-from hil_tests.bench import OrderedPdo
-from hil_tests.results.bus_excerpt import AFTER, BEFORE, MOST_TELLING, excerpt, words
-from hil_tests.results.pdo_words import ordered_pdos, pdo_words
+from drivetwin.hil_tests.bench import OrderedPdo
+from drivetwin.hil_tests.results.bus_excerpt import AFTER, BEFORE, MOST_TELLING, excerpt, words
+from drivetwin.hil_tests.results.pdo_words import ordered_pdos, pdo_words
 
 
 @pytest.fixture

@@ -9,9 +9,9 @@ from xml.etree import ElementTree as ET
 
 from accept_bench import BOOT, FAULT, MOVE, SOAK, acceptance_of, with_value
 
-from hil_tests.results.junit import write_junit
-from hil_tests.results.results_file import read_results, write_results
-from hil_tests.results.trend import compare
+from drivetwin.hil_tests.results.junit import write_junit
+from drivetwin.hil_tests.results.results_file import read_results, write_results
+from drivetwin.hil_tests.results.trend import compare
 
 # junit-10.xsd of Jenkins' xUnit plugin: attributes that must be there, that may be there, and children.
 SCHEMA = {

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from accept_bench import BENCH, FAULT, MOVE, acceptance_of, with_value
 
-from drivetwin.errors import UserError
-from drivetwin.files import sha256
-from hil_tests.results.results_file import read_results, write_results
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import sha256
+from drivetwin.hil_tests.results.results_file import read_results, write_results
 
 
 def test_it_holds_what_was_measured_and_what_failed(tmp_path: Path) -> None:

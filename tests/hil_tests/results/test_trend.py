@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from accept_bench import BENCH, BOOT, FAULT, MOVE, SOAK, acceptance_of, with_value
 
-from drivetwin.errors import UserError
-from hil_tests.bench import Bench
-from hil_tests.results.acceptance import Acceptance
-from hil_tests.results.results_file import Results, read_results, write_results
-from hil_tests.results.trend import CaseChange, Change, Kind, Trend, compare
-from hil_tests.verdict import CaseResult, Measured, Outcome
+from drivetwin.foundation.errors import UserError
+from drivetwin.hil_tests.bench import Bench
+from drivetwin.hil_tests.results.acceptance import Acceptance
+from drivetwin.hil_tests.results.results_file import Results, read_results, write_results
+from drivetwin.hil_tests.results.trend import CaseChange, Change, Kind, Trend, compare
+from drivetwin.hil_tests.verdict import CaseResult, Measured, Outcome
 
 
 @pytest.fixture

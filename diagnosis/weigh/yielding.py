@@ -1,0 +1,88 @@
+"""A spring, play and friction that yields before it slides, sought together on an axis: each alone takes the others' part.
+
+Between motor and load they lie in series: what one of them gives way by hides in another that is softer. One after the other,
+the second is then never found beside the first; two at a time, moved together, they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from drivetwin.diagnosis.propose.placing import placed
+from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.diagnosis.weigh.state import SHARES, State, moved_by_fit, state_of
+from drivetwin.emulator.effects import AxisEffect, Effect, PlacedEffect
+from drivetwin.foundation.errors import UserError
+
+STARTS = 3
+"""Of a further kind, the best beside what yields already, that are moved together with it."""
+STEPS = 15
+"""Gauss-Newton steps at most, of each."""
+ENOUGH = 0.1
+"""Nats that a further step must bring."""
+
+
+def yields(kind: type[Effect]) -> bool:
+    """Whether an effect has its own motion between motor and load, so that its torque is no multiple of a shape."""
+    return issubclass(kind, AxisEffect) and not kind.scales
+
+
+def best_together(state: State, axis: str, kind: type[Effect]) -> State | None:
+    """The set with one more effect that yields, moved together with those of its axis; None where no start can be followed."""
+    assert issubclass(kind, AxisEffect)
+    alone = [one for one in state.effects if not (one.axis == axis and yields(type(one.effect)))]
+    dynamics = state.rows.simulation.dynamics(tuple(alone))[axis]
+    starts = [start.members[0] for start in kind.starts(state.rows.motion[axis], dynamics)]
+    tried = side_by_side(lambda effect: _state(state, (*state.effects, placed(state.rows, axis, effect))), starts)
+    begun = [one for one in tried if one is not None]
+    begun.sort(key=lambda one: -one.fit.evidence)
+    found = side_by_side(settled_on, begun[:STARTS])
+    return max(found, key=lambda one: one.fit.evidence, default=None)
+
+
+def simpler(state: State, axis: str, kinds: Sequence[type[Effect]]) -> list[State]:
+    """The set with an effect of the axis as another kind that has all its parameters but some: play that closes is a spring."""
+    found = []
+    for one in state.effects:
+        if one.axis != axis or type(one.effect) not in kinds:
+            continue
+        names = {each.name for each in type(one.effect).parameters}
+        for kind in kinds:
+            shared = [each.name for each in kind.parameters]
+            if set(shared) < names:
+                other = kind(**{name: getattr(one.effect, name) for name in shared})
+                beside = [each for each in state.effects if each is not one]
+                found.append(_state(state, (*beside, placed(state.rows, axis, other))))
+    return [each for each in found if each is not None]
+
+
+def settled_on(state: State, steps: int = STEPS) -> State:
+    """The set a few Gauss-Newton steps on, all parameters together, as far as the evidence gains."""
+    for _ in range(steps):
+        ahead = step_ahead(state)
+        if ahead is None:
+            break
+        done = ahead.fit.evidence - state.fit.evidence < ENOUGH
+        state = ahead
+        if done:
+            break
+    return state
+
+
+def step_ahead(state: State) -> State | None:
+    """One Gauss-Newton step on, as far as that is better; None where no share of the step is."""
+    for share in SHARES:
+        try:
+            ahead = state_of(state.bench, moved_by_fit(state, state.fit, share), state.system.axes)
+        except UserError:
+            continue
+        if ahead.fit.evidence > state.fit.evidence:
+            return ahead
+    return None
+
+
+def _state(state: State, effects: Sequence[PlacedEffect]) -> State | None:
+    try:
+        return state_of(state.bench, effects, state.system.axes)
+    except UserError:
+        return None

@@ -1,0 +1,1 @@
+"""What `make wafer-handler` is made of, a file a question."""

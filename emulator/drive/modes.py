@@ -1,0 +1,19 @@
+"""Every mode of operation there is: one a file of this folder, and those of packages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+
+from drivetwin.emulator.drive.mode import Mode
+from drivetwin.foundation.plugins import Plugins
+
+MODES: Plugins[Mode] = Plugins(
+    "mode", Mode, "drivetwin.emulator.drive", "drivetwin.modes", "emulator/drive/mode.py", key="code"
+)
+
+
+@cache
+def modes() -> Mapping[int, type[Mode]]:
+    """Every mode by its code of 6060h."""
+    return MODES.found()

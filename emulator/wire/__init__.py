@@ -1,0 +1,1 @@
+"""The wire between one drive and the bus: frames, and who may disturb them."""

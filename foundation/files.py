@@ -1,0 +1,140 @@
+"""Files appear whole or not at all, and every JSON says what made it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.scratch import held_directory
+
+
+@contextmanager
+def new_file(path: Path) -> Iterator[Path]:
+    """Yield a temporary sibling of `path` that replaces it when the block ends without an error."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=path.suffix)
+    os.close(handle)
+    part = Path(name)
+    try:
+        yield part
+        part.chmod(0o644)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+@contextmanager
+def new_directory(path: Path) -> Iterator[Path]:
+    """Yield an empty sibling directory that takes the place of `path` when the block ends without an error.
+
+    Raises UserError where `path` is a file, or a directory that holds something this product did not write.
+    """
+    path = path.absolute()
+    refuse_foreign(path)
+    missing = [parent for parent in path.parents if not parent.exists()]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with held_directory(path.parent, f".{path.name}.", ".part") as part:
+        try:
+            yield part
+            (part / _MARK).touch()
+            part.chmod(0o755)
+            _take_the_place(part, path)
+        finally:
+            if part.exists():
+                shutil.rmtree(part)
+                for parent in missing:
+                    with suppress(OSError):  # another has put something there meanwhile
+                        parent.rmdir()
+
+
+def _take_the_place(part: Path, path: Path) -> None:
+    """Rename `part` to `path`; what stood there goes, or stays where the renaming fails."""
+    if not path.exists():
+        part.rename(path)
+        return
+    old = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.name}.", suffix=".old"))
+    path.rename(old / path.name)
+    try:
+        part.rename(path)
+    except OSError:
+        (old / path.name).rename(path)
+        raise
+    finally:
+        shutil.rmtree(old)
+
+
+_MARK = ".drivetwin"
+
+INSTALLED = Path(__file__).resolve().parent.parent
+"""Where the rooms and their data stand: the checkout, or the installed package."""
+
+
+def refuse_foreign(path: Path) -> None:
+    """Raise UserError where `new_directory` could not write `path`; ask before long work, and before a machine moves."""
+    path = path.absolute()
+    if path.exists() and not path.is_dir():
+        raise UserError(f"{path} is a file; --out names the directory to write: choose another")
+    if path.is_dir() and any(path.iterdir()) and not (path / _MARK).exists():
+        raise UserError(f"{path} holds files that drivetwin did not write; choose an empty or a new directory for --out")
+    existing = next(parent for parent in path.parents if parent.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK):
+        raise UserError(f"{path} cannot be written: {existing} is no directory that may be written to; choose another --out")
+
+
+def refuse_to_replace(path: Path, inputs: Iterable[Path]) -> None:
+    """Raise UserError where one of the files that are read lies in `path`, which `new_directory` replaces with all it holds."""
+    whole = path.resolve()
+    for file in inputs:
+        if file.resolve().is_relative_to(whole):
+            raise UserError(f"{file} is read, and --out {path} would replace the folder it lies in: choose another --out")
+
+
+def own_directory(path: Path) -> None:
+    """Make `path` a directory that this product may write to again and again; what it holds stays.
+
+    Raises UserError as `refuse_foreign`.
+    """
+    refuse_foreign(path)
+    path.mkdir(parents=True, exist_ok=True)
+    (path / _MARK).touch()
+
+
+def write_json(path: Path, payload: dict[str, Any]) -> None:
+    """Write `payload` as indented JSON, whole or not at all."""
+    with new_file(path) as part:
+        part.write_text(json.dumps(payload, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def provenance(seed: int, inputs: Iterable[Path], root: Path | None = None) -> dict[str, Any]:
+    """The keys that every JSON of the product carries: version, seed, and the sha256 of each input file.
+
+    Inputs below `root`, the directory that is being written, are named relative to it, and the product's own data relative to
+    where it is installed.
+    """
+    return {
+        "version": version("drivetwin"),
+        "seed": seed,
+        "inputs": {_name(path, root): sha256(path) for path in inputs},
+    }
+
+
+def _name(path: Path, root: Path | None) -> str:
+    for base in (root, INSTALLED):
+        if base is not None and path.resolve().is_relative_to(base.resolve()):
+            return str(path.resolve().relative_to(base.resolve()))
+    return str(path)
+
+
+def sha256(path: Path) -> str:
+    """Hex digest of a file's bytes."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -1,0 +1,127 @@
+"""identified.json read back: the friction law of every axis, for whoever uses what was identified."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, Field, ValidationError
+
+from drivetwin.foundation.errors import UserError
+from drivetwin.identification.friction_law import FrictionLaw
+
+LARGEST = 1e9
+"""Of any value, in SI units: no machine has more."""
+SLOWEST = 1e-9
+"""Stribeck velocity [rad/s or m/s]: below it friction rises where nothing moves."""
+EXPONENTS = (0.1, 10.0)
+
+
+@dataclass(frozen=True)
+class IdentifiedFriction:
+    """Friction laws by axis, joint side, and the machine whose axes these are."""
+
+    machine: str
+    laws: dict[str, FrictionLaw]
+
+    def law(self, axis: str) -> FrictionLaw:
+        """The law of an axis. Raises UserError naming those that the file has."""
+        if axis not in self.laws:
+            raise UserError(f"nothing was identified of axis {axis!r}; the file has {', '.join(self.laws) or 'no axis'}")
+        return self.laws[axis]
+
+
+def read_friction(path: Path) -> IdentifiedFriction:
+    """Friction laws of an identified/1 file: the direction-dependent one where that is real, the symmetric one elsewhere.
+
+    Raises UserError naming the file and what is missing or wrong.
+    """
+    try:
+        read = _File.model_validate_json(path.read_bytes())
+    except FileNotFoundError:
+        raise UserError(f"no file {path}; `drivetwin identify` and `drivetwin fit` write identified.json") from None
+    except OSError as error:
+        raise UserError(f"{path} cannot be read: {error.strerror}") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"]) or "the file"
+        raise UserError(f"{path} is no identified/1 file: {where}: {first['msg']}") from None
+    exponent = read.settings.stribeck_exponent
+    return IdentifiedFriction(read.machine, {name: _law(path, name, axis, exponent) for name, axis in read.axes.items()})
+
+
+class _Value(BaseModel):
+    value: float = Field(ge=-LARGEST, le=LARGEST)
+
+
+class _Verdict(BaseModel):
+    real: bool = False
+
+
+class _Axis(BaseModel):
+    parameters: dict[str, _Value]
+    direction: _Verdict = _Verdict()
+
+
+class _Settings(BaseModel):
+    stribeck_exponent: float = Field(default=FrictionLaw.stribeck_exponent, ge=EXPONENTS[0], le=EXPONENTS[1])
+
+
+class _File(BaseModel):
+    format: Literal["identified/1"] = Field(alias="schema")
+    machine: str
+    axes: dict[str, _Axis]
+    settings: _Settings = _Settings()
+
+
+def _law(path: Path, name: str, axis: _Axis, exponent: float) -> FrictionLaw:
+    found = {key: parameter.value for key, parameter in axis.parameters.items()}
+    if missing := [key for key in ("coulomb", "viscous") if key not in found]:
+        raise UserError(
+            f"{path}: axis {name} has no {' and no '.join(missing)} friction, so that its friction is not known at every "
+            "speed: identify it from strokes at several speeds in both directions"
+        )
+    if lacking := [key for key in _parts(axis) if key not in found]:
+        raise UserError(
+            f"{path}: axis {name} has no {' and no '.join(lacking)}, which its other entries call for: "
+            "take the file as `drivetwin identify` or `drivetwin fit` wrote it"
+        )
+    for key, low, high in (("stribeck_velocity", SLOWEST, LARGEST), ("stribeck_exponent", *EXPONENTS)):
+        if not low <= found.get(key, low) <= high:
+            raise UserError(
+                f"{path}: axes.{name}.parameters.{key} is {found[key]:g}, expected {low:g} to {high:g}: take the file as "
+                "`drivetwin identify` or `drivetwin fit` wrote it"
+            )
+    symmetric = FrictionLaw(
+        coulomb=found["coulomb"],
+        viscous=found["viscous"],
+        offset=found.get("offset", 0.0),
+        static_rise=found.get("static_torque", found["coulomb"]) - found["coulomb"],
+        stribeck_velocity=found.get("stribeck_velocity"),
+        stribeck_exponent=found.get("stribeck_exponent", exponent),
+    )
+    return _by_direction(symmetric, found) if axis.direction.real else symmetric
+
+
+_DIRECTIONAL = ("coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative")
+_STRIBECK = ("static_torque", "stribeck_velocity")
+
+
+def _parts(axis: _Axis) -> tuple[str, ...]:
+    """What the law of an axis has besides Coulomb and viscous friction: one part of a term calls for the others."""
+    stribeck = _STRIBECK if any(key in axis.parameters for key in _STRIBECK) else ()
+    return (*(_DIRECTIONAL if axis.direction.real else ()), *stribeck)
+
+
+def _by_direction(law: FrictionLaw, found: dict[str, float]) -> FrictionLaw:
+    """The law with the Coulomb and viscous friction of the direction-dependent fit."""
+    coulomb = (found["coulomb_positive"], found["coulomb_negative"])
+    viscous = (found["viscous_positive"], found["viscous_negative"])
+    return replace(
+        law,
+        coulomb=sum(coulomb) / 2.0,
+        viscous=sum(viscous) / 2.0,
+        offset=(coulomb[0] - coulomb[1]) / 2.0,
+        viscous_difference=(viscous[0] - viscous[1]) / 2.0,
+    )

@@ -1,0 +1,226 @@
+"""From a recording to what the regression works on: filtered motion, filtered torque, and which samples count."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
+
+from drivetwin.foundation.errors import UserError
+from drivetwin.motion.filtering import derivative, effective_cutoff, reach, zero_phase
+from drivetwin.motion.inverse_dynamics import Model
+from drivetwin.recording.recording import Recording, Samples
+
+Mask = NDArray[np.bool_]
+
+_SHARE_OF_TOP_SPEED = 0.002
+_NOISE_FACTOR = 5.0
+_MOVES_ABOVE_NOISE = 20.0
+_ON_GRID = 0.05
+"""Of a quantum, that samples on its grid are off in the median."""
+_ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
+"""Share of a position that filtering leaves as rounding: an axis that stands must not seem to move by it."""
+STANDSTILL_REACH = 1.5
+"""Filter's reaches left out around a standstill: breaking away is a jump of the torque, of which 2 % still bias."""
+
+
+@dataclass(frozen=True)
+class AxisMotion:
+    """One axis in one recording, all (n,), joint side, SI units.
+
+    `position`, `velocity`, `acceleration`: of the filtered position; `torque`: measured, filtered; `model_torque`: what
+    the frictionless model needs for this motion of all recorded axes. `velocity_noise` [rad/s or m/s] is the standard
+    deviation that encoder noise leaves in `velocity`; `cutoff_hz` the filter that was used.
+    """
+
+    recording: str
+    axis: str
+    period: float
+    cutoff_hz: float
+    time: Samples
+    position: Samples
+    velocity: Samples
+    acceleration: Samples
+    torque: Samples
+    model_torque: Samples
+    velocity_noise: float
+
+    def smooth(self, samples: Samples) -> Samples:
+        """The filter that torque and position went through, for a regressor (n,)."""
+        return zero_phase(samples, self.period, self.cutoff_hz)
+
+
+@dataclass(frozen=True)
+class AxisSamples:
+    """A motion with the samples that count: `moving` for errors and gaps, `fitted` for the fit (a subset)."""
+
+    motion: AxisMotion
+    moving: Mask
+    fitted: Mask
+
+
+def axis_motions(model: Model, recording: Recording, cutoff_hz: float) -> list[AxisMotion]:
+    """Filter a recording and evaluate the model on it, one result for each recorded axis.
+
+    Velocity and acceleration are central differences of the position filtered by `zero_phase`; the torque goes through
+    the same filter. The model's torque is evaluated on the filtered motion: it is linear in the acceleration, and its
+    other arguments are slow beside the cut-off, so that it needs no second pass.
+    """
+    period = recording.info.sample_period
+    cutoff = effective_cutoff(period, cutoff_hz)
+    _refuse_short(recording, period, cutoff)
+    axes = list(recording.info.axes)
+    raw = [measured_position(recording.columns[axis], period) for axis in axes]
+    position = np.column_stack([zero_phase(samples, period, cutoff) for samples in raw])
+    velocity = np.column_stack([derivative(samples, period) for samples in position.T])
+    acceleration = np.column_stack([derivative(samples, period) for samples in velocity.T])
+    joints = [recording.info.axes[axis].joint for axis in axes]
+    needed = model.torques(joints, position, velocity, acceleration)
+    return [
+        AxisMotion(
+            recording=recording.name,
+            axis=axis,
+            period=period,
+            cutoff_hz=cutoff,
+            time=recording.time,
+            position=position[:, k],
+            velocity=velocity[:, k],
+            acceleration=acceleration[:, k],
+            torque=zero_phase(recording.columns[axis]["torque"], period, cutoff),
+            model_torque=needed[:, k],
+            velocity_noise=velocity_noise(recording, axis, raw[k], position[:, k], cutoff),
+        )
+        for k, axis in enumerate(axes)
+    ]
+
+
+def standstill_velocity(motions: Sequence[AxisMotion]) -> float | None:
+    """Speed [rad/s or m/s] above which an axis counts as moving; None where it never moves in any of `motions`."""
+    top = max(float(np.abs(motion.velocity[_inside(motion)]).max()) for motion in motions)
+    noise = float(np.median([motion.velocity_noise for motion in motions]))
+    if top <= _MOVES_ABOVE_NOISE * noise:
+        return None
+    return max(_SHARE_OF_TOP_SPEED * top, _NOISE_FACTOR * noise)
+
+
+def standstill_velocities(motions: Sequence[AxisMotion]) -> list[float]:
+    """`standstill_velocity` by what each motion's own noise is; infinite in all where the axis never moves in any."""
+    top = max(float(np.abs(motion.velocity[_inside(motion)]).max(initial=0.0)) for motion in motions)
+    if top <= _MOVES_ABOVE_NOISE * min(motion.velocity_noise for motion in motions):
+        return [np.inf] * len(motions)
+    return [max(_SHARE_OF_TOP_SPEED * top, _NOISE_FACTOR * motion.velocity_noise) for motion in motions]
+
+
+def select(motion: AxisMotion, threshold: float, reversal_margin: float) -> AxisSamples:
+    """Mark the samples that count.
+
+    Moving: |v| > threshold, the filter's reach at both ends left out. Fitted: moving, and further from a standstill
+    than 1.5 times the filter's reach, for a standing axis holds an arbitrary torque that the filter smears into the motion, and
+    further from a reversal than `reversal_margin` [s]. An axis whose velocity changes sign twice within twice the
+    reach counts as standing: it sticks, or is too slow for its encoder.
+    """
+    inside = _inside(motion)
+    slow = np.abs(motion.velocity) <= threshold
+    width = reach(motion.period, motion.cutoff_hz)
+    standing = _runs_of_at_least(slow, width) | _dithering(motion.velocity, 2 * width)
+    reversal = _sign_changes(motion.velocity) | (slow & ~standing)
+    margin = round(min(reversal_margin / motion.period, len(motion.time)))
+    excluded = widen(standing, round(STANDSTILL_REACH * width))
+    if margin:
+        excluded |= widen(reversal, margin)
+    moving = inside & ~slow
+    return AxisSamples(motion, moving, moving & ~excluded)
+
+
+def widen(mask: Mask, width: int) -> Mask:
+    """`mask` grown by `width` samples on both sides."""
+    count = len(mask)
+    width = min(width, count)
+    before = np.concatenate(([0], np.cumsum(mask)))
+    index = np.arange(count)
+    return np.asarray(before[np.minimum(index + width + 1, count)] > before[np.maximum(index - width, 0)])
+
+
+def measured_position(columns: dict[str, Samples], period: float) -> Samples:
+    if "position" in columns:
+        return columns["position"]
+    return np.asarray(cumulative_trapezoid(columns["velocity"], dx=period, initial=0), dtype=np.float64)
+
+
+def velocity_noise(recording: Recording, axis: str, raw: Samples, filtered: Samples, cutoff_hz: float) -> float:
+    """Standard deviation of the filtered velocity that comes from measurement noise [rad/s or m/s].
+
+    What the filter took away is noise of the share 1 - 2 fc T of the band. A measured position has white noise s_q:
+    s_v = 2 pi fc s_q sqrt(2 fc T / 3). A position integrated from velocity has the white noise of the velocity:
+    s_v = s_u sqrt(2 fc T).
+    """
+    period = recording.info.sample_period
+    share = 2.0 * cutoff_hz * period
+    info = recording.info.axes[axis]
+    edge = reach(period, cutoff_hz)
+    quantum = max(_quantum(raw, info.position_resolution) / np.sqrt(12.0), _ROUNDING * float(np.abs(raw).max()))
+    if "position" not in recording.columns[axis] or f"{axis}.position" in recording.info.derived:
+        lost = derivative(raw - filtered, period)[edge:-edge]
+        return float(np.std(lost) / np.sqrt(1.0 - share) * np.sqrt(share))
+    lost = (raw - filtered)[edge:-edge]
+    noise = max(float(np.std(lost)) / np.sqrt(1.0 - share), quantum)
+    return float(2.0 * np.pi * cutoff_hz * noise * np.sqrt(share / 3.0))
+
+
+def _quantum(raw: Samples, resolution: float | None) -> float:
+    """The resolution, if the samples stand on its grid: an integrated or filtered position does not."""
+    if not resolution:
+        return 0.0
+    steps = (raw - raw[0]) / resolution
+    return resolution if float(np.median(np.abs(steps - np.round(steps)))) < _ON_GRID else 0.0
+
+
+def least_samples(period: float, cutoff_hz: float) -> int:
+    """Samples that the filter needs, for there to be some that its ends do not reach."""
+    return 8 * reach(period, effective_cutoff(period, cutoff_hz))
+
+
+def _refuse_short(recording: Recording, period: float, cutoff_hz: float) -> None:
+    least = least_samples(period, cutoff_hz)
+    if len(recording.time) < least:
+        raise UserError(
+            f"recording '{recording.name}' has {len(recording.time)} samples; the filter needs at least {least} "
+            f"({least * period:.2g} s): record longer or raise the cut-off with --cutoff"
+        )
+
+
+def _inside(motion: AxisMotion) -> Mask:
+    inside = np.ones(len(motion.time), dtype=np.bool_)
+    edge = reach(motion.period, motion.cutoff_hz)
+    inside[:edge] = inside[-edge:] = False
+    return inside
+
+
+def _sign_changes(velocity: Samples) -> Mask:
+    changed = np.zeros(len(velocity), dtype=np.bool_)
+    changed[1:] = velocity[1:] * velocity[:-1] < 0.0
+    return changed
+
+
+def _dithering(velocity: Samples, within: int) -> Mask:
+    """The stretches between sign changes that follow each other within so many samples."""
+    changes = np.flatnonzero(_sign_changes(velocity))
+    between = np.zeros(len(velocity), dtype=np.bool_)
+    for start, end in pairwise(changes):
+        if end - start <= within:
+            between[start:end] = True
+    return between
+
+
+def _runs_of_at_least(mask: Mask, length: int) -> Mask:
+    """Those True runs of `mask` that are at least `length` samples long."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
+    long = np.zeros_like(mask)
+    for start, end in zip(edges[::2], edges[1::2], strict=True):
+        if end - start >= length:
+            long[start:end] = True
+    return long

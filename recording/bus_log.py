@@ -1,0 +1,475 @@
+"""Bus logs as signals: what the PDOs carried, on the grid of the SYNC.
+
+The mapping is what the EDS or DCF says and what the log's own SDO transfers set (CiA 301, 7.2.4 and 7.5.2.35 ff.);
+so are the factor group (608Fh, 6091h, 6092h) and the rated torque (6076h, CiA 402-2).
+"""
+
+from __future__ import annotations
+
+import itertools
+import struct
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drivetwin.drive_profiles.eds_reader import parse_number, read_eds
+from drivetwin.foundation.errors import UserError
+from drivetwin.recording.checks import GAP_FACTOR, TOLERANCE
+from drivetwin.recording.import_map import AxisMap, BusLayout, ColumnMap, ImportMap, ObjectKey
+from drivetwin.recording.in_child import UnreadableError, read_in_child
+from drivetwin.recording.recording import Samples
+
+LOG_SUFFIXES = (".log", ".asc", ".blf", ".trc")
+
+_CODES = {
+    "int8": "b",
+    "int16": "h",
+    "int32": "i",
+    "uint8": "B",
+    "uint16": "H",
+    "uint32": "I",
+    "float32": "f",
+    "float64": "d",
+}
+# CiA 301 table 44: data type index to the type's name here.
+_EDS_TYPES = {2: "int8", 3: "int16", 4: "int32", 5: "uint8", 6: "uint16", 7: "uint32", 8: "float32", 0x11: "float64"}
+_INTEGERS = frozenset({1, 2, 3, 4, 5, 6, 7, 0x10, *range(0x12, 0x1C)})
+# CiA 402-2 objects that a recording is made of, for logs that come without an EDS.
+_STANDARD_TYPES = {
+    0x6062: "int32",
+    0x6064: "int32",
+    0x606B: "int32",
+    0x606C: "int32",
+    0x6071: "int16",
+    0x6077: "int16",
+    0x607A: "int32",
+    0x60B0: "int32",
+    0x60B1: "int32",
+    0x60B2: "int16",
+    0x60C1: "int32",
+    0x60FF: "int32",
+}
+
+_SYNC_PERIOD = (0x1006, 0)
+_RATED_TORQUE = (0x6076, 0)
+_ENCODER = ((0x608F, 1), (0x608F, 2))
+_GEAR = ((0x6091, 1), (0x6091, 2))
+_FEED = ((0x6092, 1), (0x6092, 2))
+_NOT_VALID = 1 << 31
+
+
+@dataclass
+class _Pdo:
+    """One PDO as it stands: COB-ID, transmission type, and where it takes its values from."""
+
+    communication: int
+    mapping: int
+    transmit: bool
+
+
+@dataclass
+class Node:
+    """What is known of one node's objects, from its EDS or DCF and from the log so far.
+
+    `defaults`: those whose value only an EDS tells, as the drive was shipped.
+    """
+
+    number: int
+    types: dict[ObjectKey, str] = field(default_factory=dict)
+    values: dict[ObjectKey, int] = field(default_factory=dict)
+    defaults: set[ObjectKey] = field(default_factory=set)
+    pending: tuple[ObjectKey, int] | None = None
+
+    def value(self, key: ObjectKey, default: int) -> int:
+        """The object's value as last written or read on the bus, else from the EDS, else `default`."""
+        return self.values.get(key, default)
+
+    def pdos(self) -> Iterator[_Pdo]:
+        """The PDOs for which anything is known, RPDOs first."""
+        for base, transmit in ((0x1400, False), (0x1800, True)):
+            known = {
+                key[0] & 0x1FF for key in self.values if key[0] & ~0x1FF == base or key[0] & ~0x1FF == base + 0x200
+            }
+            for number in sorted(known):
+                yield _Pdo(base + number, base + 0x200 + number, transmit)
+
+    def cob_id(self, pdo: _Pdo) -> int | None:
+        """The COB-ID, by the predefined connection set where it was never said; None where the PDO is switched off."""
+        number = pdo.communication & 0x1FF
+        predefined = (0x180 if pdo.transmit else 0x200) + 0x100 * number + self.number if number < 4 else _NOT_VALID
+        cob_id = self.value((pdo.communication, 1), predefined)
+        return None if cob_id & _NOT_VALID else cob_id & 0x7FF
+
+    def fields(self, pdo: _Pdo) -> list[tuple[ObjectKey, int, int]]:
+        """(object, first bit, bits) of everything the PDO carries."""
+        entries = [self.value((pdo.mapping, sub), 0) for sub in range(1, self.value((pdo.mapping, 0), 0) + 1)]
+        starts = itertools.accumulate((entry & 0xFF for entry in entries), initial=0)
+        return [
+            ((entry >> 16, entry >> 8 & 0xFF), start, entry & 0xFF)
+            for entry, start in zip(entries, starts, strict=False)
+        ]
+
+
+@dataclass
+class _Signal:
+    """Where one column is taken from, and the values seen: (cycle in which it holds, value)."""
+
+    axis: str
+    column: str
+    key: ObjectKey
+    node: Node
+    type_: str
+    cycles: list[int] = field(default_factory=list)
+    values: list[float] = field(default_factory=list)
+    hold: int = 1
+
+
+@dataclass(frozen=True)
+class BusSignals:
+    """`time` is (n,) [s] on the SYNC grid, `raw[axis][column]` is (n,) as on the bus, `axes` with what the log said.
+
+    `unconfirmed[axis]`: of the factors that the map leaves out, the objects for which there is an EDS default only.
+    """
+
+    time: Samples
+    raw: dict[str, dict[str, Samples]]
+    axes: dict[str, AxisMap]
+    unconfirmed: dict[str, tuple[str, ...]]
+    files: tuple[Path, ...]
+
+
+def read_bus_log(file: Path, import_map: ImportMap) -> BusSignals:
+    """Reconstruct every column of the map from the log.
+
+    A row is a SYNC. A synchronous TPDO that follows SYNC k carries the values of row k; a set-point is in row k if
+    it was the last one sent before SYNC k, with which it took effect. Raises UserError where the log cannot be read,
+    has no SYNC, or an object of the map is in no PDO.
+    """
+    eds_files = {axis: _eds_file(import_map, entry) for axis, entry in import_map.axes.items()}
+    nodes = _nodes(import_map, eds_files)
+    signals = [
+        _Signal(
+            axis, name, _object(file, axis, name, column), nodes[axis], _type(file, axis, name, column, nodes[axis])
+        )
+        for axis, entry in import_map.axes.items()
+        for name, column in entry.columns.items()
+    ]
+    layout = import_map.bus
+    syncs = _follow(file, layout, list(nodes.values()), signals)
+    cycles, period = _grid(file, layout, syncs, list(nodes.values()))
+    raw: dict[str, dict[str, Samples]] = {axis: {} for axis in import_map.axes}
+    for signal in signals:
+        column = import_map.axes[signal.axis].columns[signal.column]
+        if signal.cycles:
+            raw[signal.axis][signal.column] = _on_grid(signal, len(syncs))
+        elif not column.optional:
+            raise UserError(_absent(file, signal))
+    kept = _complete(file, raw, import_map)
+    axes = {axis: _with_log(entry, nodes[axis]) for axis, entry in import_map.axes.items()}
+    used = tuple(dict.fromkeys(path for path in eds_files.values() if path is not None))
+    trimmed = {axis: {name: values[kept] for name, values in named.items()} for axis, named in raw.items()}
+    unconfirmed = {axis: _unconfirmed(entry, nodes[axis]) for axis, entry in import_map.axes.items()}
+    return BusSignals(cycles[kept] * period, trimmed, axes, unconfirmed, used)
+
+
+def _object(file: Path, axis: str, name: str, column: ColumnMap) -> ObjectKey:
+    if column.object_ is None:
+        raise UserError(
+            f"{file}: axes.{axis}.columns.{name}: a bus log has objects, not columns; give `object: 0x....`"
+        )
+    return column.object_
+
+
+def _type(file: Path, axis: str, name: str, column: ColumnMap, node: Node) -> str:
+    key = _object(file, axis, name, column)
+    found = column.type_ or node.types.get(key) or _STANDARD_TYPES.get(key[0])
+    if found is None:
+        raise UserError(
+            f"{file}: axes.{axis}.columns.{name}: the type of object {_spell(key)} is not known; give its EDS (`eds:`) "
+            "or `type: int32` (int8 to uint32, float32, float64) in the map"
+        )
+    return found
+
+
+def _eds_file(import_map: ImportMap, axis: AxisMap) -> Path | None:
+    name = axis.eds or import_map.bus.eds
+    return import_map.beside(name) if name is not None else None
+
+
+def _nodes(import_map: ImportMap, eds_files: dict[str, Path | None]) -> dict[str, Node]:
+    by_number: dict[int, Node] = {}
+    nodes: dict[str, Node] = {}
+    for axis, entry in import_map.axes.items():
+        if entry.node is None:
+            raise UserError(
+                f"{import_map.path}: axes.{axis}.node is missing; a bus log needs the axis' node ID (1 to 127)"
+            )
+        if entry.node not in by_number:
+            by_number[entry.node] = _from_eds(eds_files[axis], entry.node)
+        nodes[axis] = by_number[entry.node]
+    return nodes
+
+
+def _from_eds(file: Path | None, node_id: int) -> Node:
+    """Types and defaults (a DCF's values before them) of an EDS or DCF."""
+    node = Node(node_id)
+    if file is None:
+        return node
+    for entry in read_eds(file).objects:
+        key = (entry.index, entry.subindex)
+        type_ = _EDS_TYPES.get(entry.data_type or 0)
+        if type_ is not None:
+            node.types[key] = type_
+        set_to = parse_number(entry.value)
+        told = set_to or parse_number(entry.default)
+        if told is not None and entry.data_type in _INTEGERS:
+            node.values[key] = told.of_node(node.number)
+            if set_to is None:
+                node.defaults.add(key)
+    return node
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """A data frame: `time` [s], 11-bit `identifier`, and its bytes."""
+
+    time: float
+    identifier: int
+    data: bytes
+
+
+def _frames(file: Path, layout: BusLayout) -> Iterator[_Frame]:
+    """The log's data frames with 11-bit identifiers, of one channel where the map names it."""
+    try:
+        log = read_in_child("bus", file)
+    except FileNotFoundError:
+        raise UserError(f"{file} does not exist; give the bus log to import") from None
+    except (OSError, UnreadableError) as error:
+        raise UserError(
+            f"{file} cannot be read as a bus log: {error}; candump logs are written with `candump -L` (or -l), "
+            "others as .asc, .blf or .trc"
+        ) from error
+    names, data = log["channels"].tolist(), log["data"].tobytes()
+    channel = None if layout.channel is None else names.index(str(layout.channel)) if str(layout.channel) in names else -1
+    end = 0
+    for time, identifier, length, on in zip(*(log[name] for name in ("time", "identifier", "length", "channel")), strict=True):
+        end += int(length)
+        if channel is None or on == channel:
+            yield _Frame(float(time), int(identifier), data[end - int(length) : end])
+
+
+def _follow(file: Path, layout: BusLayout, nodes: list[Node], signals: list[_Signal]) -> list[float]:
+    """Walk through the log; the time stamps of the SYNCs. Fills `signals` and what the SDO transfers say of `nodes`."""
+    follower = _Follower(nodes, signals, layout.sync_id)
+    for frame in _frames(file, layout):
+        follower.take(frame)
+    if len(follower.syncs) < 2:
+        raise UserError(
+            f"{file}: {len(follower.syncs)} SYNC frames (identifier {layout.sync_id:X}h); the rows of a recording are "
+            "SYNC cycles: log with the SYNC, or correct bus.sync_id or bus.channel in the map"
+        )
+    return follower.syncs
+
+
+class _Follower:
+    """The state of the bus while the log is walked through."""
+
+    def __init__(self, nodes: list[Node], signals: list[_Signal], sync_id: int) -> None:
+        self.syncs: list[float] = []
+        self._nodes = {node.number: node for node in nodes}
+        self._signals = signals
+        self._sync_id = sync_id
+        self._decoders: dict[int, list[Callable[[bytes, int], None]]] = {}
+        self._map()
+
+    def take(self, frame: _Frame) -> None:
+        identifier, data = frame.identifier, frame.data
+        if identifier == self._sync_id:
+            self.syncs.append(frame.time)
+        elif identifier & ~0x7F in (0x580, 0x600) and identifier & 0x7F in self._nodes:
+            if _follow_sdo(self._nodes[identifier & 0x7F], data, from_server=identifier < 0x600):
+                self._map()
+        else:
+            for decode in self._decoders.get(identifier, ()):
+                decode(data, len(self.syncs) - 1)
+
+    def _map(self) -> None:
+        """Which identifier carries what, as the nodes stand now."""
+        self._decoders = {}
+        for signal in self._signals:
+            for pdo in signal.node.pdos():
+                cob_id = signal.node.cob_id(pdo)
+                for key, start, bits in signal.node.fields(pdo):
+                    if key == signal.key and cob_id is not None:
+                        self._decoders.setdefault(cob_id, []).append(_decoder(signal, pdo, start, bits))
+
+
+def _decoder(signal: _Signal, pdo: _Pdo, start: int, bits: int) -> Callable[[bytes, int], None]:
+    """Take the value out of a frame and note the cycle from which it holds."""
+    code = "<" + _CODES[signal.type_]
+    size = struct.calcsize(code)
+    transmission = signal.node.value((pdo.communication, 2), 1)
+    synchronous = transmission <= 240
+    # What the drive sends after SYNC k was sampled at SYNC k; what it is sent acts, and what it sends by event is
+    # known, from the next SYNC on.
+    delay = 0 if pdo.transmit and synchronous else 1
+    hold = max(1, transmission) if pdo.transmit and synchronous and transmission > 0 else _FOREVER
+
+    def decode(data: bytes, cycle: int) -> None:
+        raw = data[start // 8 : (start + bits) // 8]
+        if start % 8 or len(raw) < size or 8 * size != bits:
+            return
+        signal.hold = hold
+        signal.cycles.append(cycle + delay)
+        signal.values.append(float(struct.unpack(code, raw)[0]))
+
+    return decode
+
+
+_FOREVER = 1 << 62
+
+
+def _follow_sdo(node: Node, data: bytes, *, from_server: bool) -> bool:
+    """Note an expedited transfer (CiA 301, 7.2.4.3); True where a PDO's parameters changed."""
+    if len(data) < 8:
+        return False
+    command, key = data[0], (data[1] | data[2] << 8, data[3])
+    expedited = command & 0x02
+    size = 4 - (command >> 2 & 3) if command & 0x01 else 4
+    value = int.from_bytes(data[4 : 4 + size], "little")
+    if not from_server:
+        # A download holds once the drive has confirmed it; one it aborts never does.
+        node.pending = (key, value) if command & 0xE0 == 0x20 and expedited else None
+        return False
+    if command & 0xE0 == 0x60 and node.pending is not None and node.pending[0] == key:
+        value = node.pending[1]
+    elif not (command & 0xE0 == 0x40 and expedited):
+        node.pending = None
+        return False
+    node.pending = None
+    changed = node.values.get(key) != value
+    node.values[key] = value
+    node.defaults.discard(key)
+    return changed and 0x1400 <= key[0] <= 0x1BFF
+
+
+def _grid(file: Path, layout: BusLayout, syncs: list[float], nodes: list[Node]) -> tuple[np.ndarray[Any, Any], float]:
+    """Number of each SYNC on the grid, counting those that were lost, and the grid's step [s].
+
+    Raises UserError where the time stamps do not go with the period.
+    """
+    stamps = np.asarray(syncs)
+    told = next((node.values[_SYNC_PERIOD] for node in nodes if node.values.get(_SYNC_PERIOD)), None)
+    period = layout.sync_period or (told * 1e-6 if told else _round(float(np.median(np.diff(stamps)))))
+    if layout.grid == "count":
+        numbers = np.arange(len(stamps))
+    else:
+        span = float(stamps[-1] - stamps[0])
+        if not abs(span) < _MOST_CYCLES * period:
+            raise UserError(
+                f"{file}: the time stamps of the SYNCs go from {stamps[0]:g} to {stamps[-1]:g} s with a period of "
+                f"{period:g} s; cut the log where they leap, or give bus.sync_period in the map"
+            )
+        steps = np.diff(stamps) / period
+        # Time stamps of a host jitter, the producer does not: a step is as many cycles as fit best, at least one.
+        lost = np.where(steps > GAP_FACTOR, np.round(steps), 1).astype(np.int64)
+        numbers = np.concatenate(([0], np.cumsum(lost)))
+        if abs(numbers[-1] * period - span) > max(TOLERANCE * span, period):
+            raise UserError(
+                f"{file}: {len(stamps)} SYNCs in {span:g} s do not go with a period of {period:g} s; "
+                "give bus.sync_period, or `bus.grid: count` in the map where the time stamps are not those of the "
+                "cycle (a lockstep run)"
+            )
+    return numbers, period
+
+
+_MOST_CYCLES = 1e9
+"""Of a log, lost ones counted: eleven days at 1 kHz."""
+
+
+def _round(period: float) -> float:
+    """A measured period as the round number of microseconds that the producer was set to, if it is within 1 %."""
+    for unit in (1e-3, 1e-4, 1e-5, 1e-6):
+        rounded = round(period / unit) * unit
+        if rounded and abs(rounded - period) < TOLERANCE * period:
+            return float(f"{rounded:.6g}")
+    return period
+
+
+def _on_grid(signal: _Signal, count: int) -> Samples:
+    """The value that holds in each of `count` cycles, NaN where none is known."""
+    values = np.full(count, np.nan)
+    cycles = np.asarray(signal.cycles)
+    last = np.searchsorted(cycles, np.arange(count), side="right") - 1
+    known = (last >= 0) & (np.arange(count) - cycles[last] < signal.hold)
+    values[known] = np.asarray(signal.values)[last[known]]
+    return values
+
+
+def _complete(file: Path, raw: dict[str, dict[str, Samples]], import_map: ImportMap) -> np.ndarray[Any, Any]:
+    """Indices of the cycles in which every required column is known; what is missing at the ends is left out."""
+    required = [
+        values
+        for axis, named in raw.items()
+        for name, values in named.items()
+        if not import_map.axes[axis].columns[name].optional
+    ]
+    kept = np.flatnonzero(np.all(np.isfinite(required), axis=0))
+    if len(kept) < 2:
+        raise UserError(
+            f"{file}: there are not two SYNC cycles in which every column of the map is known; log them together"
+        )
+    return kept
+
+
+def _absent(file: Path, signal: _Signal) -> str:
+    mapped = sorted({_spell(key) for pdo in signal.node.pdos() for key, _, _ in signal.node.fields(pdo)})
+    return (
+        f"{file}: no object {_spell(signal.key)} of node {signal.node.number} for {signal.axis}.{signal.column}; "
+        f"the PDOs of that node carry: {', '.join(mapped) or 'nothing that the log or an EDS tells'}; give the "
+        "EDS or DCF that says the mapping (`eds:`), correct `object`, or log the start of the bus"
+    )
+
+
+def _spell(key: ObjectKey) -> str:
+    return f"{key[0]:04X}h" + (f":{key[1]}" if key[1] else "")
+
+
+def _with_log(axis: AxisMap, node: Node) -> AxisMap:
+    """The axis with the constants that the map leaves out, as the drive's objects have them (CiA 402-2).
+
+    What a drive was shipped with is no constant of this machine: an EDS default counts only where the log confirms it.
+    """
+    found: dict[str, float] = {}
+    turns = _ratio(node, _GEAR)
+    increments = _ratio(node, _ENCODER)
+    feed = _ratio(node, _FEED)
+    if turns is not None and axis.joint_type == "hinge":
+        found["gear_ratio"] = turns
+    if increments is not None:
+        found["encoder_increments"] = increments
+    if feed is not None and not node.defaults & set(_GEAR):
+        found["user_units_per_motor_turn"] = feed / (turns or 1.0)
+    if axis.rated_torque is None and node.values.get(_RATED_TORQUE) and _RATED_TORQUE not in node.defaults:
+        found["motor_rated_torque"] = node.values[_RATED_TORQUE] * 1e-3
+    return axis.model_copy(update={name: value for name, value in found.items() if getattr(axis, name) is None})
+
+
+def _ratio(node: Node, keys: tuple[ObjectKey, ObjectKey]) -> float | None:
+    """Numerator over denominator of a factor, None where the numerator was never told, or a part is an EDS default."""
+    numerator = node.values.get(keys[0])
+    return numerator / (node.values.get(keys[1]) or 1) if numerator and not node.defaults & set(keys) else None
+
+
+def _unconfirmed(axis: AxisMap, node: Node) -> tuple[str, ...]:
+    factors = {
+        "encoder_increments": _ENCODER,
+        "gear_ratio": _GEAR,
+        "user_units_per_motor_turn": (*_GEAR, *_FEED),
+        "motor_rated_torque": (_RATED_TORQUE,) if axis.rated_torque is None else (),
+    }
+    keys = {key for name, keys in factors.items() if getattr(axis, name) is None for key in keys}
+    return tuple(sorted({f"{index:04X}h" for index, _ in keys & node.defaults}))

@@ -1,1 +1,0 @@
-"""What `make paper` is made of, a file a question."""
