@@ -7,7 +7,7 @@ import re
 import sys
 from typing import NoReturn
 
-_TRUTH = re.compile(r"(blind|controller)(\.|$)")
+_TRUTH = re.compile(r"(drivetwin\.)?(blind|controller)(\.|$)")
 _OF_A_PROCESS = re.compile(r"/proc/(\d+)(/|$)")
 
 

@@ -2,58 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from drivetwin.controller.drive_node import DriveNode
 from drivetwin.controller.machine import Machine
 from drivetwin.foundation.errors import UserError
-from drivetwin.foundation.text_files import parse_yaml
+from drivetwin.motion.limits_file import Bounds, read_bounds
 
 
-class AxisLimits(BaseModel):
-    """Joint side: travel [m or rad], speed [m/s or rad/s], torque [N or N·m]."""
+@dataclass(frozen=True)
+class Limits:
+    """Of every axis of a machine, by its name."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    travel: tuple[FiniteFloat, FiniteFloat]
-    speed: FiniteFloat = Field(gt=0.0)
-    torque: FiniteFloat = Field(gt=0.0)
-
-
-class Limits(BaseModel):
-    """A limits file: `axes: {name: {travel: [low, high], speed: ..., torque: ...}}`."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    axes: dict[str, AxisLimits]
+    axes: Mapping[str, Bounds]
 
 
 def read_limits(path: Path, machine: Machine) -> Limits:
-    """Limits for every axis of the machine.
-
-    Raises UserError naming the file and what is missing or wrong.
-    """
-    try:
-        limits = Limits.model_validate(parse_yaml(path.read_text(encoding="utf-8")))
-    except FileNotFoundError:
-        raise UserError(f"no limits file {path}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"{path} cannot be read: {error}") from None
-    except yaml.YAMLError as error:
-        raise UserError(f"{path} is not YAML: {error}") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise UserError(f"{path}: {where}: {first['msg']}; an axis needs travel: [low, high], speed and torque") from None
-    if set(limits.axes) != set(machine.axes):
-        raise UserError(
-            f"{path} has limits for {', '.join(limits.axes)}; machine {machine.machine} has {', '.join(machine.axes)}"
-        )
-    return limits
+    """Limits for every axis of the machine. Raises UserError naming the file and what is missing or wrong."""
+    return Limits(read_bounds(path, tuple(machine.axes)))
 
 
 def within(machine: Machine, limits: Limits) -> Machine:

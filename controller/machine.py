@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from functools import partial
 from math import pi
 from pathlib import Path
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError, field_validator
+from pydantic import Field, PositiveFloat, PositiveInt, field_validator
 
 from drivetwin.bus.node_ids import check_each_its_own
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.machine_file import AxisEntry, checked, named_file, read_machine_file
+from drivetwin.foundation.typed_yaml import Strict, read_yaml, typed
 
 MACHINES = Path(__file__).parent / "machines"
 
@@ -17,11 +19,7 @@ POSITION_UNIT = 1e-8
 """User unit of position that the controller scales every drive to [m or rad]: about an encoder increment, +-21 in 32 bits."""
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Homing(_Strict):
+class Homing(Strict):
     """How an axis finds its zero: method (6098h), where its switch stands, speeds and acceleration (joint, SI)."""
 
     method: int
@@ -31,7 +29,7 @@ class Homing(_Strict):
     acceleration: PositiveFloat
 
 
-class Axis(_Strict):
+class Axis(Strict):
     """One axis, joint side, SI: m, rad. `feed` is the joint's travel a turn of the gear's output, 2 pi on a revolute axis.
 
     `motor_inertia` is the rotor's [kg·m²], None where no data sheet tells it.
@@ -65,7 +63,7 @@ class Axis(_Strict):
         return self.gear[0] / self.gear[1] * 2.0 * pi / self.feed_constant
 
 
-class Machine(_Strict):
+class Machine(Strict):
     """axes.yaml. `groups` are axes that may be identified at the same time, because they do not act on each other."""
 
     machine: str
@@ -73,6 +71,7 @@ class Machine(_Strict):
     axes: dict[str, Axis]
     groups: tuple[tuple[str, ...], ...]
     directory: Path
+    file: str = "axes.yaml"
 
     @field_validator("axes")
     @classmethod
@@ -88,7 +87,7 @@ class Machine(_Strict):
     @property
     def axes_path(self) -> Path:
         """The file that this description was read from."""
-        return self.directory / "axes.yaml"
+        return self.directory / self.file
 
 
 def available_machines() -> tuple[str, ...]:
@@ -97,16 +96,32 @@ def available_machines() -> tuple[str, ...]:
 
 
 def load_machine(name: str) -> Machine:
-    """The controller's description of machine `name`.
+    """The controller's description of machine `name`, or of that folder or file (machine/1).
 
     Raises UserError naming the machines it knows, or the key of axes.yaml that is wrong.
     """
     path = MACHINES / name / "axes.yaml"
-    if not path.is_file():
+    if name not in available_machines():
+        if (file := named_file(name)) is not None:
+            return _of_file(file)
         raise UserError(f"the controller knows no machine {name!r}; it knows {', '.join(available_machines())}")
-    try:
-        return Machine(**yaml.safe_load(path.read_text(encoding="utf-8")), directory=path.parent)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise UserError(f"{path}: {where}: {first['msg'].removeprefix('Value error, ')}") from None
+    return typed(Machine, {**read_yaml(path), "directory": path.parent}, path)
+
+
+def _of_file(path: Path) -> Machine:
+    """What a controller may know of it: gears and motion, the nominal model, the rotor by its data sheet."""
+    told = read_machine_file(path)
+    axes = {name: checked(path, f"axes.{name}.motion", partial(_axis, entry)) for name, entry in told.axes.items()}
+    groups = told.groups or tuple((name,) for name in told.axes)
+    if strange := {name for group in groups for name in group} - set(axes):
+        raise UserError(f"{path}: groups: there is no axis {sorted(strange)[0]!r}; there are {', '.join(axes)}")
+    model, places = told.nominal or told.model, {"directory": path.parent, "file": path.name}
+    whole = {"machine": told.machine, "model": model, "axes": axes, "groups": groups, **places}
+    return checked(path, "", lambda: Machine.model_validate(whole))
+
+
+def _axis(entry: AxisEntry) -> Axis:
+    motor = entry.drive.get("motor")
+    both = {"node_id": entry.node_id, "joint": entry.joint, "actuator": entry.actuator, "gear": entry.gear, "feed": entry.feed}
+    rotor = motor.get("inertia") if isinstance(motor, dict) else None
+    return Axis.model_validate({**entry.motion, **both, "motor_inertia": rotor})

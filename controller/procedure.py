@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,10 +16,12 @@ from drivetwin.controller.motion import enable_streaming
 from drivetwin.controller.pacing import Pacing
 from drivetwin.controller.progress import Progress
 from drivetwin.controller.sdo_check import FrictionPoint, friction_by_sdo
-from drivetwin.controller.session import Session, session_on
+from drivetwin.controller.session import Session, Streaming, roomy, session_on
 from drivetwin.drive_profiles import DriveProfile
 from drivetwin.identification import Settings
 from drivetwin.recording.recording import Recording
+
+logger = logging.getLogger(__name__)
 
 FIT = Settings(cutoff_hz=100.0, reversal_margin=0.03)
 """How these recordings are fitted. At 1 kHz the motion is clean to well above 100 Hz, so the filter smears the strokes' ramps
@@ -34,6 +37,7 @@ class Captured:
     validation: list[Recording] = field(default_factory=list)
     sdo_points: list[FrictionPoint] = field(default_factory=list)
     cycles: int = 0
+    period: float = 0.001
     late_cycles: int = 0
     worst_lateness: float = 0.0
 
@@ -52,11 +56,22 @@ def capture_machine(
 
     Raises UserError for whatever the bench has to set right; every axis is then stopped and without voltage.
     """
-    with session_on(bus, machine, profile, pacing, limits, progress, log) as session:
+    streaming = _fitting(len(machine.axes))
+    with session_on(bus, machine, profile, pacing, limits, progress, log, streaming) as session:
         captured = capture_friction(session, seed)
-    captured.cycles = session.cycle.count
+    captured.cycles, captured.period = session.cycle.count, session.cycle.period
     captured.late_cycles, captured.worst_lateness = pacing.late_cycles, pacing.worst_lateness
     return captured
+
+
+def _fitting(axes: int) -> Streaming:
+    """The usual cycle, or where so many axes do not fit into it the shortest that leaves room; said."""
+    usual = Streaming()
+    if usual.bus_time(axes) <= usual.period:
+        return usual
+    longer = roomy(usual, axes)
+    logger.warning("%d axes do not fit into %g ms of 1 Mbit/s: cycle %g ms", axes, 1e3 * usual.period, 1e3 * longer.period)
+    return longer
 
 
 def capture_friction(session: Session, seed: int) -> Captured:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -13,6 +15,8 @@ from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.effects.model_tree import clear_defaults
 from drivetwin.foundation.errors import UserError
+from drivetwin.motion.inverse_dynamics import Model
+from drivetwin.motion.model_file import ON_JOINT, working_spec
 
 
 @dataclass(frozen=True)
@@ -20,7 +24,8 @@ class DrivenJoint:
     """How a joint of a MuJoCo model is driven: by which actuator, through which gear, with what on the motor's shaft.
 
     `gear_ratio`: motor turns a joint turn, or rad/m; rotor inertia [kg·m²] and holding brake [N·m] on the shaft; `position`:
-    where the joint stands at first [rad or m].
+    where the joint stands at first [rad or m]. A joint's `armature`, where the model has one, is all of the motor's inertia
+    at the joint: the rotor's counts where there is none.
     """
 
     joint: str
@@ -29,6 +34,56 @@ class DrivenJoint:
     rotor_inertia: float
     holding_brake: float
     position: float
+
+
+def working_plant(path: Path, drives: Mapping[str, DrivenJoint], period: float) -> mujoco.MjSpec:
+    """The specification of an MJCF file as a plant of these drives at time steps of `period` [s].
+
+    A motor is on each axis, whatever drives it in the file. Joints that neither are an axis nor follow one by an equality stand
+    at qpos0, as they do for the diagnosis; those that follow do so rigidly. Contacts, shapes and what watches have no part in
+    it. Raises UserError for an axis that is on no hinge or slide of it.
+    """
+    spec = working_spec(path, partial(_give_motors, path, drives))
+    model = spec.compile()
+    moving = np.abs(Model(model, path).ratios([drive.joint for drive in drives.values()])).sum(axis=1) > 0.0
+    _let_stand(spec, {model.joint(number).name for number in range(model.njnt) if moving[int(model.jnt_dofadr[number])]})
+    spec.option.timestep = period
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    for equality in spec.equalities:
+        equality.solref, equality.solimp[:3] = (2.0 * period, 1.0), (0.9999, 0.9999, 0.001)
+    return spec
+
+
+def _let_stand(spec: mujoco.MjSpec, moving: set[str]) -> None:
+    """Take out every joint that no axis moves, and what holds or drives it."""
+    still = {joint.name for joint in spec.joints} - moving
+    driven = {actuator.target for actuator in spec.actuators}
+    for tendon in list(spec.tendons):
+        if any(wrap.target is not None and wrap.target.name in still for wrap in tendon.path):
+            spec.delete(tendon)
+    for equality in list(spec.equalities):
+        if {equality.name1, equality.name2} & still:
+            spec.delete(equality)
+    for actuator in list(spec.actuators):
+        if actuator.target in still & driven:
+            spec.delete(actuator)
+    for joint in list(spec.joints):
+        if joint.name in still:
+            spec.delete(joint)
+
+
+def _give_motors(path: Path, drives: Mapping[str, DrivenJoint], spec: mujoco.MjSpec) -> None:
+    joints = {joint.name for joint in spec.joints if joint.type in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)}
+    for axis, drive in drives.items():
+        if drive.joint not in joints:
+            named = ", ".join(sorted(joints)) or "none"
+            raise UserError(f"{path}: axis {axis} moves joint {drive.joint!r}; the model's hinges and slides: {named}")
+        for actuator in spec.actuators:
+            if actuator.name == drive.actuator or (actuator.trntype in ON_JOINT and actuator.target == drive.joint):
+                spec.delete(actuator)
+        motor = spec.add_actuator(name=drive.actuator, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=drive.joint)
+        motor.set_to_motor()
+        motor.ctrllimited = motor.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
 
 
 def assemble(
@@ -49,14 +104,14 @@ def assemble(
 
 def _add_effects(spec: mujoco.MjSpec, name: str, drive: DrivenJoint, effects: tuple[PlacedEffect, ...]) -> AxisDynamics:
     joint = spec.joint(drive.joint)
-    joint.armature += drive.rotor_inertia * drive.gear_ratio**2
+    joint.armature = joint.armature or drive.rotor_inertia * drive.gear_ratio**2
     spec.actuator(drive.actuator).gear[0] = drive.gear_ratio
     viscous, quadratic, cubic = joint.damping
     law = FrictionLaw(coulomb=joint.frictionloss, viscous=viscous, quadratic=quadratic, cubic=cubic)
     axis = AxisDynamics(drive.gear_ratio, slide=joint.type == mujoco.mjtJoint.mjJNT_SLIDE, friction=law)
     for placed in effects:
         if placed.axis == name:
-            _check_units(placed, joint)
+            check_units(placed, joint)
             axis = placed.effect.add_to(spec, joint, axis)
     _check_axis(name, joint, axis)
     joint.damping = (axis.friction.viscous, axis.friction.quadratic, axis.friction.cubic)
@@ -101,7 +156,8 @@ def motor_joint(drive: DrivenJoint) -> str:
     return f"{drive.joint}_motor"
 
 
-def _check_units(placed: PlacedEffect, joint: mujoco.MjsJoint) -> None:
+def check_units(placed: PlacedEffect, joint: mujoco.MjsJoint) -> None:
+    """Raises UserError where a parameter is given in another unit than its joint has."""
     for parameter in placed.effect.parameters:
         expected = parameter.unit.on(joint.type)
         given = placed.units.get(parameter.name, expected)

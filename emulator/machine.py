@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
+from functools import partial
+from math import pi
 from pathlib import Path
 from typing import TypeVar
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError, field_validator, model_validator
+from pydantic import Field, PositiveFloat, PositiveInt, field_validator, model_validator
 
 from drivetwin.bus.node_ids import check_each_its_own
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.machine_file import AxisEntry, checked, named_file, read_machine_file
+from drivetwin.foundation.typed_yaml import Strict, read_yaml, typed
 
 MACHINES = Path(__file__).parent / "machines"
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Motor(_Strict):
+class Motor(Strict):
     """Motor shaft and power stage.
 
     Rated and peak torque [N·m], rotor inertia [kg·m²], holding brake torque [N·m] (0: no brake), thermal time constant of
@@ -35,21 +34,21 @@ class Motor(_Strict):
     max_speed: PositiveFloat | None = None
 
 
-class Encoder(_Strict):
+class Encoder(Strict):
     """Encoder on the motor shaft; its index pulse comes once a turn, at `index_angle` [rad]."""
 
     increments_per_revolution: PositiveInt
     index_angle: float = 0.0
 
 
-class CurrentSensor(_Strict):
+class CurrentSensor(Strict):
     """Torque-producing current as measured, in fractions of rated torque: noise (rms at the servo rate) and resolution."""
 
     noise: float = Field(ge=0.0)
     resolution: PositiveFloat
 
 
-class Loops(_Strict):
+class Loops(Strict):
     """Commissioned gains: 1/s; N·m·s/rad or N·s/m on the joint side; s (None: a P velocity loop); 0..1; Hz."""
 
     position_gain: PositiveFloat
@@ -69,7 +68,7 @@ def _in_order(ends: _Ends) -> _Ends:
     return ends
 
 
-class LimitSwitches(_Strict):
+class LimitSwitches(Strict):
     """Joint positions [rad or m] beyond which the negative and the positive limit switch are actuated."""
 
     negative: float
@@ -80,7 +79,7 @@ class LimitSwitches(_Strict):
         return _in_order(self)
 
 
-class HomeSwitch(_Strict):
+class HomeSwitch(Strict):
     """Joint positions [rad or m] between which the home switch is actuated."""
 
     negative: float
@@ -91,7 +90,7 @@ class HomeSwitch(_Strict):
         return _in_order(self)
 
 
-class Axis(_Strict):
+class Axis(Strict):
     """One motor-driven joint. `gear_ratio` is motor turns a joint turn, or rad/m on a prismatic joint."""
 
     node_id: int = Field(ge=1, le=127)
@@ -108,11 +107,12 @@ class Axis(_Strict):
     power_on_position: float
 
 
-class Machine(_Strict):
+class Machine(Strict):
     """machine.yaml, with the directory it stands in."""
 
     machine: str
     model: str
+    effects: str = "effects.json"
     axes: dict[str, Axis]
     directory: Path
 
@@ -130,7 +130,12 @@ class Machine(_Strict):
     @property
     def effects_path(self) -> Path:
         """The machine's own true effects (effects/1)."""
-        return self.directory / "effects.json"
+        return self.directory / self.effects
+
+    @property
+    def built_in(self) -> bool:
+        """Whether it is one of this package, whose model is a plant as it stands."""
+        return self.directory.parent == MACHINES
 
 
 def available_machines() -> tuple[str, ...]:
@@ -139,16 +144,29 @@ def available_machines() -> tuple[str, ...]:
 
 
 def load_machine(name: str) -> Machine:
-    """The machine of that name.
+    """The machine of that name, or of that folder or file (machine/1).
 
     Raises UserError naming the known machines, or the key of machine.yaml that is wrong.
     """
     path = MACHINES / name / "machine.yaml"
-    if not path.is_file():
+    if name not in available_machines():
+        if (file := named_file(name)) is not None:
+            return _of_file(file)
         raise UserError(f"unknown machine {name!r}; known are {', '.join(available_machines())}")
-    try:
-        return Machine(**yaml.safe_load(path.read_text(encoding="utf-8")), directory=path.parent)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise UserError(f"{path}: {where}: {first['msg'].removeprefix('Value error, ')}") from None
+    return typed(Machine, {**read_yaml(path), "directory": path.parent}, path)
+
+
+def _of_file(path: Path) -> Machine:
+    told = read_machine_file(path)
+    axes = {name: checked(path, f"axes.{name}.drive", partial(_axis, entry)) for name, entry in told.axes.items()}
+    return checked(
+        path,
+        "",
+        lambda: Machine(machine=told.machine, model=told.model, effects=told.effects, axes=axes, directory=path.parent),
+    )
+
+
+def _axis(entry: AxisEntry) -> Axis:
+    feed = 2.0 * pi if entry.feed is None else entry.feed
+    both = {"node_id": entry.node_id, "joint": entry.joint, "actuator": entry.actuator}
+    return Axis.model_validate({**entry.drive, **both, "gear_ratio": entry.gear[0] / entry.gear[1] * 2.0 * pi / feed})

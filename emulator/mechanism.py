@@ -70,6 +70,13 @@ class Mechanism:
         """True joint velocities (n,) [rad/s or m/s]."""
         return np.asarray(self.data.qvel[self._dofs])
 
+    def set_velocities(self, velocities: NDArray[np.float64]) -> None:
+        """Let the axes move at joint velocities (n,) [rad/s or m/s] from now on, with what follows them."""
+        moved = np.zeros(self.model.nv)
+        moved[self._dofs] = velocities
+        self.data.qvel[:] = followers(self.model) @ moved
+        mujoco.mj_forward(self.model, self.data)
+
     def set_friction(self, axis: int, law: FrictionLaw) -> None:
         """Change the friction of an axis from the coming step on: level and stiction; viscous terms stay as they were built."""
         name = list(self.dynamics)[axis]

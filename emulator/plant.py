@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.emulator.assembly import DrivenJoint
+from drivetwin.emulator.assembly import DrivenJoint, working_plant
 from drivetwin.emulator.drive.servo import SERVO_PERIOD, ServoBank, filter_share
-from drivetwin.emulator.dynamics import FrictionLaw
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.incidents import Incidents
 from drivetwin.emulator.machine import Axis, Machine
@@ -35,10 +36,14 @@ class Plant:
     befalls it while it runs.
     """
 
-    def __init__(self, machine: Machine, effects: tuple[PlacedEffect, ...]) -> None:
-        spec = mujoco.MjSpec.from_file(str(machine.model_path))
+    def __init__(self, machine: Machine, effects: tuple[PlacedEffect, ...], model: Path | None = None) -> None:
+        """`model` is an MJCF file in the place of the machine's own. Raises UserError where it lacks an axis of the machine."""
+        drives = {name: _drive(axis) for name, axis in machine.axes.items()}
+        as_it_stands = model is None and machine.built_in
+        path = machine.model_path if model is None else model
+        spec = mujoco.MjSpec.from_file(str(path)) if as_it_stands else working_plant(path, drives, SERVO_PERIOD)
         spec.option.timestep = SERVO_PERIOD
-        self._mechanism = Mechanism(spec, {name: _drive(axis) for name, axis in machine.axes.items()}, effects)
+        self._mechanism = Mechanism(spec, drives, effects)
         self.incidents = Incidents(self._mechanism)
         self.model, self.data = self._mechanism.model, self._mechanism.data
         self._warnings = self.data.warning.number[_UNSTABLE[0] : _UNSTABLE[-1] + 1]  # a view of the counters
@@ -59,10 +64,7 @@ class Plant:
 
     def equip(self, servos: ServoBank) -> None:
         """Let the drives' loops have the power stages that they truly have: what limits and delays the measured current too."""
-        for parameters, axis in zip(servos.parameters, self._mechanism.dynamics.values(), strict=True):
-            parameters["current_limit"] = axis.motor.current_limit / axis.gear_ratio
-            if axis.motor.bandwidth > 0.0:
-                parameters["current_filter"] = filter_share(1.0 / (2.0 * np.pi * axis.motor.bandwidth))
+        equip(servos, self._mechanism.dynamics.values())
 
     def advance(self, servos: ServoBank) -> None:
         """Run `servos.periods` servo periods: encoder, loops, torque, friction, one step of the plant each.
@@ -100,6 +102,14 @@ class Plant:
             name: {"inertia": float(self._mechanism.inertia[number]), **told(axis.friction)}
             for number, (name, axis) in enumerate(self._mechanism.dynamics.items())
         }
+
+
+def equip(servos: ServoBank, axes: Iterable[AxisDynamics], period: float = SERVO_PERIOD) -> None:
+    """Power stages of the axes in loops that run every `period` [s]."""
+    for parameters, axis in zip(servos.parameters, axes, strict=True):
+        parameters["current_limit"] = axis.motor.current_limit / axis.gear_ratio
+        if axis.motor.bandwidth > 0.0:
+            parameters["current_filter"] = filter_share(1.0 / (2.0 * np.pi * axis.motor.bandwidth), period)
 
 
 def _drive(axis: Axis) -> DrivenJoint:

@@ -16,9 +16,10 @@ from drivetwin.emulator.effects import PlacedEffect, read_effects
 from drivetwin.emulator.machine import Machine, load_machine
 from drivetwin.emulator.plant import truth_path
 from drivetwin.foundation.errors import UserError
-from drivetwin.hil_tests.real_limits import Bounds, check_narrower, machine_bounds, read_limits
-from drivetwin.hil_tests.strict import Strict, read_yaml, typed
+from drivetwin.foundation.typed_yaml import Strict, read_yaml, typed
+from drivetwin.hil_tests.real_limits import check_narrower, machine_bounds
 from drivetwin.hil_tests.task import TaskName
+from drivetwin.motion.limits_file import Bounds, read_bounds
 
 EMBEDDED = "embedded"
 """A unix: bus of its own for each case."""
@@ -140,8 +141,8 @@ class Bench(Strict):
 
     @cached_property
     def real_limits(self) -> Mapping[str, Bounds]:
-        """What real axes may do, by their names; nothing where they are virtual. Raises UserError as `read_limits`."""
-        return {} if self.limits_path is None else read_limits(self.limits_path, self.axes)
+        """What real axes may do, by their names; nothing where they are virtual. Raises UserError as `read_bounds`."""
+        return {} if self.limits_path is None else read_bounds(self.limits_path, self.axes)
 
     @property
     def axes(self) -> tuple[str, ...]:

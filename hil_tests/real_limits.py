@@ -1,53 +1,14 @@
-"""How far, fast and hard real axes may be driven on a bench: the limits file, and that it is narrower than the machine."""
+"""How far, fast and hard real axes may be driven on a bench: what the machine bears, and that limits are narrower."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 
-from pydantic import FiniteFloat, PositiveFloat, field_validator
-
 from drivetwin.emulator.machine import Machine
 from drivetwin.foundation.errors import UserError
-from drivetwin.hil_tests.strict import Strict, read_yaml, typed
-
-
-@dataclass(frozen=True)
-class Bounds:
-    """Joint side: travel [m or rad], greatest speed [m/s or rad/s] and torque [N or N·m]."""
-
-    travel: tuple[float, float]
-    speed: float
-    torque: float
-
-
-class AxisLimits(Strict):
-    """An axis of a limits file, units as those of `Bounds`."""
-
-    travel: tuple[FiniteFloat, FiniteFloat]
-    speed: PositiveFloat
-    torque: PositiveFloat
-
-    @field_validator("travel")
-    @classmethod
-    def _lowest_first(cls, travel: tuple[float, float]) -> tuple[float, float]:
-        if not travel[0] < travel[1]:
-            raise ValueError(f"expected [lowest, highest], not {list(travel)}")
-        return travel
-
-
-class _File(Strict):
-    axes: dict[str, AxisLimits]
-
-
-def read_limits(path: Path, axes: tuple[str, ...]) -> Mapping[str, Bounds]:
-    """The limits of every axis of a machine, in its order. Raises UserError naming the file and what is missing or wrong."""
-    given = typed(_File, read_yaml(path), path).axes
-    if set(given) != set(axes):
-        raise UserError(f"{path}: axes: limits of {', '.join(given) or 'none'}, and the machine has {', '.join(axes)}")
-    return {axis: Bounds(given[axis].travel, given[axis].speed, given[axis].torque) for axis in axes}
+from drivetwin.motion.limits_file import Bounds
 
 
 def machine_bounds(machine: Machine) -> Mapping[str, Bounds]:

@@ -12,6 +12,7 @@ from pydantic import Field, PositiveFloat, PositiveInt
 from drivetwin.emulator.faults.base import Fault, LastingFault
 from drivetwin.emulator.faults.library import read_fault
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.typed_yaml import Strict, read_yaml, typed
 from drivetwin.hil_tests.bench import Bench
 from drivetwin.hil_tests.conditions import Condition, read_condition
 from drivetwin.hil_tests.expectations.base import Expectation
@@ -21,7 +22,6 @@ from drivetwin.hil_tests.expectations.outcome import Outcome
 from drivetwin.hil_tests.expectations.reading import expectation_kind, read_expectation
 from drivetwin.hil_tests.expectations.torque_limit_kept import TorqueLimitKept
 from drivetwin.hil_tests.real_cases import why_not_on_real_drives
-from drivetwin.hil_tests.strict import Strict, read_yaml, typed
 from drivetwin.hil_tests.task import Task
 
 CONTROLLER_KILLED = "controller_killed"

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from drivetwin.hil_tests.strict import Strict
+from drivetwin.foundation.typed_yaml import Strict
 
 TaskName = Literal["boot", "enable", "home", "move", "path", "identify", "feed_forward", "soak"]
 

@@ -42,7 +42,7 @@ WEIGHTS = {"rotary": 1.0, "pendulum": 1.0, "linear": 1.0, "lift": 0.8, "gantry":
 
 FOUR = 4
 
-_TRIES, _PATIENCE, _STEPS, _SLOWER = 60, 6, 5, 5
+_TRIES, _PATIENCE, _STEPS, _SLOWER = 600, 6, 5, 5
 _CLOSE, _HIDDEN, _REACHED = 0.15, 0.2, 0.8
 _STRIDE = 4
 

@@ -6,13 +6,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from drivetwin.foundation.errors import UserError
-from drivetwin.foundation.text_files import parse_yaml
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.motion.jerk_limited import MotionLimits
+from drivetwin.motion.limits_file import PlannedEntry, read_planned
 
 INNER = 0.9
 """Share of the travel that is used: what overshoots stays inside."""
@@ -39,48 +37,17 @@ class AxisLimits:
         return replace(self.most, speed=share * self.most.speed)
 
 
-class _AxisEntry(BaseModel):
-    """One axis of a limits file."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    travel: tuple[FiniteFloat, FiniteFloat] | None = None
-    speed: FiniteFloat = Field(gt=0.0)
-    acceleration: FiniteFloat = Field(gt=0.0)
-    jerk: FiniteFloat = Field(gt=0.0)
-
-
-class _LimitsFile(BaseModel):
-    """`axes: {name: {travel: [low, high], speed: ..., acceleration: ..., jerk: ...}}`."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    axes: dict[str, _AxisEntry]
-
-
 def read_limits(path: Path, model: Path) -> dict[str, AxisLimits]:
     """Limits by axis from a file; an axis without travel has the range of the model's joint of its name, whichever is less.
 
     Raises UserError naming the file and what is missing or wrong.
     """
-    try:
-        told = _LimitsFile.model_validate(parse_yaml(path.read_text(encoding="utf-8")))
-    except FileNotFoundError:
-        raise UserError(f"no limits file {path}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"{path} cannot be read: {error}") from None
-    except yaml.YAMLError as error:
-        raise UserError(f"{path} is not YAML: {error}") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the file"
-        needs = "an axis needs speed, acceleration and jerk, and may have travel"
-        raise UserError(f"{path}: {where}: {first['msg']}; {needs}") from None
+    told = read_planned(path)
     ranges = _joint_ranges(model)
-    return {name: _inside(path, name, entry, ranges.get(name)) for name, entry in told.axes.items()}
+    return {name: _inside(path, name, entry, ranges.get(name)) for name, entry in told.items()}
 
 
-def _inside(path: Path, axis: str, entry: _AxisEntry, of_joint: tuple[float, float] | None) -> AxisLimits:
+def _inside(path: Path, axis: str, entry: PlannedEntry, of_joint: tuple[float, float] | None) -> AxisLimits:
     spans = [span for span in (entry.travel, of_joint) if span is not None]
     if not spans:
         raise UserError(f"{path}: axis {axis} has no travel, and the model no range of joint {axis!r}: add travel: [low, high]")

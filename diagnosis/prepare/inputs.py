@@ -12,10 +12,10 @@ from xml.etree import ElementTree
 import mujoco
 
 from drivetwin.diagnosis.prepare.cutoff import USUAL
-from drivetwin.diagnosis.prepare.simulation import motors_of
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import sha256
 from drivetwin.motion.inverse_dynamics import read_mjcf
+from drivetwin.motion.model_file import motors_of
 from drivetwin.motion.pieces import read_pieces
 from drivetwin.recording.reader import SIGNALS, check_joints, check_torque, find_recordings
 from drivetwin.recording.recording import Recording

@@ -13,7 +13,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.diagnosis.prepare.model_file import ON_JOINT, named_model, working_spec
 from drivetwin.emulator.assembly import DrivenJoint, assemble
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import Effect, PlacedEffect
@@ -21,6 +20,7 @@ from drivetwin.emulator.effects.model_tree import free_name
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.coupled_motion import check_axes_move_alone, friction_of_followers
 from drivetwin.motion.inverse_dynamics import Model
+from drivetwin.motion.model_file import motors_of, named_model, working_spec
 from drivetwin.recording.recording import AxisInfo
 
 Array = NDArray[np.float64]
@@ -165,16 +165,6 @@ def simulation(path: Path, axes: Mapping[str, AxisInfo]) -> Simulation:
 
 def _with(law: FrictionLaw, coulomb: float, viscous: float) -> FrictionLaw:
     return replace(law, coulomb=law.coulomb + coulomb, viscous=law.viscous + viscous)
-
-
-def motors_of(model: mujoco.MjModel, joint: int) -> list[str]:
-    """Names of the actuators that drive a joint, by its number."""
-    on_joint = {int(kind) for kind in ON_JOINT}
-    return [
-        model.actuator(number).name
-        for number in range(model.nu)
-        if int(model.actuator_trntype[number]) in on_joint and int(model.actuator_trnid[number, 0]) == joint
-    ]
 
 
 def _driven(path: Path, model: mujoco.MjModel, axis: str, info: AxisInfo) -> DrivenJoint:

@@ -19,7 +19,7 @@ from drivetwin.diagnosis.report.distinguish import sensor_that_tells, tell_apart
 from drivetwin.diagnosis.report.gap_test import NAME, GapFound, gap_of, significance
 from drivetwin.diagnosis.report.patched_model import patched_xml
 from drivetwin.diagnosis.report.patterns import patterns
-from drivetwin.diagnosis.report.prediction import Patch, contributions, gap_rms, predict
+from drivetwin.diagnosis.report.prediction import Patch, attributed, contributions, gap_rms, predict
 from drivetwin.diagnosis.report.result import (
     TWO_SIDED_90,
     UNKNOWN,
@@ -174,8 +174,10 @@ def _shares(ready: Prepared, gaps: _Gaps, axis: str, settings: Settings) -> tupl
     named = [k for k, one in enumerate(gaps.patch.effects) if one.axis == axis]
     own = [each.axes[axis] for each in gaps.unseen]
     gap = [(each.measured - each.before)[each.used] for each in own]
+    effects = tuple(gaps.patch.effects[k] for k in named)
     torque = [
-        [part[k].get(axis, np.zeros(len(each.used)))[each.used] for part, each in zip(parts, own, strict=True)] for k in named
+        [attributed(ready.simulation, run, effects, k, axis)[each.used] for run, each in zip(ready.checks, own, strict=True)]
+        for k in range(len(effects))
     ]
     others = [
         sum((p.get(axis, np.zeros(len(each.used))) for j, p in enumerate(part) if j not in named), np.zeros(len(each.used)))[
@@ -183,12 +185,12 @@ def _shares(ready: Prepared, gaps: _Gaps, axis: str, settings: Settings) -> tupl
         ]
         for part, each in zip(parts, own, strict=True)
     ]
-    names = [gaps.patch.effects[k].effect.name for k in named]
+    names = [one.effect.name for one in effects]
     if any(rows.any() for rows in others):
         torque.append(others)
         names.append("other_axes")
     found = shares(gap, torque, names, [run.period for run in ready.checks], gaps.noise[axis].rms, settings.seed)
-    return tuple(gaps.patch.effects[k] for k in named), found
+    return effects, found
 
 
 def _axis(

@@ -14,13 +14,11 @@ from scipy import stats
 
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.report.view import GapMap, Spectra, Trace, drawn, mean_over
+from drivetwin.foundation.figure_style import AFTER, BEFORE, MEASURED, range_buttons, small, styled
 
-MEASURED, BEFORE, AFTER, NOISE = "#1b2630", "#d55e00", "#0072b2", "#8a97a3"
-"""Before and after in colours that no common colour blindness confuses (Okabe and Ito 2008)."""
+NOISE = "#8a97a3"
 _MOST_MARKERS = 2000
 _BINS = 60
-_BUTTONS_LEFT_OUT = ["sendChartToCloud", "select2d", "lasso2d", "zoomIn2d", "zoomOut2d", "autoScale2d"]
-"""Of plotly's: the first would open a web page, the others crowd a phone's screen."""
 
 
 def time_figure(trace: Trace, window: tuple[float, float], unit: str) -> go.Figure:
@@ -40,8 +38,8 @@ def time_figure(trace: Trace, window: tuple[float, float], unit: str) -> go.Figu
     figure.update_xaxes(title=title, row=2, col=1)
     figure.update_yaxes(title=_torque_title(unit), row=1, col=1)
     figure.update_yaxes(title=f"gap [{unit}]", row=2, col=1)
-    figure.update_layout(updatemenus=[_range_buttons({"worst window": list(window), "all": whole})])
-    return _styled(figure, 560).update_layout(margin={"t": 72})
+    figure.update_layout(updatemenus=[range_buttons({"worst window": list(window), "all": whole})])
+    return styled(figure, 560).update_layout(margin={"t": 72})
 
 
 def torque_figure(trace: Trace, unit: str, velocity_unit: str) -> go.Figure:
@@ -52,7 +50,7 @@ def torque_figure(trace: Trace, unit: str, velocity_unit: str) -> go.Figure:
         _cloud(figure, trace.velocity[few], torque[few], name, colour)
     figure.update_xaxes(title=f"velocity [{velocity_unit}]")
     figure.update_yaxes(title=_torque_title(unit))
-    return _styled(figure, 400)
+    return styled(figure, 400)
 
 
 def gap_figure(trace: Trace, unit: str, velocity_unit: str) -> go.Figure:
@@ -66,7 +64,7 @@ def gap_figure(trace: Trace, unit: str, velocity_unit: str) -> go.Figure:
         figure.add_scatter(x=centre, y=mean, mode="lines", name=f"{name}, mean", line=line)
     figure.update_xaxes(title=f"velocity [{velocity_unit}]")
     figure.update_yaxes(title=f"gap [{unit}]")
-    return _styled(figure, 400)
+    return styled(figure, 400)
 
 
 def map_figures(found: GapMap, unit: str, position_unit: str, velocity_unit: str) -> tuple[go.Figure, go.Figure]:
@@ -102,7 +100,7 @@ def _map_figure(
         ticktext=[f"{found.velocity[tick]:.2g}" for tick in ticks],
     )
     figure.update_xaxes(title=f"position [{position_unit}]")
-    return _styled(figure, 400).update_layout(title={"text": f"gap {name}, rms", "font": {"size": 14}})
+    return styled(figure, 400).update_layout(title={"text": f"gap {name}, rms", "font": {"size": 14}})
 
 
 def spectrum_figure(spectra: Spectra, unit: str) -> go.Figure:
@@ -120,7 +118,7 @@ def spectrum_figure(spectra: Spectra, unit: str) -> go.Figure:
     lowest = float(min(spectra.after.max(), spectra.noise.max()))
     decades = [np.log10(max(lowest, 1e-30)) - 2.5, np.log10(max(float(spectra.before.max()), 1e-30)) + 0.3]
     figure.update_yaxes(title=f"power density [{squared}]", type="log", dtick=1, range=decades, exponentformat="power")
-    return _styled(figure, 380)
+    return styled(figure, 380)
 
 
 def left_figure(trace: Trace, noise_rms: float, unit: str) -> go.Figure:
@@ -135,7 +133,7 @@ def left_figure(trace: Trace, noise_rms: float, unit: str) -> go.Figure:
         figure.add_scatter(x=centre, y=normal, mode="lines", name="normal noise", line=line)
     figure.update_xaxes(title=f"gap after [{unit}]")
     figure.update_yaxes(title=f"probability density [1/({unit})]" if "·" in unit else f"probability density [1/{unit}]")
-    return _styled(figure, 380).update_layout(bargap=0.0)
+    return styled(figure, 380).update_layout(bargap=0.0)
 
 
 def _torques(trace: Trace) -> tuple[tuple[str, Array, str], ...]:
@@ -162,38 +160,10 @@ def _few(trace: Trace) -> np.ndarray[Any, np.dtype[np.intp]]:
 def _line(figure: go.Figure, time: Array, values: Array, name: str, colour: str, row: int) -> None:
     line = {"color": colour, "width": 1.3}
     figure.add_scatter(
-        x=_small(time), y=_small(values), mode="lines", name=name, line=line, showlegend=row == 1, row=row, col=1
+        x=small(time), y=small(values), mode="lines", name=name, line=line, showlegend=row == 1, row=row, col=1
     )
 
 
 def _cloud(figure: go.Figure, x: Array, y: Array, name: str, colour: str) -> None:
     marker = {"size": 3, "color": colour, "opacity": 0.4}
-    figure.add_scatter(x=_small(x), y=_small(y), mode="markers", name=name, marker=marker)
-
-
-def _range_buttons(ranges: dict[str, list[float]]) -> dict[str, Any]:
-    buttons = [
-        {"label": name, "method": "relayout", "args": [{"xaxis.range": span, "xaxis2.range": span}]}
-        for name, span in ranges.items()
-    ]
-    place = {"x": 0.0, "xanchor": "left", "y": 1.01, "yanchor": "bottom", "pad": {"t": 0, "b": 4}}
-    return {"type": "buttons", "direction": "right", "buttons": buttons, **place}
-
-
-def _small(values: Array) -> np.ndarray[Any, np.dtype[np.float32]]:
-    """Half the bytes in the file, and more digits than a screen."""
-    return values.astype(np.float32)
-
-
-def _styled(figure: go.Figure, height: int) -> go.Figure:
-    """The legend stands below, where it has room to wrap on a narrow screen."""
-    figure.update_layout(
-        template="plotly_white",
-        height=height,
-        margin={"l": 62, "r": 12, "t": 30, "b": 45},
-        font={"family": "system-ui, sans-serif", "size": 12},
-        legend={"orientation": "h", "y": -0.14 if height > 450 else -0.2, "yanchor": "top", "x": 0, "itemsizing": "constant"},
-        hoverlabel={"namelength": -1},
-        modebar={"remove": _BUTTONS_LEFT_OUT},
-    )
-    return figure
+    figure.add_scatter(x=small(x), y=small(y), mode="markers", name=name, marker=marker)

@@ -6,7 +6,6 @@ import re
 from html import escape
 
 from drivetwin.diagnosis.report.figures import gap_figure, left_figure, map_figures, spectrum_figure, time_figure, torque_figure
-from drivetwin.diagnosis.report.page_table import DASH, bar, pictured, plain_table, stacking_table
 from drivetwin.diagnosis.report.remains import spells_after
 from drivetwin.diagnosis.report.result import AxisGap, Diagnosis, Regime
 from drivetwin.diagnosis.report.view import Trace, gap_map, spectra_of, trace_of, worst_window
@@ -21,6 +20,7 @@ from drivetwin.diagnosis.report.wording import (
     time_words,
     untested,
 )
+from drivetwin.foundation.page_table import DASH, bar, pictured, plain_table, stacking_table
 from drivetwin.motion.filtering import effective_cutoff
 
 _WINDOW = 4.0

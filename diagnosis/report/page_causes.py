@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from html import escape
 
-from drivetwin.diagnosis.report.page_table import DASH, bar, stacking_table
 from drivetwin.diagnosis.report.result import UNKNOWN, Cause, Diagnosis, Estimate, Shrink
 from drivetwin.diagnosis.report.wording import (
     LIKELY,
@@ -17,6 +16,7 @@ from drivetwin.diagnosis.report.wording import (
     percent,
     span_percent,
 )
+from drivetwin.foundation.page_table import DASH, bar, stacking_table
 
 
 def causes_section(diagnosis: Diagnosis) -> str:

@@ -8,10 +8,10 @@ from html import escape
 
 import numpy as np
 
-from drivetwin.diagnosis.report.page_table import plain_table, stacking_table
 from drivetwin.diagnosis.report.result import AxisGap, Diagnosis
 from drivetwin.diagnosis.report.wording import level, name_of, number, p_words
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.foundation.page_table import plain_table, stacking_table
 from drivetwin.motion.filtering import effective_cutoff
 
 _UNITS = {"cutoff_hz": "Hz", "timing_spread": "s"}

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from html import escape
 from itertools import cycle
 
-from drivetwin.diagnosis.report.page_table import plain_table
 from drivetwin.diagnosis.report.result import NOISE, UNKNOWN, AxisGap, Diagnosis, Share
 from drivetwin.diagnosis.report.wording import level, name_of, percent, span_percent
+from drivetwin.foundation.page_table import plain_table
 
 STYLE = """<style>
 .stack { display: grid; grid-template-columns: 150px minmax(0, 1fr); gap: 4px 12px; align-items: center; margin: 6px 0; }

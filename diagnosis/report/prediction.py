@@ -71,6 +71,23 @@ def contributions(simulation: Simulation, run: Run, patch: Patch) -> list[dict[s
     return parts
 
 
+def attributed(simulation: Simulation, run: Run, effects: Sequence[PlacedEffect], number: int, axis: str) -> Array:
+    """Torque (n,) on an axis that is one effect's part of what all cost: the mean of what it costs alone and beside the others.
+
+    Of two effects that is Shapley's value (Contributions to the Theory of Games 2, 1953): neither is favoured for coming first.
+    """
+    one = effects[number]
+    none = np.zeros(len(run.recording.time))
+
+    def whole(some: Sequence[PlacedEffect]) -> Array:
+        return np.asarray(sum((part.get(axis, none) for part in contributions(simulation, run, Patch(tuple(some)))), none))
+
+    if len(effects) == 1:
+        return whole(effects)
+    beside = whole(effects) - whole([each for each in effects if each is not one])
+    return 0.5 * (whole([one]) + beside)
+
+
 def cost(simulation: Simulation, run: Run, placed: PlacedEffect, dynamics: Mapping[str, AxisDynamics]) -> dict[str, Array]:
     """Torque (n,) that an effect costs on the axes that it acts on, filtered."""
     effect = placed.effect

@@ -37,6 +37,7 @@ _REST_IS_THE_FAULTS = {"allow_extra_args": True, "ignore_unknown_options": True}
 
 COMMANDS = {
     "accept": Entry("accept:accept_command", "Run a controller through the acceptance suite."),
+    "apply": Entry("apply:apply_command", "Write what was identified or diagnosed into a model."),
     "blind": Entry("blind:blind_command", "Test the diagnosis on machines whose effects it cannot know."),
     "bus-load": Entry(
         "bus_load:bus_load_command",
@@ -61,6 +62,10 @@ COMMANDS = {
     "fit": Entry("fit:fit_command", "Identify inertia and friction from recordings by least squares."),
     "identify": Entry("identify:identify_command", "Identify the friction of every axis over the bus."),
     "import": Entry("import_:import_command", "Turn a drive's exports or a bus log into recordings."),
+    "machine": Entry("machine:machine_command", "Make a machine of your own from a robot's model, or check one."),
+    "replay": Entry(
+        "replay:replay_command", "Move a model as a machine was moved, in closed loop, and say how far apart they are."
+    ),
     "snapshot": Entry(
         "snapshot:snapshot_command",
         "Read every object of a live drive by SDO. Nothing is written to the drive, and nothing moves.",

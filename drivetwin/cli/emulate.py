@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -23,11 +24,12 @@ from drivetwin.drive_profiles.snapshot import read_snapshot
 from drivetwin.emulator.backlog import Backlog
 from drivetwin.emulator.canopen.lss import UNCONFIGURED
 from drivetwin.emulator.clock import CLOCKS
+from drivetwin.emulator.composition import composed
 from drivetwin.emulator.control import serve_control
 from drivetwin.emulator.effects import read_effects
 from drivetwin.emulator.machine import load_machine
 from drivetwin.emulator.modbus import serve_modbus
-from drivetwin.emulator.plant import truth_path
+from drivetwin.emulator.plant import Plant, truth_path
 from drivetwin.emulator.snapshot import load_snapshot
 from drivetwin.emulator.timed_bus import TIMED_BUSES, TimedBus
 from drivetwin.emulator.virtual_machine import VirtualMachine
@@ -39,12 +41,20 @@ POLL = 0.2
 
 
 def emulate_command(
-    machine: Annotated[str, typer.Option(help="Machine: scara, stage or arm.")] = "scara",
+    machine: Annotated[
+        str, typer.Option(metavar="NAME|DIR|FILE.yaml", help="Machine: scara, stage, arm or one of your own.")
+    ] = "scara",
     profile: Annotated[str, typer.Option(help="Drive type: servoone, cia402-full or dryve_d1.")] = "servoone",
     bus: Annotated[str, typer.Option(help="vcan0, can0 or ws://127.0.0.1:PORT (port 0: a free one).")] = "ws://127.0.0.1:54701",
     clock: Annotated[str, typer.Option(help="realtime follows the wall clock; sync moves only with SYNC.")] = "realtime",
     truth: Annotated[
-        Path | None, typer.Option(help="True effects of the plant (effects/1); default: the machine's own.")
+        Path | None, typer.Option(help="True effects of the plant (effects/1), in the place of all of the machine's own.")
+    ] = None,
+    model: Annotated[
+        Path | None, typer.Option(metavar="MODEL.xml", help="MuJoCo model (MJCF) in the place of the machine's own.")
+    ] = None,
+    effects: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Effects (effects/1) to add to the machine's own.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sensors' noise.")] = 0,
     store: Annotated[
@@ -75,18 +85,25 @@ def emulate_command(
 
     One line says when others can join, and on which bus. Nodes have the IDs of the machine's file (scara: 1 lift, 2 rotate,
     3 stretch), or those that LSS has stored. Ctrl-C ends it.
+
+    With a model of your own (same joints): drivetwin emulate --machine stage --model twin.xml --effects twin.effects.json. What
+    is added acts beside the machine's own friction; where both say one quantity, the added one acts, and a line says so.
     """
     if clock not in CLOCKS:
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(CLOCKS)}")
     use_effects(effects_from)
     chosen = load_machine(machine)
-    effects = read_effects(truth_path(chosen, truth))
+    joints = {name: axis.joint for name, axis in chosen.axes.items()}
+    acting = composed(read_effects(truth_path(chosen, truth)), read_effects(effects) if effects else (), model, joints)
     drive_type = load_profile(profile) if eds is None else profile_from_eds(eds, load_profile(profile))
     rate = None if bit_rate is None else read_bit_rate(bit_rate)
 
     def connect(transmit: Callable[[can.Message], None]) -> VirtualMachine:
-        return VirtualMachine(chosen, drive_type, effects, CLOCKS[clock](), seed, transmit, store)
+        plant = Plant(chosen, acting.effects, model)
+        return VirtualMachine(chosen, drive_type, acting.effects, CLOCKS[clock](), seed, transmit, store, plant)
 
+    for line in acting.gave_way:
+        print(f"drivetwin: {line}", file=sys.stderr)
     hosted = host_bus(bus)
     try:
         joined = connect(hosted.bus.send) if rate is None else TIMED_BUSES[clock](rate, connect, hosted.bus.send)
@@ -97,7 +114,7 @@ def emulate_command(
         ended = _end_on_signals()
         with serve_modbus(virtual, modbus, modbus_serial) as ports, serve_control(virtual, control) as doors:
             where = (hosted.name, *ports, *doors)
-            print(_joinable(machine, profile, nodes, where, clock, as_json=json_), flush=True)
+            print(_joinable(chosen.machine, profile, nodes, where, clock, as_json=json_), flush=True)
             joined.power_on()
             keep_for_good()
             serve(joined, hosted.bus, ended)

@@ -43,7 +43,9 @@ logger = logging.getLogger(__name__)
 
 
 def identify_command(
-    machine: Annotated[str, typer.Option(help="Machine the controller knows: scara, stage or arm.")] = "scara",
+    machine: Annotated[
+        str, typer.Option(metavar="NAME|DIR|FILE.yaml", help="Machine: scara, stage, arm or one of your own.")
+    ] = "scara",
     profile: Annotated[str, typer.Option(help="Drive type on the bus: servoone or cia402-full.")] = "servoone",
     bus: Annotated[str, typer.Option(help="inproc (starts the emulator here), vcan0, can0 or ws://127.0.0.1:PORT.")] = INPROC,
     clock: Annotated[
@@ -81,7 +83,7 @@ def identify_command(
     drive_type = load_profile(profile)
     refuse_foreign(out)
     refuse_to_replace(out, [file for file in (limits, truth) if file is not None])
-    joined = _join(bus, known, drive_type, clock, truth, seed)
+    joined = _join(bus, machine, drive_type, clock, truth, seed)
     with Bars(
         TextColumn("{task.description:<34}"),
         BarColumn(),
@@ -99,7 +101,7 @@ def identify_command(
             fitted, held = _write_recordings(staged, captured, seed, inputs)
             found = identify(load_model(known.model_path), fitted, held, FIT)
             told = joined.truth()  # only now: the fit is made
-            title = f"{machine}: identification over the bus"
+            title = f"{known.machine}: identification over the bus"
             picture = machine_picture(read_mjcf(known.model_path), {result.joint for result in found.axes.values()})
             write_results(found, [*fitted, *held], staged, truth=told, seed=seed, title=title, picture=picture, inputs=inputs)
             write_json(staged / "torque_by_sdo.json", to_json(captured.sdo_points, seed, inputs))
@@ -134,13 +136,13 @@ class _Joined:
     truth: Callable[[], Truth | None]
 
 
-def _join(bus: str, machine: Machine, profile: DriveProfile, clock: str, truth: Path | None, seed: int) -> _Joined:
+def _join(bus: str, machine: str, profile: DriveProfile, clock: str, truth: Path | None, seed: int) -> _Joined:
     """Join the named bus; for inproc build the emulator on its other end."""
     if bus != INPROC:
         if truth is not None:
             raise UserError("--truth is for the emulator: give it to `drivetwin emulate`, not to a controller on another bus")
         return _Joined(open_bus(bus), lambda: None)
-    virtual = load_virtual_machine(machine.machine)
+    virtual = load_virtual_machine(machine)
     effects = read_effects(truth_path(virtual, truth))
     built: list[VirtualMachine] = []
 

@@ -37,7 +37,7 @@ def print_summary(console: Console, found: Identification, truth: Truth | None, 
     late = ""
     if captured.late_cycles:
         late = f"; {captured.late_cycles} cycles were late, by {1e3 * captured.worst_lateness:.1f} ms at worst"
-    console.print(f"{captured.cycles} cycles of 1 ms{late}", highlight=False)
+    console.print(f"{captured.cycles} cycles of {1e3 * captured.period:g} ms{late}", highlight=False)
     console.print(f"{out / 'report.html'}  {out / 'identified.json'}  {out / 'bus.log'}", highlight=False, soft_wrap=True)
 
 

@@ -35,7 +35,9 @@ def write_friction_command(
     identified: Annotated[
         Path, typer.Argument(metavar="IDENTIFIED.json", help="What identify or fit wrote.", show_default=False)
     ],
-    machine: Annotated[str, typer.Option(help="Machine the controller knows: scara, stage or arm.")] = "scara",
+    machine: Annotated[
+        str, typer.Option(metavar="NAME|DIR|FILE.yaml", help="Machine: scara, stage, arm or one of your own.")
+    ] = "scara",
     profile: Annotated[str, typer.Option(help="Drive type on the bus: servoone, which has a friction table.")] = "servoone",
     bus: Annotated[str | None, typer.Option(help="vcan0, can0 or ws://127.0.0.1:PORT.")] = None,
     axis: Annotated[list[str] | None, typer.Option(help="Only this axis; may be repeated. Default: all in the file.")] = None,

@@ -2,7 +2,8 @@
 
 Everything here is on the motor shaft: rad, rad/s, N·m. The cascade is that of CiA 402-2 (IEC 61800-7-201), 'position control
 function': velocity demand = position_gain * following error + velocity_feedforward * demand velocity + 60B1h, torque demand =
-PI of the velocity error + 60B2h, limited; integration stops while limited.
+PI of the velocity error + 60B2h, limited; integration stops while limited. A drive with one PID loop has `position_stiffness`
+and `position_integral` in the place of `position_gain` and `integral_rate`.
 """
 
 from __future__ import annotations
@@ -47,6 +48,8 @@ PARAMETERS = np.dtype(
         ("velocity_gain", "f8"),  # N·m·s/rad
         ("integral_rate", "f8"),  # 1/s, inverse of the integral time; 0 is a P loop
         ("velocity_feedforward", "f8"),  # 0..1
+        ("position_stiffness", "f8"),  # N·m/rad, of the following error; 0 in a cascade
+        ("position_integral", "f8"),  # N·m/(rad·s), of the following error; 0 in a cascade
         ("velocity_filter", "f8"),  # share of the new value a period
         ("current_filter", "f8"),  # share of the new value a period
         ("current_limit", "f8"),  # N·m that the power stage gives at most, whatever the drive believes
@@ -92,23 +95,23 @@ POSITION, VELOCITY, VELOCITY_OFFSET, TORQUE_OFFSET = range(4)
 """Columns of a demand: rad, rad/s (derivative of the position demand, or the target), rad/s (60B1h), N·m (60B2h)."""
 
 
-def filter_share(time_constant: float) -> float:
-    """Share of the new value that a first-order lag of `time_constant` [s] takes in one servo period."""
-    return 1.0 - float(np.exp(-SERVO_PERIOD / time_constant)) if time_constant > 0.0 else 1.0
+def filter_share(time_constant: float, period: float = SERVO_PERIOD) -> float:
+    """Share of the new value that a first-order lag of `time_constant` [s] takes in one servo `period` [s]."""
+    return 1.0 - float(np.exp(-period / time_constant)) if time_constant > 0.0 else 1.0
 
 
 @compiled
 def servo_period(  # type: ignore[no-untyped-def]  # record arrays have no static type
-    parameters, state, loops, demand, noise, motor_position, motor_torque
+    parameters, state, loops, demand, noise, motor_position, motor_torque, length
 ) -> None:
-    """One period of every axis: (n,) records, (n,) loops, demand (n, 4), noise (n,), motor position and torque (n,)."""
+    """One period of `length` [s] of every axis: (n,) records and loops, demand (n, 4), noise, motor position, torque (n,)."""
     for axis in range(parameters.shape[0]):
         p = parameters[axis]
         s = state[axis]
         counted = s.position
         if p.encoder_alive != 0.0:
             counted = floor(motor_position[axis] / p.encoder_quantum) * p.encoder_quantum
-        s.velocity += p.velocity_filter * ((counted - s.position) / SERVO_PERIOD - s.velocity)
+        s.velocity += p.velocity_filter * ((counted - s.position) / length - s.velocity)
         s.position = counted
         if loops[axis] == 0:
             s.following_error = 0.0
@@ -118,17 +121,17 @@ def servo_period(  # type: ignore[no-untyped-def]  # record arrays have no stati
             s.torque_demand = 0.0
             s.limited = 0
         else:
-            _cascade(p, s, loops[axis], demand[axis])
+            _cascade(p, s, loops[axis], demand[axis], length)
         s.torque += p.current_filter * (s.torque_demand - s.torque)
         s.torque = min(max(s.torque, -p.current_limit), p.current_limit)
         motor_torque[axis] = s.torque
         measured = (s.torque + p.torque_noise * noise[axis]) / p.torque_quantum
         s.torque_actual = floor(measured + 0.5) * p.torque_quantum
-        _watch(p, s, loops[axis])
+        _watch(p, s, loops[axis], length)
 
 
 @compiled
-def _cascade(p, s, loop, demand) -> None:  # type: ignore[no-untyped-def]
+def _cascade(p, s, loop, demand, length) -> None:  # type: ignore[no-untyped-def]
     most, least = min(p.torque_limit, p.torque_positive), -min(p.torque_limit, p.torque_negative)
     if loop == 1:
         wanted = demand[3]
@@ -147,17 +150,21 @@ def _cascade(p, s, loop, demand) -> None:  # type: ignore[no-untyped-def]
             s.velocity_demand = p.position_gain * s.following_error + p.velocity_feedforward * demand[1] + demand[2]
         error = s.velocity_demand - s.velocity
         wanted = p.velocity_gain * error + s.integral + demand[3]
+        wound = p.velocity_gain * p.integral_rate * length * error
+        if loop == 3:
+            wanted += p.position_stiffness * s.following_error
+            wound += p.position_integral * length * s.following_error
         if least < wanted < most:
-            s.integral += p.velocity_gain * p.integral_rate * SERVO_PERIOD * error
+            s.integral += wound
     s.torque_demand = min(max(wanted, least), most)
     s.limited = 0 if least <= wanted <= most else 1
 
 
 @compiled
-def _watch(p, s, loop) -> None:  # type: ignore[no-untyped-def]
+def _watch(p, s, loop, length) -> None:  # type: ignore[no-untyped-def]
     """Following error for longer than its time-out, current trip, I2t, overspeed."""
     if loop == 3 and abs(s.following_error) > p.error_limit:
-        s.error_time += SERVO_PERIOD
+        s.error_time += length
         if s.error_time > p.error_timeout:
             s.alarms |= 1
     else:
@@ -226,7 +233,9 @@ class Servo:
 class ServoBank:
     """The loops of all axes of a machine, in arrays that the compiled period works on; `brakes` (n,): 1 is engaged."""
 
-    def __init__(self, axes: int, seed: int) -> None:
+    def __init__(self, axes: int, seed: int, length: float = SERVO_PERIOD) -> None:
+        """`length` of a servo period [s]."""
+        self._length = length
         self.periods = self.interval = 8
         self.first = True
         self.parameters = np.zeros(axes, dtype=PARAMETERS)
@@ -264,7 +273,14 @@ class ServoBank:
     def run(self, period: int, motor_position: NDArray[np.float64], motor_torque: NDArray[np.float64]) -> None:
         """Run the loops for one period: read motor positions (n,) [rad], write motor torques (n,) [N·m]."""
         servo_period(
-            self.parameters, self.state, self.loops, self.demand[period], self._noise_row(), motor_position, motor_torque
+            self.parameters,
+            self.state,
+            self.loops,
+            self.demand[period],
+            self._noise_row(),
+            motor_position,
+            motor_torque,
+            self._length,
         )
         self.trace[period] = self.state["position"]
 

@@ -14,7 +14,7 @@ CAUGHT_BY = CaughtBy("10_recovery.power_cycle", "outcome")
 
 def break_controller() -> None:
     def broken(order: Order, place: Place) -> Outcome:
-        lock = place.out.parent / "drivetwin.controller.lock"
+        lock = place.out.parent / "controller.lock"
         if lock.exists():
             return Outcome(Ending.REFUSED, f"{lock.name} is there: does another controller run?")
         lock.touch()

@@ -212,11 +212,13 @@ def test_local_cluster_listens_on_loopback_only() -> None:
         assert listening == {"127.0.0.1"}
 
 
-@pytest.mark.parametrize("source", ["import blind.draw", "import controller.session", "open('/proc/1/cmdline')"])
+@pytest.mark.parametrize(
+    "source", ["import drivetwin.blind.draw", "import drivetwin.controller.session", "open('/proc/1/cmdline')"]
+)
 def test_diagnosing_process_cannot_look_at_the_truth(tmp_path: Path, source: str) -> None:
     looking = tmp_path / "looking.py"
     looking.write_text(
-        "import sys\nfrom blind.serving import serve\n"
+        "import sys\nfrom drivetwin.blind.serving import serve\n"
         f"class Looking:\n    def diagnose(self, *_):\n        {source}\n"
         "serve(Looking(), sys.stdin, sys.stdout)\n",
         encoding="utf-8",
@@ -230,7 +232,7 @@ def test_diagnosing_process_cannot_look_at_the_truth(tmp_path: Path, source: str
 def test_dead_diagnosing_process_is_said_and_replaced(tmp_path: Path) -> None:
     dying = tmp_path / "dying.py"
     dying.write_text(
-        "import os, sys\nfrom pathlib import Path\nfrom blind.serving import serve\n"
+        "import os, sys\nfrom pathlib import Path\nfrom drivetwin.blind.serving import serve\n"
         "class Dying:\n    def diagnose(self, model, *_):\n"
         "        if not model.exists():\n            model.touch(); print('last words', flush=True); os._exit(7)\n"
         "serve(Dying(), sys.stdin, sys.stdout)\n",

@@ -116,7 +116,7 @@ HALF_IDENTIFIED = FRICTION | {"axes": {"slide": {"parameters": COULOMB}}}
         ("identify OUT --truth nowhere.json --bus ws://127.0.0.1:1", "--truth is for the emulator: give it to"),
         ("identify OUT --bus can0 --clock realtime", "can0 may be a real machine: give --limits FILE with travel, speed and"),
         ("identify OUT --bus can0", "can0 may be a real machine, whose drives keep time by themselves: give --clock realtime"),
-        ("identify OUT --limits nowhere.yaml", "no limits file nowhere.yaml"),
+        ("identify OUT --limits nowhere.yaml", "nowhere.yaml does not exist"),
         ("emulate --machine robot", "unknown machine 'robot'; known are arm, scara, stage"),
         ("emulate --profile acme", "unknown drive profile 'acme'"),
         ("emulate --clock lunar", "unknown clock 'lunar'; expected realtime or sync"),
@@ -181,7 +181,7 @@ def test_an_output_that_is_somebody_elses(refused: Refused, tmp_path: Path) -> N
 def test_a_limits_file_on_any_bus_is_checked(refused: Refused, tmp_path: Path) -> None:
     path = tmp_path / "limits.yaml"
     path.write_text("axes: {lift: {travel: [0, 1], speed: 1, torque: 1}}")
-    assert "has limits for lift; machine stage has slide" in refused(f"identify OUT --machine stage --limits {path}")
+    assert "axes: limits of lift, and the machine has slide" in refused(f"identify OUT --machine stage --limits {path}")
 
 
 @pytest.mark.parametrize(

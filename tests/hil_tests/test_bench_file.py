@@ -30,7 +30,7 @@ def test_a_bench_knows_its_machine_drives_and_truth(tmp_path: Path) -> None:
         ({"machine": "mill"}, "unknown machine 'mill'; known are arm, scara, stage"),
         ({"profile": "acme"}, "acme"),
         ({"bit_rate": 3}, "bench.yaml: bit_rate: .*10000"),
-        ({"colour": "red"}, "bench.yaml: colour: is no key here; there are .*bit_rate, bus"),
+        ({"colour": "red"}, "bench.yaml: colour: is no key here; there are bit_rate, bit_timing, bus"),
         ({"timeouts": {"begin": 3}}, "bench.yaml: timeouts.begin: is no key here; there are silence, simulated, start"),
         ({"controller": {"name": "x", "command": [], "tasks": []}}, "controller.command: .*at least 1"),
         ({"controller": {"name": "x", "command": ["x"], "tasks": ["dance"]}}, "controller.tasks.0: .*'boot'"),

@@ -79,17 +79,17 @@ def test_a_share_of_the_fuzz_of_a_whole_machine(tmp_path: Path) -> None:
 
 BROKEN = {
     "a transition that there is not": (
-        "import emulator.drive.state_machine as m",
+        "import drivetwin.emulator.drive.state_machine as m",
         "m._AT_ONCE[m.State.SWITCH_ON_DISABLED, m.Command.ENABLE_OPERATION] = m.State.OPERATION_ENABLED",
         "switch on disabled -> operation enabled by",
     ),
     "an NMT command of a wrong length": (
-        "import emulator.canopen.nmt as m; receive = m.Nmt.receive",
+        "import drivetwin.emulator.canopen.nmt as m; receive = m.Nmt.receive",
         "m.Nmt.receive = lambda self, data: receive(self, data[:2])",
         "by no NMT command",
     ),
     "an answer of a node that is stopped": (
-        "import emulator.canopen.nmt as m",
+        "import drivetwin.emulator.canopen.nmt as m",
         "m.Nmt.communicating = property(lambda self: True)",
         "a frame that no drive may send now",
     ),

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from binascii import crc_hqx
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain, repeat
 
 import canopen
 import pytest
 from canopen_bench import NODE, Bench, Master, foreign_dictionary
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from drivetwin.drive_profiles import Access, DataType, ObjectEntry, load_profile
 from drivetwin.emulator.canopen.sdo_block import crc
@@ -270,3 +275,75 @@ def test_foreign_client_asks_again_for_what_it_missed() -> None:
     one.master.notify = lossy
     with node.sdo.open(FILE, 0, "rb", block_transfer=True) as stream:
         assert stream.read() == DATA
+
+
+# -- any data, any blocks, any losses -----------------------------------------------------------------------------------
+
+LOSSES = st.lists(st.booleans(), max_size=60)
+"""Which segments are lost, in the order in which they are sent; after these none is."""
+
+
+def segments(data: bytes) -> list[bytes]:
+    """Of seven bytes, the last of as many as are left; one that is empty for no data."""
+    return [data[at : at + 7] for at in range(0, len(data), 7)] or [b""]
+
+
+def end_of(data: bytes) -> bytes:
+    """The frame that ends a block transfer: bytes of the last segment that are no data, and the CRC of all."""
+    unused = 7 - len(segments(data)[-1])
+    return bytes((0xC1 | unused << 2,)) + crc_hqx(data, 0).to_bytes(2, "little") + bytes(5)
+
+
+@settings(deadline=None)
+@given(data=st.binary(min_size=1, max_size=3000), losses=LOSSES)
+def test_any_data_are_downloaded_whatever_is_lost(data: bytes, losses: list[bool]) -> None:
+    """A client by the standard: after each sub-block it goes on behind what the server has in order (ackseq)."""
+    one, lost = bench(), chain(losses, repeat(False))
+    (answer,) = ask(one, bytes.fromhex("C6 01 2F 00") + len(data).to_bytes(4, "little"))
+    size, left = bytes.fromhex(answer)[4], segments(data)
+    while left:
+        block = left[:size]
+        for number, part in enumerate(block, start=1):
+            ends_the_block = number == len(block)  # its loss would have to be noticed by time
+            if ends_the_block or not next(lost):
+                answers = ask(one, segment(number, part, last=ends_the_block and len(block) == len(left)))
+        (answer,) = answers
+        told = bytes.fromhex(answer)
+        assert told[0] == 0xA2
+        left, size = left[told[1] :], told[2]
+    assert ask(one, end_of(data)) == ["A1 00 00 00 00 00 00 00"]
+    assert one.od[FILE].encode() == data
+
+
+@settings(deadline=None)
+@given(data=st.binary(max_size=3000), losses=LOSSES, sizes=st.lists(st.integers(1, 127), min_size=1, max_size=10))
+def test_any_data_are_uploaded_whatever_is_lost(data: bytes, losses: list[bool], sizes: list[int]) -> None:
+    """A client that asks for another size of each sub-block, and confirms what it has in order."""
+    one, lost, blocks = bench(), chain(losses, repeat(False)), chain(sizes, repeat(sizes[-1]))
+    one.od[FILE].value = data.decode("latin-1")
+    ask(one, bytes.fromhex("A4 01 2F 00") + bytes((next(blocks), 0, 0, 0)))
+    answers, received = ask(one, "A3 00 00 00 00 00 00 00"), b""
+    while True:
+        in_order, ended = _in_order(answers, lost)
+        received += b"".join(in_order)
+        answers = ask(one, bytes((0xA2, len(in_order), next(blocks))) + bytes(5))
+        if ended:
+            break
+    assert answers == [end_of(data).hex(" ").upper()]
+    assert received[: len(data)] == data
+    assert len(received) == 7 * len(segments(data))
+    assert ask(one, "A1 00 00 00 00 00 00 00") == []
+
+
+def _in_order(answers: list[str], lost: Iterator[bool]) -> tuple[list[bytes], bool]:
+    """The segments of a sub-block up to the first that is lost, and whether the last of all is among them."""
+    kept: list[bytes] = []
+    for number, answer in enumerate(answers, start=1):
+        frame = bytes.fromhex(answer)
+        assert frame[0] & 0x7F == number
+        if next(lost):
+            return kept, False
+        kept.append(frame[1:])
+        if frame[0] & 0x80:
+            return kept, True
+    return kept, False

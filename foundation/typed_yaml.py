@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -52,8 +52,13 @@ def typed(kind: type[Model], content: dict[str, Any], path: Path) -> Model:
 def _keys_at(kind: type[BaseModel], way: tuple[int | str, ...]) -> list[str]:
     """The keys that the model knows at the end of a way through its fields."""
     for step in way:
-        field = kind.model_fields.get(str(step))
-        inner = field.annotation if field is not None else None
-        if isinstance(inner, type) and issubclass(inner, BaseModel):
-            kind = inner
+        field = kind.model_fields.get(str(step))  # none: the key of a mapping, or a number in a list
+        kind = (None if field is None else _model_in(field.annotation)) or kind
     return sorted(field.alias or name for name, field in kind.model_fields.items())
+
+
+def _model_in(annotation: Any) -> type[BaseModel] | None:
+    """The first model that an annotation is, or that its mapping, list or union holds."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next((found for inner in get_args(annotation) if (found := _model_in(inner)) is not None), None)

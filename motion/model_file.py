@@ -1,8 +1,8 @@
-"""An MJCF file as the diagnosis works on it: named, inertia and friction told outright, without what has no torque."""
+"""An MJCF file to work on: named, inertia and friction told outright, without what has no torque; and written again."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
 from itertools import count
 from pathlib import Path
 
@@ -13,6 +13,8 @@ from drivetwin.motion.compilation import check_compiles
 
 ON_JOINT = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 """Transmissions by which an actuator drives a joint."""
+EXACT = 1e-12
+"""Share by which mass and inertia that are read again may differ."""
 
 
 def named_model(path: Path) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
@@ -71,14 +73,19 @@ def state_springs(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
             joint.springdamper = (0.0, 0.0)
 
 
-def _state_friction(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
-    """Damping and inertia of actuators on the joints that they drive; none that the model's options turn off."""
+def state_motors(spec: mujoco.MjSpec, joints: Container[str]) -> None:
+    """Damping and inertia of the actuators of some hinges and slides, on these joints."""
     for actuator in spec.actuators:
-        joint = spec.joint(actuator.target) if actuator.trntype in ON_JOINT else None
+        joint = spec.joint(actuator.target) if actuator.trntype in ON_JOINT and actuator.target in joints else None
         if joint is not None and joint.type in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
             joint.armature += actuator.gear[0] ** 2 * actuator.armature
             joint.damping += actuator.gear[0] ** 2 * np.asarray(actuator.damping)
             actuator.armature, actuator.damping = 0.0, (0.0, 0.0, 0.0)
+
+
+def _state_friction(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
+    """Damping and inertia of actuators on the joints that they drive; none that the model's options turn off."""
+    state_motors(spec, {joint.name for joint in spec.joints})
     bit = mujoco.mjtDisableBit
     off = int(model.opt.disableflags)
     for joint in spec.joints:
@@ -86,6 +93,41 @@ def _state_friction(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
             joint.damping = (0.0, 0.0, 0.0)
         if off & (int(bit.mjDSBL_FRICTIONLOSS) | int(bit.mjDSBL_CONSTRAINT)):
             joint.frictionloss = 0.0
+
+
+def as_mjcf(spec: mujoco.MjSpec, model: mujoco.MjModel) -> str:
+    """The specification with the numbers of `model`, which was compiled of it, in its own notation and to the last digit.
+
+    Comments, included files and shortcuts are written out.
+    """
+    spec.compiler.savecompiled = spec.compiler.savecanonical = False
+    if (xml := _as_written(spec, model)) is not None:
+        return xml
+    state_inertia(spec, model)
+    return str(spec.to_xml())
+
+
+def _as_written(spec: mujoco.MjSpec, model: mujoco.MjModel) -> str | None:
+    """None where the file infers inertia anew, or where one file cannot infer it as those did of which it is made."""
+    try:
+        spec.copy_back(model)
+        xml = str(spec.to_xml())
+        again = mujoco.MjModel.from_xml_string(xml)
+    except (ValueError, mujoco.FatalError):
+        return None
+    names = ("body_mass", "body_inertia", "body_ipos", "body_iquat")
+    same = (np.allclose(getattr(again, name), getattr(model, name), rtol=EXACT, atol=EXACT) for name in names)
+    return xml if again.nbody == model.nbody and all(same) else None
+
+
+def motors_of(model: mujoco.MjModel, joint: int) -> list[str]:
+    """Names of the actuators that drive a joint, by its number."""
+    on_joint = {int(kind) for kind in ON_JOINT}
+    return [
+        model.actuator(number).name
+        for number in range(model.nu)
+        if int(model.actuator_trntype[number]) in on_joint and int(model.actuator_trnid[number, 0]) == joint
+    ]
 
 
 def _leave_out_looks(spec: mujoco.MjSpec) -> None:

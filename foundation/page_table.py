@@ -1,4 +1,4 @@
-"""Tables and figures of the report, so set that nobody scrolls sideways on a phone."""
+"""Tables and figures of a report, so set that nobody scrolls sideways on a phone."""
 
 from __future__ import annotations
 

@@ -1,0 +1,151 @@
+"""`drivetwin machine`: a machine of one's own made from a robot's model, and checked."""
+
+from __future__ import annotations
+
+import json
+from enum import StrEnum
+from math import pi
+from pathlib import Path
+from typing import Annotated
+
+import typer
+import yaml
+from rich.table import Table
+
+from drivetwin.cli.terminal import AsJson, Quiet, terminal
+from drivetwin.controller.machine import Machine as Known
+from drivetwin.controller.machine import load_machine
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import Axis, Machine
+from drivetwin.emulator.machine import load_machine as load_virtual_machine
+from drivetwin.emulator.plant import Plant
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import new_directory, provenance, refuse_foreign, refuse_to_replace, write_json
+from drivetwin.foundation.machine_file import FILE
+from drivetwin.motion.inverse_dynamics import load_model
+from drivetwin.twin.new_machine import NewMachine, new_machine
+
+LATE = 0.5
+"""Phase [rad] by which current loop and speed filter may delay a velocity loop at its bandwidth."""
+NEGATIVE_SWITCH, POSITIVE_SWITCH = (1, 17), (2, 18)
+"""Homing methods on a limit switch (CiA 402-2, 6098h)."""
+
+
+class Action(StrEnum):
+    """What to do with a machine."""
+
+    NEW = "new"
+    CHECK = "check"
+
+
+def machine_command(
+    action: Annotated[Action, typer.Argument(help="new: make one from a robot's model. check: say whether one can be used.")],
+    path: Annotated[Path, typer.Argument(metavar="ROBOT.xml|DIR|FILE.yaml", help="Of new the MJCF; of check the machine.")],
+    *,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="new: the machine's folder.")] = None,
+    name: Annotated[str | None, typer.Option(help="new: what the machine is called; as the model, unless told.")] = None,
+    bandwidth: Annotated[float, typer.Option(metavar="HZ", help="new: bandwidth of the velocity loops.")] = 15.0,
+    quiet: Quiet = False,
+    json_: AsJson = False,
+) -> None:
+    """Make a machine of your own from a robot's model, or check one.
+
+    Example: drivetwin machine new robot.xml --out out/robot, then drivetwin emulate --machine out/robot
+
+    The folder holds machine.yaml (docs/machines.md), model.xml and effects.json. What could not be derived from the model is
+    assumed, and said.
+    """
+    console = terminal(silent=quiet or json_)
+    if action is Action.NEW:
+        if out is None:
+            raise UserError("--out DIR is missing: the folder in which the machine is to stand")
+        if not 1.0 <= bandwidth <= 60.0:
+            raise UserError(f"--bandwidth {bandwidth:g}: expected 1 to 60 Hz, which loops of 8 kHz can have")
+        refuse_foreign(out)
+        refuse_to_replace(out, [path])
+        made = new_machine(path, name, bandwidth)
+        with new_directory(out) as staged:
+            _write(made, path, staged)
+            _checked(staged)
+        for line in made.assumed:
+            console.print(f"assumed: {line}", highlight=False, markup=False)
+    virtual, known = _checked(path if out is None else out)
+    plant = Plant(virtual, read_effects(virtual.effects_path))
+    inertia = {axis: told["inertia"] for axis, told in plant.truth().items()}
+    console.print(_table(virtual, known, inertia))
+    if json_:
+        print(json.dumps({"machine": known.machine, "axes": list(known.axes), "inertia": inertia}, ensure_ascii=False))
+
+
+def _write(made: NewMachine, source: Path, folder: Path) -> None:
+    (folder / "model.xml").write_text(made.model_xml, encoding="utf-8")
+    write_json(folder / "effects.json", {"schema": "effects/1", "effects": []} | provenance(0, [source], folder))
+    assumed = "".join(f"# {line}\n" for line in made.assumed)
+    text = yaml.safe_dump(made.description, sort_keys=False, allow_unicode=True, width=120, default_flow_style=None)
+    head = "# Made by `drivetwin machine new`. Assumed, for the model does not tell:\n"
+    (folder / FILE).write_text(head + assumed + text, encoding="utf-8")
+
+
+def _checked(path: Path) -> tuple[Machine, Known]:
+    """Both halves of a machine. Raises UserError naming file, key and axis for what cannot be used."""
+    place = str(path.absolute())
+    virtual, known = load_virtual_machine(place), load_machine(place)
+    where = known.axes_path
+    plant = Plant(virtual, read_effects(virtual.effects_path))
+    nominal = load_model(known.model_path)
+    told = plant.truth()
+    for name, axis in virtual.axes.items():
+        at = f"{where}: axes.{name}"
+        if axis.joint not in nominal.joints:
+            has = ", ".join(nominal.joints)
+            raise UserError(f"{at}.joint: {known.model_path} has no hinge or slide {axis.joint!r}; it has {has}")
+        _check_places(at, axis, known)
+        _check_loops(at, axis, told[name]["inertia"])
+    return virtual, known
+
+
+def _check_places(at: str, axis: Axis, known: Known) -> None:
+    motion = next(each for each in known.axes.values() if each.joint == axis.joint)
+    low, high = axis.limit_switches.negative, axis.limit_switches.positive
+    if not low < motion.travel[0] < motion.travel[1] < high:
+        raise UserError(f"{at}.motion.travel: {list(motion.travel)} is not between the limit switches, {low:g} and {high:g}")
+    for key, value, ends in (
+        ("motion.rest", motion.rest, motion.travel),
+        ("drive.power_on_position", axis.power_on_position, (low, high)),
+    ):
+        if not ends[0] <= value <= ends[1]:
+            raise UserError(f"{at}.{key}: {value:g} is not between {ends[0]:g} and {ends[1]:g}")
+    for methods, end in ((NEGATIVE_SWITCH, low), (POSITIVE_SWITCH, high)):
+        if motion.homing.method in methods and abs(motion.homing.switch_position - end) > 0.01 * (high - low):
+            raise UserError(
+                f"{at}.motion.homing.switch_position: {motion.homing.switch_position:g}, and the switch of method "
+                f"{motion.homing.method} stands at {end:g}"
+            )
+
+
+def _check_loops(at: str, axis: Axis, inertia: float) -> None:
+    width = axis.loops.velocity_gain / inertia
+    late = axis.current_loop_time_constant + 1.0 / (2.0 * pi * axis.loops.velocity_filter_hz)
+    if width * late > LATE:
+        raise UserError(
+            f"{at}.drive.loops.velocity_gain: {axis.loops.velocity_gain:g} on an inertia of {inertia:.3g} is a loop of "
+            f"{width / 2.0 / pi:.3g} Hz, which current loop and speed filter make unstable; {LATE / late * inertia:.3g} at most"
+        )
+
+
+def _table(virtual: Machine, known: Known, inertia: dict[str, float]) -> Table:
+    table = Table("axis", "node", "joint", "gear", "travel", "speed", "inertia", "velocity loop", title=known.machine)
+    for name, axis in virtual.axes.items():
+        motion = known.axes[name]
+        unit, of = ("m", "kg") if motion.prismatic else ("rad", "kg·m²")
+        table.add_row(
+            name,
+            str(axis.node_id),
+            axis.joint,
+            f"{axis.gear_ratio:.4g}",
+            f"{motion.travel[0]:.4g} to {motion.travel[1]:.4g} {unit}",
+            f"{motion.max_speed:.3g} {unit}/s",
+            f"{inertia[name]:.3g} {of}",
+            f"{axis.loops.velocity_gain / inertia[name] / 2.0 / pi:.3g} Hz",
+        )
+    return table

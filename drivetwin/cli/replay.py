@@ -1,0 +1,106 @@
+"""`drivetwin replay`: the model moved as the machine was moved, in closed loop, and how far apart they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from drivetwin.cli.effects_from import EffectsFrom, use_effects
+from drivetwin.cli.terminal import AsJson, Quiet, terminal
+from drivetwin.emulator.effects import read_effects
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace
+from drivetwin.foundation.page_table import DASH
+from drivetwin.motion.inverse_dynamics import read_mjcf
+from drivetwin.motion.pieces import read_pieces
+from drivetwin.recording.reader import check_joints, find_recordings
+from drivetwin.recording.recording import Recording
+from drivetwin.twin.comparison import SIGNALS, Comparison, compared
+from drivetwin.twin.page import NAMES, relative
+from drivetwin.twin.write import write_replay
+
+
+def replay_command(
+    model: Annotated[Path, typer.Argument(metavar="MODEL.xml", help="MuJoCo model (MJCF): the simulation to be moved.")],
+    recordings: Annotated[
+        list[Path], typer.Argument(metavar="RECORDING...", help="Recordings with demand, or folders of recordings.")
+    ],
+    *,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where replay.html, replay.json and signals/ appear.")],
+    effects: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Effects (effects/1): the model is moved without and with them.")
+    ] = None,
+    cutoff: Annotated[float, typer.Option(metavar="HZ", help="Cut-off of the zero-phase filter of what is compared.")] = 48.0,
+    allow_gaps: Annotated[bool, typer.Option("--allow-gaps", help="Split a recording at lost samples.")] = False,
+    no_html: Annotated[bool, typer.Option("--no-html", help="Leave replay.html out.")] = False,
+    effects_from: EffectsFrom = None,
+    quiet: Quiet = False,
+    json_: AsJson = False,
+) -> None:
+    """Move a model as a machine was moved, in closed loop, and say how far apart they are.
+
+    Example: drivetwin replay out/emps_twin.xml out/emps out/emps_pulses --effects out/emps_twin.effects.json --out out/replay
+
+    The drive's loops are those of `drive` in recording.json, or else the model's own position or velocity actuators.
+    docs/replay.md tells what is compared, and how.
+    """
+    console = terminal(silent=quiet or json_)
+    if not cutoff > 0.0:
+        raise UserError(f"--cutoff {cutoff:g}: expected a frequency above 0 Hz")
+    refuse_foreign(out)
+    use_effects(effects_from)
+    placed = None if effects is None else read_effects(effects)
+    read = _read(model, recordings, cutoff, allow_gaps)
+    recorded = [file for each in read for file in each.files]
+    files = [model, *([] if effects is None else [effects]), *(effects_from or ()), *recorded]
+    refuse_to_replace(out, files)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    found = []
+    with Progress(*columns, console=console, transient=True) as bars:
+        task = bars.add_task("replaying", total=len(read))
+        for recording in read:
+            bars.update(task, description=f"replaying {recording.name}")
+            found.append(compared(model, recording, placed, cutoff))
+            bars.advance(task)
+        with new_directory(out) as staged:
+            write_replay(found, list(dict.fromkeys(files)), staged, html=not no_html)
+    console.print(_table(found))
+    written = [*([] if no_html else ["replay.html"]), "replay.json"]
+    console.print("  ".join(str(out / name) for name in written), highlight=False, soft_wrap=True)
+    if json_:
+        print((out / "replay.json").read_text(encoding="utf-8"), end="")
+
+
+def _read(model: Path, paths: Sequence[Path], cutoff: float, allow_gaps: bool) -> list[Recording]:
+    """All recordings, on joints of the model, each with a name of its own."""
+    compiled = read_mjcf(model)
+    joints = [compiled.joint(number).name for number in range(compiled.njnt)]
+    read = [
+        recording
+        for path in paths
+        for folder in find_recordings(path)
+        for recording in read_pieces(folder, cutoff, allow_gaps=allow_gaps)
+    ]
+    for recording in read:
+        check_joints(recording, joints)
+    ordered = sorted(read, key=lambda each: each.name)
+    for one, other in pairwise(ordered):
+        if one.name == other.name:
+            raise UserError(f"{one.source} and {other.source} are both named '{one.name}': give one of them, or rename it")
+    return read
+
+
+def _table(found: Sequence[Comparison]) -> Table:
+    table = Table("recording", "axis", "run", *(name.replace("_", " ") for name in SIGNALS))
+    for each in found:
+        for name, axis in each.axes.items():
+            for run in axis.runs:
+                cells = (relative(axis, run, signal).replace(DASH, "-") for signal in SIGNALS)
+                table.add_row(each.recording, name, NAMES[run], *cells)
+    return table

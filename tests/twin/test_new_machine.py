@@ -1,0 +1,203 @@
+"""A machine made of a robot's model: what it takes from the model, that it runs, and what is refused, by file, key and axis."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from collections.abc import Callable
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import pytest
+import yaml
+
+from drivetwin.cli import main
+from drivetwin.controller.machine import load_machine
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine as load_virtual_machine
+from drivetwin.emulator.plant import Plant
+
+GANTRY = """<mujoco model="gantry"><compiler autolimits="true"/><worldbody>
+<body name="bridge"><joint name="x" type="slide" axis="1 0 0" range="-0.3 0.3" armature="12" frictionloss="30" damping="90"/>
+<inertial pos="0 0 0" mass="40" diaginertia="1 1 1"/>
+<body name="quill"><joint name="z" type="slide" axis="0 0 1" {z}/><inertial pos="0 0 0" mass="6" diaginertia="1 1 1"/>
+</body></body></worldbody><actuator><motor name="mx" joint="x" gear="{gear}"/>{servo}</actuator></mujoco>"""
+SERVO = '<position name="mz" joint="z" kp="5000" kv="100" {0}/>'
+
+
+def gantry(folder: Path, servo: str = "", z: str = 'range="0 0.2" frictionloss="8"') -> Path:
+    """Two slides; one on a screw of 20 mm a turn, the other with a servo and nothing said of its motor."""
+    path = folder / "gantry.xml"
+    path.write_text(GANTRY.format(gear=2.0 * pi / 0.02, servo=SERVO.format(servo), z=z), encoding="utf-8")
+    return path
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *words: str | Path) -> int:
+    monkeypatch.setattr(sys, "argv", ["drivetwin", *map(str, words)])
+    try:
+        main()
+    except SystemExit as ended:
+        return int(ended.code or 0)
+    return 0
+
+
+@pytest.fixture(scope="module")
+def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("gantry")
+    with pytest.MonkeyPatch.context() as patch:
+        assert run(patch, "machine", "new", gantry(folder), "--out", folder / "made", "--quiet") == 0
+    return folder / "made"
+
+
+@pytest.fixture
+def made(made_once: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(made_once, tmp_path / "made"))
+
+
+def test_both_halves_are_of_the_model(made: Path) -> None:
+    virtual, known = load_virtual_machine(str(made)), load_machine(str(made / "machine.yaml"))
+    assert virtual.machine == known.machine == "gantry"
+    assert {name: axis.node_id for name, axis in virtual.axes.items()} == {"x": 1, "z": 2}
+    assert virtual.axes["x"].gear_ratio == pytest.approx(2.0 * pi / 0.02)
+    assert known.axes["x"].gear_ratio == pytest.approx(2.0 * pi / 0.02)
+    assert known.axes["z"].feed == 0.01
+    assert known.axes["x"].travel == pytest.approx((-0.276, 0.276))
+    assert virtual.axes["x"].limit_switches.negative == pytest.approx(-0.294)
+    assert known.axes["x"].motor_inertia == pytest.approx(12.0 / (2.0 * pi / 0.02) ** 2)
+    assert known.groups == (("x",), ("z",))
+
+
+def test_loops_torque_and_brake_are_by_what_hangs_on_the_axis(made: Path) -> None:
+    """x moves 12 + 46 kg; z 6 kg and a rotor of a tenth of that, which weigh 6 x 9.81 N."""
+    virtual = load_virtual_machine(str(made))
+    x, z = virtual.axes["x"], virtual.axes["z"]
+    assert x.loops.velocity_gain == pytest.approx(2.0 * pi * 15.0 * 58.0, rel=1e-3)
+    assert z.loops.velocity_gain == pytest.approx(2.0 * pi * 15.0 * 6.6, rel=1e-3)
+    assert x.motor.holding_brake == 0.0
+    assert z.motor.holding_brake * z.gear_ratio == pytest.approx(1.5 * 6.0 * 9.81, rel=1e-3)
+    speed = 0.2 / 0.8
+    needed = 6.0 * 9.81 + 8.0 + 6.6 * speed / 0.15
+    assert z.motor.peak_torque * z.gear_ratio == pytest.approx(1.3 * max(needed, 2.0 * (6.0 * 9.81 + 8.0)), rel=1e-3)
+
+
+def test_the_plant_has_the_models_friction_and_inertia(made: Path) -> None:
+    virtual = load_virtual_machine(str(made))
+    truth = Plant(virtual, read_effects(virtual.effects_path)).truth()
+    assert (truth["x"]["coulomb"], truth["x"]["viscous"], truth["z"]["coulomb"]) == (30.0, 90.0, 8.0)
+    assert truth["x"]["inertia"] == pytest.approx(58.0)
+    assert truth["z"]["inertia"] == pytest.approx(6.6)
+
+
+def test_what_was_assumed_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    run(monkeypatch, "machine", "new", gantry(tmp_path, z=""), "--out", tmp_path / "made")
+    said = capsys.readouterr().out
+    for line in ("z: travel -0.25 to 0.25", "z: armature 0.6, 10% of", "z: a screw of 10 mm a turn", "x: speed 0.5"):
+        assert f"assumed: {line}" in said
+        assert f"# {line}" in (tmp_path / "made/machine.yaml").read_text(encoding="utf-8")
+    assert "x: armature" not in said
+
+
+def test_an_actuators_force_is_the_motors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run(monkeypatch, "machine", "new", gantry(tmp_path, 'forcerange="-100 100"'), "--out", tmp_path / "made", "-q")
+    axis = load_virtual_machine(str(tmp_path / "made")).axes["z"]
+    assert axis.motor.peak_torque * axis.gear_ratio == pytest.approx(100.0, rel=1e-3)
+
+
+def test_it_is_identified_over_the_bus(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Brought up, homed, moved and fitted as any machine: within 2 % of what model.xml says."""
+    assert run(monkeypatch, "identify", "--machine", made, "--out", tmp_path / "found", "--quiet") == 0
+    found = json.loads((tmp_path / "found/identified.json").read_text(encoding="utf-8"))["axes"]
+    values = {name: {key: one["value"] for key, one in axis["parameters"].items()} for name, axis in found.items()}
+    assert values["x"]["inertia"] == pytest.approx(58.0, rel=0.02)
+    assert values["x"]["coulomb"] == pytest.approx(30.0, rel=0.02)
+    assert values["x"]["viscous"] == pytest.approx(90.0, rel=0.02)
+    assert values["z"]["inertia"] == pytest.approx(6.6, rel=0.02)
+    assert values["z"]["coulomb"] == pytest.approx(8.0, rel=0.02)
+
+
+Change = Callable[[dict[str, Any]], object]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda told: told["axes"]["z"].update(joint="w"), "axis z moves joint 'w'; the model's hinges and slides: x, z"),
+        (lambda told: told["axes"]["z"].update(node_id=1), "axes: x and z both have node_id 1"),
+        (lambda told: told["axes"]["z"].update(colour=1), "machine.yaml: axes.z.colour: Extra inputs are not permitted"),
+        (lambda told: told["axes"]["z"]["drive"]["motor"].pop("inertia"), "axes.z.drive.motor.inertia: Field required"),
+        (lambda told: told["axes"]["z"]["drive"].update(joint="x"), "axes.z.drive: joint has no place here"),
+        (lambda told: told["axes"]["z"]["motion"].update(rest=9.0), "z.motion.rest: 9 is not"),
+        (lambda told: told["axes"]["z"]["motion"].update(travel=[0.0, 1.0]), "z.motion.travel: [0.0, 1.0] is not"),
+        (lambda told: told["axes"]["z"]["drive"]["loops"].update(velocity_gain=1e5), "z.drive.loops.velocity_gain: 100000"),
+        (lambda told: told["axes"]["z"]["motion"]["homing"].update(switch_position=0.1), "switch_position: 0.1, and the"),
+        (lambda told: told.update(groups=[["y"]]), "groups: there is no axis 'y'; there are x, z"),
+        (lambda told: told.update(schema="machine/9"), "machine.yaml: schema: Input should be 'machine/1'"),
+        (lambda told: told.update(model="none.xml"), "no model at"),
+    ],
+)
+def test_a_wrong_machine_is_one_line(
+    change: Change, said: str, made: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = made / "machine.yaml"
+    told = yaml.safe_load(file.read_text(encoding="utf-8"))
+    change(told)
+    file.write_text(yaml.safe_dump(told), encoding="utf-8")
+    assert run(monkeypatch, "machine", "check", made) == 2
+    err = capsys.readouterr().err
+    assert said in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda text: text.replace('joint="x"', 'joint="x" forcerange="-0.1 0.1"'), "joint 'x': its actuator gives"),
+        (lambda text: text.replace('<joint name="x"', '<freejoint name="free"/></body><body><joint name="x"', 1), None),
+        (lambda text: text.replace("</actuator>", "").split("<actuator>")[0] + "</mujoco>", None),
+        (lambda text: text.replace('type="slide"', 'type="ball"'), "no actuator drives a hinge or a slide"),
+    ],
+    ids=["weak", "a free body beside it", "no actuator", "balls"],
+)
+def test_models_of_which_a_machine_can_be_made_or_not(
+    change: Callable[[str], str],
+    said: str | None,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    path = gantry(tmp_path)
+    text = change(path.read_text(encoding="utf-8"))
+    if "freejoint" in text:
+        heavy = '<body name="bridge"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+        text = text.replace('<body name="bridge">', heavy, 1)
+    if "ball" in text:
+        text = text.replace(' axis="1 0 0" range="-0.3 0.3"', "").replace(' axis="0 0 1" range="0 0.2"', "")
+        text = text.split("<actuator>")[0] + "</mujoco>"
+    path.write_text(text, encoding="utf-8")
+    status = run(monkeypatch, "machine", "new", path, "--out", tmp_path / "made", "-q")
+    assert status == (0 if said is None else 2)
+    if said is not None:
+        assert said in capsys.readouterr().err
+        assert not (tmp_path / "made").exists()
+
+
+def test_more_than_twelve_axes_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one = '<body><joint name="j{0}"/><geom size="0.1"/></body>'
+    path = tmp_path / "many.xml"
+    path.write_text(f"<mujoco><worldbody>{''.join(map(one.format, range(13)))}</worldbody></mujoco>", encoding="utf-8")
+    assert run(monkeypatch, "machine", "new", path, "--out", tmp_path / "made") == 2
+    assert "13 joints are driven, a machine has 12 axes at most" in capsys.readouterr().err
+
+
+def test_a_name_is_still_a_name(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A folder `stage` here does not hide the built-in machine of that name."""
+    (tmp_path / "stage").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert load_virtual_machine("stage").built_in
+    assert load_machine("stage").axes_path.name == "axes.yaml"
+    assert mujoco.MjModel.from_xml_path(str(load_machine("stage").model_path)).nv == 1

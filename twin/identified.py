@@ -1,0 +1,153 @@
+"""identified.json as effects: what turns a model into the one that was identified, axis by axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import BaseModel, Field, FiniteFloat, ValidationError
+
+from drivetwin.emulator.effects import PlacedEffect, library
+from drivetwin.foundation.errors import UserError
+from drivetwin.motion.coupled_motion import friction_of_followers
+from drivetwin.motion.inverse_dynamics import Model
+
+DIRECTIONAL = ("coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative")
+STRIBECK = ("static_torque", "stribeck_velocity")
+
+
+class _Value(BaseModel):
+    value: FiniteFloat
+    unit: str
+    ci90: tuple[FiniteFloat, FiniteFloat] | None = None
+
+
+class _Verdict(BaseModel):
+    real: bool = False
+
+
+class _Axis(BaseModel):
+    joint: str
+    parameters: dict[str, _Value]
+    direction: _Verdict = _Verdict()
+
+
+class _Settings(BaseModel):
+    stribeck_exponent: FiniteFloat = 2.0
+
+
+class Identified(BaseModel):
+    """identified/1, as far as a model can be told of it."""
+
+    format: Literal["identified/1"] = Field(alias="schema")
+    axes: dict[str, _Axis]
+    settings: _Settings = _Settings()
+
+    @property
+    def joints(self) -> dict[str, str]:
+        """Joint of each axis."""
+        return {name: axis.joint for name, axis in self.axes.items()}
+
+    def on(self, joints: Mapping[str, str]) -> Identified:
+        """The same on other joints, by axis."""
+        axes = {name: axis.model_copy(update={"joint": joints[name]}) for name, axis in self.axes.items()}
+        return self.model_copy(update={"axes": axes})
+
+
+def read_identified(path: Path) -> Identified:
+    """Raises UserError naming the file and the key that is missing or wrong."""
+    try:
+        return Identified.model_validate_json(path.read_bytes())
+    except OSError as error:
+        raise UserError(f"{path} cannot be read: {error.strerror}; give identified.json of `drivetwin fit`") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"]) or "the file"
+        raise UserError(f"{path} is no identified/1 file: {where}: {first['msg']}") from None
+
+
+def identified_effects(path: Path, found: Identified, model: Model) -> tuple[PlacedEffect, ...]:
+    """What was identified, as effects on `model`: inertia as the difference from the model's, friction as it is.
+
+    The direction-dependent friction where its test says that it is real, else the symmetric one. A Coulomb friction that
+    differs by direction is `coulomb_asymmetry`; an offset whose 90 % interval leaves out 0 a torque that the drive reports and
+    the shaft does not give (`torque_offset`): while an axis slides these are one and the same. Friction of joints that follow
+    the axis stays theirs, and is taken off. Raises UserError for values that are no effect.
+    """
+    joints = list(found.joints.values())
+    dofs = [int(model.given.joint(joint).dofadr[0]) for joint in joints]
+    followers = friction_of_followers(model.given, model.ratios(joints), dofs)
+    return tuple(
+        effect
+        for (name, axis), theirs in zip(found.axes.items(), followers, strict=True)
+        for effect in _of_axis(f"{path}: axes.{name}", name, axis, theirs, model, found.settings.stribeck_exponent)
+    )
+
+
+def _of_axis(
+    where: str, name: str, axis: _Axis, followers: tuple[float, float], model: Model, exponent: float
+) -> list[PlacedEffect]:
+    given = axis.parameters
+    values: dict[str, dict[str, _Value]] = {}
+    if "inertia" in given:
+        values["inertia"] = {"difference": _less(given["inertia"], model.inertia(axis.joint))}
+    values |= _friction(axis, followers)
+    if all(key in given for key in STRIBECK):
+        rise = given["static_torque"].value - given["coulomb"].value if "coulomb" in given else 0.0
+        level = values["coulomb"]["coulomb"].value if "coulomb" in values else 0.0
+        values["stribeck"] = {
+            "static_torque": _Value(value=level + rise, unit=given["static_torque"].unit),
+            "stribeck_velocity": given["stribeck_velocity"],
+            "exponent": given.get("stribeck_exponent", _Value(value=exponent, unit="1")),
+        }
+    return [_placed(where, name, effect, parameters) for effect, parameters in values.items()]
+
+
+def _friction(axis: _Axis, followers: tuple[float, float]) -> dict[str, dict[str, _Value]]:
+    """Coulomb and viscous friction of the joint itself, and how it differs by direction or is offset."""
+    given = axis.parameters
+    if axis.direction.real and all(key in given for key in DIRECTIONAL):
+        coulomb, coulomb_half = _by_direction(given["coulomb_positive"], given["coulomb_negative"])
+        viscous, viscous_half = _by_direction(given["viscous_positive"], given["viscous_negative"])
+        return {
+            "coulomb": {"coulomb": _less(coulomb, followers[0], least=0.0)},
+            "viscous": {"viscous": _less(viscous, followers[1], least=0.0)},
+            "coulomb_asymmetry": {"asymmetry": coulomb_half},
+            "viscous_asymmetry": {"asymmetry": viscous_half},
+        }
+    found = {}
+    for key, theirs in (("coulomb", followers[0]), ("viscous", followers[1])):
+        if key in given:
+            found[key] = {key: _less(given[key], theirs, least=0.0)}
+    if "offset" in given and _is_real(given["offset"]):
+        found["torque_offset"] = {"offset": _Value(value=-given["offset"].value, unit=given["offset"].unit)}
+    return found
+
+
+def _by_direction(positive: _Value, negative: _Value) -> tuple[_Value, _Value]:
+    """Mean and half the difference."""
+    mean, half = (positive.value + negative.value) / 2.0, (positive.value - negative.value) / 2.0
+    return _Value(value=mean, unit=positive.unit), _Value(value=half, unit=positive.unit)
+
+
+def _less(value: _Value, other: float, least: float = -np.inf) -> _Value:
+    return _Value(value=max(least, value.value - other), unit=value.unit)
+
+
+def _is_real(offset: _Value) -> bool:
+    return offset.ci90 is None or not offset.ci90[0] <= 0.0 <= offset.ci90[1]
+
+
+def _placed(where: str, axis: str, effect: str, parameters: Mapping[str, _Value]) -> PlacedEffect:
+    kind = library()[effect]
+    for one in kind.parameters:
+        value = parameters[one.name].value
+        if not one.low <= value <= one.high:
+            raise UserError(
+                f"{where}: {one.name} of {effect} would be {value:g}, expected {one.low:g} to {one.high:g}: take the file as "
+                "`drivetwin identify` or `drivetwin fit` wrote it"
+            )
+    made = kind(**{one.name: parameters[one.name].value for one in kind.parameters})
+    return PlacedEffect(axis, made, {name: value.unit for name, value in parameters.items()})

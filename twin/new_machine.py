@@ -1,0 +1,273 @@
+"""A machine of one's own from a robot's model: what can be derived of drives and motion, and what had to be assumed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf, pi
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.machine_file import MOST_AXES
+from drivetwin.motion.coupled_motion import check_axes_move_alone
+from drivetwin.motion.inverse_dynamics import Model
+from drivetwin.motion.model_file import ON_JOINT, as_mjcf, motors_of, named_model, state_motors, state_springs
+
+Array = NDArray[np.float64]
+
+UNNAMED = "MuJoCo Model"
+"""What MuJoCo calls a model that its file does not name."""
+POSES = 64
+"""In which inertia and weight of an axis are asked for, drawn within the travel of all."""
+TURN, STROKE = pi, 0.25
+"""Half the travel of a hinge [rad] and a slide [m] that the model does not limit."""
+CROSSING, FASTEST_TURN, FASTEST_STROKE = 0.8, 2.0, 0.5
+"""Seconds in which an axis crosses its travel, and the most that it then moves [rad/s, m/s]."""
+SPEEDING = 0.15
+"""Seconds to full speed."""
+HINGE_GEAR, SCREW = 50, 0.01
+"""Gear of a hinge, and lead of a slide's screw [m a turn], where the model's actuator has none."""
+MOST_BANDWIDTH = 60.0
+"""Of a velocity loop in the pose of the least inertia [Hz]: current loop and speed filter bear no more."""
+ROTOR = 0.1
+"""Inertia of a rotor at the joint, as a share of the axis's, where the model has no armature."""
+RESERVE = 1.3
+"""Of the torque that weight and the quickest move need."""
+PEAK = 3.0
+"""Peak torque of a motor, in rated torques."""
+SENSOR = {"noise": 0.004, "resolution": 0.0005}
+INCREMENTS = 1048576
+FILTER_HZ, CURRENT_LAG = 300.0, 0.0005
+
+
+@dataclass(frozen=True)
+class NewMachine:
+    """machine.yaml as a value, model.xml as text, and a line for everything that nobody told."""
+
+    description: dict[str, Any]
+    model_xml: str
+    assumed: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Needs:
+    """What an axis asks of its drive over all poses: inertia [kg·m² or kg] at most and at least, weight, its friction."""
+
+    inertia: float
+    least_inertia: float
+    weight: float
+    level: float
+    slope: float
+
+
+def new_machine(path: Path, name: str | None, bandwidth: float) -> NewMachine:
+    """A machine of the axes that actuators of an MJCF file drive, or of all hinges and slides where there is none.
+
+    `name` is the model's own, or its file's, unless told; `bandwidth` [Hz] is of the velocity loops. Raises UserError where
+    there is no axis, or there are too many, where one moves with what no drive moves, and where a motor of the model is too
+    weak for its axis.
+    """
+    spec, model = named_model(path)
+    joints = _driven(path, model)
+    rigid = Model(model, path)
+    check_axes_move_alone(rigid, {joint: joint for joint in joints})
+    assumed: list[str] = []
+    travel = {joint: _travel(model, joint, assumed) for joint in joints}
+    state_motors(spec, set(joints))
+    state_springs(spec, model)
+    for joint in joints:
+        _give_rotor(spec.joint(joint), rigid.inertia(joint), assumed)
+    driven = spec.compile()
+    needs = _needs(Model(driven, path), joints, np.array([travel[joint] for joint in joints]))
+    axes = {
+        joint: _axis(path, driven, joint, number, travel[joint], need, bandwidth, assumed)
+        for number, (joint, need) in enumerate(zip(joints, needs, strict=True), start=1)
+    }
+    own = path.stem if spec.modelname in ("", UNNAMED) else spec.modelname
+    description = {"schema": "machine/1", "machine": name or own, "model": "model.xml", "axes": axes}
+    return NewMachine(description, as_mjcf(spec, driven), tuple(assumed))
+
+
+def _give_rotor(joint: mujoco.MjsJoint, inertia: float, assumed: list[str]) -> None:
+    if not joint.armature > 0.0:
+        joint.armature = ROTOR * inertia
+        assumed.append(f"{joint.name}: armature {joint.armature:.3g}, {ROTOR:.0%} of the axis's inertia")
+
+
+def _driven(path: Path, model: mujoco.MjModel) -> list[str]:
+    """Names of the joints that are axes, in the order of the model."""
+    one_degree = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+    every = [number for number in range(model.njnt) if int(model.jnt_type[number]) in one_degree]
+    driven = [number for number in every if motors_of(model, number)] or (every if not model.nu else [])
+    if not driven:
+        raise UserError(f"{path}: no actuator drives a hinge or a slide: give the joints that a drive moves a <motor>")
+    if len(driven) > MOST_AXES:
+        raise UserError(f"{path}: {len(driven)} joints are driven, a machine has {MOST_AXES} axes at most: leave some out")
+    if nameless := [number for number in driven if not model.joint(number).name]:
+        raise UserError(f"{path}: joint number {nameless[0]} has no name, by which its axis would be called: give it one")
+    return [model.joint(number).name for number in driven]
+
+
+def _travel(model: mujoco.MjModel, joint: str, assumed: list[str]) -> tuple[float, float]:
+    of = model.joint(joint)
+    if model.jnt_limited[of.id]:
+        low, high = (float(end) for end in model.jnt_range[of.id])
+        return low, high
+    half = STROKE if _slides(model, joint) else TURN
+    middle = float(model.qpos0[of.qposadr[0]])
+    assumed.append(f"{joint}: travel {middle - half:.4g} to {middle + half:.4g}, for the model gives it no range")
+    return middle - half, middle + half
+
+
+def _slides(model: mujoco.MjModel, joint: str) -> bool:
+    return int(model.joint(joint).type[0]) == int(mujoco.mjtJoint.mjJNT_SLIDE)
+
+
+def _needs(rigid: Model, joints: Sequence[str], travel: Array) -> list[_Needs]:
+    """Over qpos0 and poses drawn within the travel."""
+    model = rigid.given
+    home = np.array([[float(model.qpos0[model.joint(joint).qposadr[0]]) for joint in joints]])
+    drawn = np.random.default_rng(0).uniform(travel[:, 0], travel[:, 1], (POSES, len(joints)))
+    poses = np.vstack([home, drawn])
+    still = np.zeros_like(poses)
+    weight = rigid.torques(joints, poses, still, still)
+    found = []
+    for k, joint in enumerate(joints):
+        one = still.copy()
+        one[:, k] = 1.0
+        inertia = (rigid.torques(joints, poses, still, one) - weight)[:, k]
+        dof = int(model.joint(joint).dofadr[0])
+        friction = float(model.dof_frictionloss[dof]), float(model.dof_damping[dof])
+        found.append(_Needs(float(inertia.max()), float(inertia.min()), float(np.abs(weight[:, k]).max()), *friction))
+    return found
+
+
+def _axis(
+    path: Path,
+    model: mujoco.MjModel,
+    joint: str,
+    number: int,
+    travel: tuple[float, float],
+    need: _Needs,
+    bandwidth: float,
+    assumed: list[str],
+) -> dict[str, Any]:
+    """One entry of `axes`."""
+    low, high = travel
+    room, slide = high - low, _slides(model, joint)
+    speed = min(room / CROSSING, FASTEST_STROKE if slide else FASTEST_TURN)
+    gear, feed = _gear(model, joint, slide, assumed)
+    ratio = gear[0] / gear[1] * 2.0 * pi / (feed or 2.0 * pi)
+    steady = need.weight + need.level + need.slope * speed
+    peak, acceleration = _strength(path, model, joint, steady, need.inertia, speed)
+    moved = f"speed {speed:.3g}, acceleration {acceleration:.3g}"
+    assumed.append(f"{joint}: {moved}; velocity loop of {bandwidth:g} Hz at its largest inertia")
+    width = 2.0 * pi * bandwidth
+    switches = {"negative": low + 0.01 * room, "positive": high - 0.01 * room}
+    rest = float(model.qpos0[model.joint(joint).qposadr[0]])
+    motors = motors_of(model, model.joint(joint).id)
+    return {
+        "node_id": number,
+        "joint": joint,
+        "actuator": motors[0] if motors else joint,
+        "gear": list(gear),
+        **({"feed": feed} if feed else {}),
+        "drive": {
+            "motor": {
+                "rated_torque": _short(max(peak / PEAK, RESERVE * steady) / ratio),
+                "peak_torque": _short(peak / ratio),
+                "inertia": float(model.dof_armature[model.joint(joint).dofadr[0]] / ratio**2),
+                "holding_brake": _short(1.5 * need.weight / ratio),
+            },
+            "encoder": {"increments_per_revolution": INCREMENTS},
+            "current_sensor": dict(SENSOR),
+            "current_loop_time_constant": CURRENT_LAG,
+            "loops": {
+                "position_gain": _short(width / 2.5),
+                "velocity_gain": _short(min(width * need.inertia, 2.0 * pi * MOST_BANDWIDTH * need.least_inertia)),
+                "integral_time": _short(2.0 / width),
+                "velocity_feedforward": 1.0,
+                "velocity_filter_hz": FILTER_HZ,
+            },
+            "limit_switches": switches,
+            "home_switch": {"negative": low + 0.49 * room, "positive": low + 0.51 * room},
+            "power_on_position": low + 0.08 * room,
+        },
+        "motion": {
+            "travel": [low + 0.04 * room, high - 0.04 * room],
+            "rest": rest if low + 0.05 * room < rest < high - 0.05 * room else low + 0.5 * room,
+            "max_speed": _short(speed),
+            "max_acceleration": _short(acceleration),
+            "homing": {
+                "method": 17,
+                "switch_position": switches["negative"],
+                "search_speed": _short(0.25 * speed),
+                "edge_speed": _short(0.03 * speed),
+                "acceleration": _short(0.3 * acceleration),
+            },
+        },
+    }
+
+
+def _gear(model: mujoco.MjModel, joint: str, slide: bool, assumed: list[str]) -> tuple[tuple[int, int], float | None]:
+    """Motor and output turns, and a slide's travel a turn of the output [m]."""
+    motors = motors_of(model, model.joint(joint).id)
+    told = abs(float(model.actuator(motors[0]).gear[0])) if motors else 1.0
+    if slide:
+        if told > 1.0:
+            return (1, 1), 2.0 * pi / told
+        assumed.append(f"{joint}: a screw of {1e3 * SCREW:g} mm a turn")
+        return (1, 1), SCREW
+    ratio = Fraction(told).limit_denominator(1000)
+    if told > 1.0:
+        return (ratio.numerator, ratio.denominator), None
+    assumed.append(f"{joint}: a gear of {HINGE_GEAR}:1")
+    return (HINGE_GEAR, 1), None
+
+
+def _strength(
+    path: Path, model: mujoco.MjModel, joint: str, steady: float, inertia: float, speed: float
+) -> tuple[float, float]:
+    """Peak torque at the joint [N·m or N], and the acceleration that it can give beside the load at steady speed."""
+    wanted = speed / SPEEDING
+    limit = _force_limit(model, joint)
+    if limit == inf:
+        return RESERVE * max(steady + inertia * wanted, 2.0 * steady), wanted
+    left = limit / RESERVE - steady
+    if left <= 0.0:
+        raise UserError(
+            f"{path}: joint {joint!r}: its actuator gives {limit:.3g} at most, and weight and friction take {steady:.3g} in "
+            "some pose: correct the actuator's range, or the joint's"
+        )
+    return limit, min(wanted, left / inertia)
+
+
+def _force_limit(model: mujoco.MjModel, joint: str) -> float:
+    """Of the actuators on a joint together, at the joint."""
+    number = model.joint(joint).id
+    total = 0.0
+    on_joint = {int(kind) for kind in ON_JOINT}
+    for each in range(model.nu):
+        if int(model.actuator_trntype[each]) not in on_joint or int(model.actuator_trnid[each, 0]) != number:
+            continue
+        gear = abs(float(model.actuator_gear[each, 0]))
+        plain = int(model.actuator_biastype[each]) == int(mujoco.mjtBias.mjBIAS_NONE)
+        if model.actuator_forcelimited[each]:
+            total += gear * float(np.abs(model.actuator_forcerange[each]).min())
+        elif model.actuator_ctrllimited[each] and plain:
+            gain = abs(float(model.actuator_gainprm[each, 0]))
+            total += gear * gain * float(np.abs(model.actuator_ctrlrange[each]).min())
+        else:
+            return inf
+    return total or inf
+
+
+def _short(value: float) -> float:
+    """Four digits are more than anybody commissions."""
+    return float(f"{value:.4g}")
