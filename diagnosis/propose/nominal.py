@@ -39,6 +39,8 @@ class Nominal:
     value: float
     spread: float
     column: Column
+    told: bool = True
+    """Whether the model says anything of it."""
 
     @property
     def timing(self) -> bool:
@@ -47,7 +49,10 @@ class Nominal:
 
 
 def nominal_parameters(rows: Rows, settings: Settings) -> list[Nominal]:
-    """Friction and inertia of every axis, every moving body, and the timing of every axis."""
+    """Friction and inertia of every axis, every moving body, and the timing of every axis.
+
+    A model without any friction on an axis does not say that there is none: it may be as large as the torque.
+    """
     of_axes = _of_axes(rows, settings)
     return [*of_axes, *_of_bodies(rows, of_axes, settings), *_of_timing(rows, settings)]
 
@@ -64,9 +69,10 @@ def _of_axes(rows: Rows, settings: Settings) -> list[Nominal]:
             ("inertia", _inertia(rows, axis), rows.rows(axis, _acceleration)),
         )
         for effect, value, column in columns:
-            least = LEAST * rows.size[axis] / max(_rms(column), 1e-12)
-            spread = float(np.hypot(settings.nominal_spread * value, least))
-            found.append(Nominal(effect, axis, axis, None, value, spread, {axis: column}))
+            whole = rows.size[axis] / max(_rms(column), 1e-12)
+            told = effect == "inertia" or law.coulomb > 0.0 or law.viscous > 0.0
+            spread = float(np.hypot(settings.nominal_spread * value, LEAST * whole)) if told else whole
+            found.append(Nominal(effect, axis, axis, None, value, spread, {axis: column}, told))
     return found
 
 

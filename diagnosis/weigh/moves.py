@@ -154,6 +154,8 @@ class Search:
         amount, deviation = state.fit.coefficients[number], np.sqrt(max(state.fit.covariance[number, number], 0.0))
         if abs(amount) < OFF * deviation:
             return False
+        if not self.bench.nominals[number].told:
+            return True
         free = state.energy(state.patched - {number})
         return max(state.left[axis] - free[axis] for axis in free) >= self.bench.settings.least_share
 

@@ -25,17 +25,18 @@ RESOLUTION, NOISE = 1e-3, 0.02
 
 @dataclass(frozen=True)
 class Machine:
-    """How the same machine is told: its torques in another unit, its axis by another name."""
+    """How the same machine is told: its torques in another unit, its axis by another name, its friction not at all."""
 
     torque_scale: float = 1.0
     axis: str = "turn"
+    friction: bool = True
 
     @property
     def model(self) -> str:
         """What its user models: neither Stribeck level nor cogging."""
-        k = self.torque_scale
+        k, rubs = self.torque_scale, float(self.friction)
         return f"""<mujoco model="plain"><option gravity="0 0 0"/><worldbody><body>
-<joint name="{self.axis}" axis="0 0 1" frictionloss="{COULOMB * k}" damping="{VISCOUS * k}"/>
+<joint name="{self.axis}" axis="0 0 1" frictionloss="{COULOMB * k * rubs}" damping="{VISCOUS * k * rubs}"/>
 <inertial pos="0 0 0" mass="{k}" diaginertia="{INERTIA * k} {INERTIA * k} {INERTIA * k}"/></body></worldbody>
 <actuator><motor name="{self.axis}" joint="{self.axis}"/></actuator></mujoco>"""
 
