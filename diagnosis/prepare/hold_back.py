@@ -15,6 +15,9 @@ HELD_BACK = 0.25
 MANY = 4
 """Recordings, of which one in so many is held back whole."""
 
+MOVES = 0.1
+"""Of the longest way of an axis, that it must go in a part of the recordings to move there."""
+
 Split = tuple[list[Recording], list[Recording]]
 """What is fitted, and what is not."""
 
@@ -26,19 +29,25 @@ def hold_back(recordings: Sequence[Recording], cutoff_hz: float) -> Split:
     """
     if len(recordings) >= MANY:
         whole = _whole(recordings)
-        if all(_moving(part) == _moving(recordings) for part in whole):
+        if all(_moves_as_in(part, recordings) for part in whole):
             return whole
     return _ends(recordings, cutoff_hz)
 
 
-def _moving(recordings: Sequence[Recording]) -> set[str]:
-    """Axes that move at all."""
-    return {
-        axis
-        for recording in recordings
-        for axis, columns in recording.columns.items()
-        if float(np.ptp(measured_position(columns, recording.info.sample_period))) > 0.0
-    }
+def _moves_as_in(part: Sequence[Recording], recordings: Sequence[Recording]) -> bool:
+    """Whether every axis that moves in the recordings moves in a part of them, too: one that only holds its place trembles."""
+    whole, own = _travels(recordings), _travels(part)
+    return all(own.get(axis, 0.0) >= MOVES * way for axis, way in whole.items())
+
+
+def _travels(recordings: Sequence[Recording]) -> dict[str, float]:
+    """The longest way of each axis in one recording [rad or m]."""
+    found: dict[str, float] = {}
+    for recording in recordings:
+        for axis, columns in recording.columns.items():
+            way = float(np.ptp(measured_position(columns, recording.info.sample_period)))
+            found[axis] = max(found.get(axis, 0.0), way)
+    return found
 
 
 def _whole(recordings: Sequence[Recording]) -> Split:
