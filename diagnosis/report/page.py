@@ -30,9 +30,9 @@ def write_report_page(diagnosis: Diagnosis, inputs: Mapping[str, str], path: Pat
         f"{page_table.STYLE}{page_shares.STYLE}<header><h1>{_TITLE}</h1><p>{escape(axes)}; gap measured on "
         f"{escape(recordings)}</p></header>",
         _verdict(diagnosis),
-        _machine(diagnosis),
         page_shares.shares_section(diagnosis),
         causes_section(diagnosis),
+        _machine(diagnosis),
         *(axis_section(name, diagnosis) for name in diagnosis.axes),
         method_section(diagnosis),
         inputs_section(inputs),
