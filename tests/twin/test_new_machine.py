@@ -126,7 +126,10 @@ Change = Callable[[dict[str, Any]], object]
     [
         (lambda told: told["axes"]["z"].update(joint="w"), "axis z moves joint 'w'; the model's hinges and slides: x, z"),
         (lambda told: told["axes"]["z"].update(node_id=1), "axes: x and z both have node_id 1"),
-        (lambda told: told["axes"]["z"].update(colour=1), "machine.yaml: axes.z.colour: Extra inputs are not permitted"),
+        (
+            lambda told: told["axes"]["z"].update(colour=1),
+            "machine.yaml: axes.z.colour: is no key here; there are actuator, drive, feed, gear, joint, motion, node_id",
+        ),
         (lambda told: told["axes"]["z"]["drive"]["motor"].pop("inertia"), "axes.z.drive.motor.inertia: Field required"),
         (lambda told: told["axes"]["z"]["drive"].update(joint="x"), "axes.z.drive: joint has no place here"),
         (lambda told: told["axes"]["z"]["motion"].update(rest=9.0), "z.motion.rest: 9 is not"),
