@@ -8,6 +8,7 @@ import itertools
 import logging
 import re
 import socket
+import sys
 import threading
 import time
 from collections import deque
@@ -393,8 +394,10 @@ def _is_loopback(host: str) -> bool:
 
 def _socketcan(name: str) -> can.BusABC:
     try:
+        if sys.platform != "linux":
+            raise OSError("SocketCAN is Linux's")
         bus = SocketcanBus(channel=name)
-    except (OSError, can.CanError, AttributeError, NotImplementedError) as error:
+    except (OSError, can.CanError) as error:
         raise UserError(
             f"cannot open {name} ({error}); see `ip link show {name}`, or where the kernel has no CAN use "
             "--bus ws://127.0.0.1:54701"
