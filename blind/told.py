@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
-from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.typed_json import read_json
 
 UNKNOWN, NONE, NOISE, NO_GAP = "unknown", "none", "noise", "no_gap"
 """Answers beside the effects, what else a gap is shared out to, and the verdict of a machine without a gap."""
@@ -107,11 +107,4 @@ def told(payload: Any) -> Told:
 
 def read_told(path: Path) -> Told:
     """A report.json; raises UserError naming file, key and what is wrong."""
-    try:
-        return Told.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise UserError(f"{path} cannot be read: {error.strerror}") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise UserError(f"{path} is no gap report: {where}: {first['msg']}") from None
+    return read_json(Told, path, "gap report", "`drivetwin diagnose` writes report.json")

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field
 
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.typed_json import read_json
 from drivetwin.identification.friction_law import FrictionLaw
 
 LARGEST = 1e9
@@ -37,16 +38,7 @@ def read_friction(path: Path) -> IdentifiedFriction:
 
     Raises UserError naming the file and what is missing or wrong.
     """
-    try:
-        read = _File.model_validate_json(path.read_bytes())
-    except FileNotFoundError:
-        raise UserError(f"no file {path}; `drivetwin identify` and `drivetwin fit` write identified.json") from None
-    except OSError as error:
-        raise UserError(f"{path} cannot be read: {error.strerror}") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise UserError(f"{path} is no identified/1 file: {where}: {first['msg']}") from None
+    read = read_json(_File, path, "identified/1", "`drivetwin identify` and `drivetwin fit` write identified.json")
     exponent = read.settings.stribeck_exponent
     return IdentifiedFriction(read.machine, {name: _law(path, name, axis, exponent) for name, axis in read.axes.items()})
 

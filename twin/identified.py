@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, Field, FiniteFloat, ValidationError
+from pydantic import BaseModel, Field, FiniteFloat
 
 from drivetwin.emulator.effects import PlacedEffect, library
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.typed_json import read_json
 from drivetwin.motion.coupled_motion import friction_of_followers
 from drivetwin.motion.inverse_dynamics import Model
 
@@ -58,14 +59,7 @@ class Identified(BaseModel):
 
 def read_identified(path: Path) -> Identified:
     """Raises UserError naming the file and the key that is missing or wrong."""
-    try:
-        return Identified.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise UserError(f"{path} cannot be read: {error.strerror}; give identified.json of `drivetwin fit`") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise UserError(f"{path} is no identified/1 file: {where}: {first['msg']}") from None
+    return read_json(Identified, path, "identified/1", "`drivetwin identify` and `drivetwin fit` write identified.json")
 
 
 def identified_effects(path: Path, found: Identified, model: Model) -> tuple[PlacedEffect, ...]:

@@ -7,10 +7,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Final, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
 from drivetwin.diagnosis.report.result import UNKNOWN, Verdict
-from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.typed_json import read_json
 
 SCHEMA: Final = "gap-report/2"
 _ROUNDING = 1e-6
@@ -190,13 +190,4 @@ class GapReport(_Part):
 
 def read_report(path: Path) -> GapReport:
     """A report.json, checked. Raises UserError naming the file and what is missing or wrong."""
-    try:
-        return GapReport.model_validate_json(path.read_bytes(), strict=True)
-    except FileNotFoundError:
-        raise UserError(f"no file {path}; `drivetwin diagnose` writes report.json") from None
-    except OSError as error:
-        raise UserError(f"{path} cannot be read: {error.strerror}") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise UserError(f"{path} is no {SCHEMA} file: {where}: {first['msg']}") from None
+    return read_json(GapReport, path, SCHEMA, "`drivetwin diagnose` writes report.json", strict=True)

@@ -8,10 +8,10 @@ from math import isfinite
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat
 
-from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import provenance, write_json
+from drivetwin.foundation.typed_json import read_json
 from drivetwin.hil_tests.bench import Bench, LimitValue
 from drivetwin.hil_tests.results.acceptance import Acceptance
 from drivetwin.hil_tests.verdict import CaseResult, Outcome
@@ -139,13 +139,4 @@ def _case(case: CaseResult, beside: Path) -> CasePart:
 
 def read_results(path: Path) -> Results:
     """A results.json, checked. Raises UserError naming the file and what is missing or wrong."""
-    try:
-        return Results.model_validate_json(path.read_bytes(), strict=True)
-    except FileNotFoundError:
-        raise UserError(f"no file {path}; `drivetwin accept` writes results.json") from None
-    except OSError as error:
-        raise UserError(f"{path} cannot be read: {error.strerror}") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise UserError(f"{path} is no {SCHEMA} file: {where}: {first['msg']}") from None
+    return read_json(Results, path, SCHEMA, "`drivetwin accept` writes results.json", strict=True)
