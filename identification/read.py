@@ -4,19 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
-
-from pydantic import BaseModel, Field
 
 from drivetwin.foundation.errors import UserError
-from drivetwin.foundation.typed_json import read_json
 from drivetwin.identification.friction_law import FrictionLaw
+from drivetwin.identification.identified_file import DIRECTIONAL, EXPONENTS, LARGEST, STRIBECK, Axis, read_identified
 
-LARGEST = 1e9
-"""Of any value, in SI units: no machine has more."""
 SLOWEST = 1e-9
 """Stribeck velocity [rad/s or m/s]: below it friction rises where nothing moves."""
-EXPONENTS = (0.1, 10.0)
 
 
 @dataclass(frozen=True)
@@ -38,36 +32,12 @@ def read_friction(path: Path) -> IdentifiedFriction:
 
     Raises UserError naming the file and what is missing or wrong.
     """
-    read = read_json(_File, path, "identified/1", "`drivetwin identify` and `drivetwin fit` write identified.json")
+    read = read_identified(path)
     exponent = read.settings.stribeck_exponent
     return IdentifiedFriction(read.machine, {name: _law(path, name, axis, exponent) for name, axis in read.axes.items()})
 
 
-class _Value(BaseModel):
-    value: float = Field(ge=-LARGEST, le=LARGEST)
-
-
-class _Verdict(BaseModel):
-    real: bool = False
-
-
-class _Axis(BaseModel):
-    parameters: dict[str, _Value]
-    direction: _Verdict = _Verdict()
-
-
-class _Settings(BaseModel):
-    stribeck_exponent: float = Field(default=FrictionLaw.stribeck_exponent, ge=EXPONENTS[0], le=EXPONENTS[1])
-
-
-class _File(BaseModel):
-    format: Literal["identified/1"] = Field(alias="schema")
-    machine: str
-    axes: dict[str, _Axis]
-    settings: _Settings = _Settings()
-
-
-def _law(path: Path, name: str, axis: _Axis, exponent: float) -> FrictionLaw:
+def _law(path: Path, name: str, axis: Axis, exponent: float) -> FrictionLaw:
     found = {key: parameter.value for key, parameter in axis.parameters.items()}
     if missing := [key for key in ("coulomb", "viscous") if key not in found]:
         raise UserError(
@@ -96,14 +66,10 @@ def _law(path: Path, name: str, axis: _Axis, exponent: float) -> FrictionLaw:
     return _by_direction(symmetric, found) if axis.direction.real else symmetric
 
 
-_DIRECTIONAL = ("coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative")
-_STRIBECK = ("static_torque", "stribeck_velocity")
-
-
-def _parts(axis: _Axis) -> tuple[str, ...]:
+def _parts(axis: Axis) -> tuple[str, ...]:
     """What the law of an axis has besides Coulomb and viscous friction: one part of a term calls for the others."""
-    stribeck = _STRIBECK if any(key in axis.parameters for key in _STRIBECK) else ()
-    return (*(_DIRECTIONAL if axis.direction.real else ()), *stribeck)
+    stribeck = STRIBECK if any(key in axis.parameters for key in STRIBECK) else ()
+    return (*(DIRECTIONAL if axis.direction.real else ()), *stribeck)
 
 
 def _by_direction(law: FrictionLaw, found: dict[str, float]) -> FrictionLaw:

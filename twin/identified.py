@@ -4,62 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, Field, FiniteFloat
 
 from drivetwin.emulator.effects import PlacedEffect, library
 from drivetwin.foundation.errors import UserError
-from drivetwin.foundation.typed_json import read_json
+from drivetwin.identification.identified_file import DIRECTIONAL, STRIBECK, Axis, Identified, Value
 from drivetwin.motion.coupled_motion import friction_of_followers
 from drivetwin.motion.inverse_dynamics import Model
-
-DIRECTIONAL = ("coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative")
-STRIBECK = ("static_torque", "stribeck_velocity")
-
-
-class _Value(BaseModel):
-    value: FiniteFloat
-    unit: str
-    ci90: tuple[FiniteFloat, FiniteFloat] | None = None
-
-
-class _Verdict(BaseModel):
-    real: bool = False
-
-
-class _Axis(BaseModel):
-    joint: str
-    parameters: dict[str, _Value]
-    direction: _Verdict = _Verdict()
-
-
-class _Settings(BaseModel):
-    stribeck_exponent: FiniteFloat = 2.0
-
-
-class Identified(BaseModel):
-    """identified/1, as far as a model can be told of it."""
-
-    format: Literal["identified/1"] = Field(alias="schema")
-    axes: dict[str, _Axis]
-    settings: _Settings = _Settings()
-
-    @property
-    def joints(self) -> dict[str, str]:
-        """Joint of each axis."""
-        return {name: axis.joint for name, axis in self.axes.items()}
-
-    def on(self, joints: Mapping[str, str]) -> Identified:
-        """The same on other joints, by axis."""
-        axes = {name: axis.model_copy(update={"joint": joints[name]}) for name, axis in self.axes.items()}
-        return self.model_copy(update={"axes": axes})
-
-
-def read_identified(path: Path) -> Identified:
-    """Raises UserError naming the file and the key that is missing or wrong."""
-    return read_json(Identified, path, "identified/1", "`drivetwin identify` and `drivetwin fit` write identified.json")
 
 
 def identified_effects(path: Path, found: Identified, model: Model) -> tuple[PlacedEffect, ...]:
@@ -81,10 +33,10 @@ def identified_effects(path: Path, found: Identified, model: Model) -> tuple[Pla
 
 
 def _of_axis(
-    where: str, name: str, axis: _Axis, followers: tuple[float, float], model: Model, exponent: float
+    where: str, name: str, axis: Axis, followers: tuple[float, float], model: Model, exponent: float
 ) -> list[PlacedEffect]:
     given = axis.parameters
-    values: dict[str, dict[str, _Value]] = {}
+    values: dict[str, dict[str, Value]] = {}
     if "inertia" in given:
         values["inertia"] = {"difference": _less(given["inertia"], model.inertia(axis.joint))}
     values |= _friction(axis, followers)
@@ -92,14 +44,14 @@ def _of_axis(
         rise = given["static_torque"].value - given["coulomb"].value if "coulomb" in given else 0.0
         level = values["coulomb"]["coulomb"].value if "coulomb" in values else 0.0
         values["stribeck"] = {
-            "static_torque": _Value(value=level + rise, unit=given["static_torque"].unit),
+            "static_torque": Value(value=level + rise, unit=given["static_torque"].unit),
             "stribeck_velocity": given["stribeck_velocity"],
-            "exponent": given.get("stribeck_exponent", _Value(value=exponent, unit="1")),
+            "exponent": given.get("stribeck_exponent", Value(value=exponent, unit="1")),
         }
     return [_placed(where, name, effect, parameters) for effect, parameters in values.items()]
 
 
-def _friction(axis: _Axis, followers: tuple[float, float]) -> dict[str, dict[str, _Value]]:
+def _friction(axis: Axis, followers: tuple[float, float]) -> dict[str, dict[str, Value]]:
     """Coulomb and viscous friction of the joint itself, and how it differs by direction or is offset."""
     given = axis.parameters
     if axis.direction.real and all(key in given for key in DIRECTIONAL):
@@ -116,25 +68,25 @@ def _friction(axis: _Axis, followers: tuple[float, float]) -> dict[str, dict[str
         if key in given:
             found[key] = {key: _less(given[key], theirs, least=0.0)}
     if "offset" in given and _is_real(given["offset"]):
-        found["torque_offset"] = {"offset": _Value(value=-given["offset"].value, unit=given["offset"].unit)}
+        found["torque_offset"] = {"offset": Value(value=-given["offset"].value, unit=given["offset"].unit)}
     return found
 
 
-def _by_direction(positive: _Value, negative: _Value) -> tuple[_Value, _Value]:
+def _by_direction(positive: Value, negative: Value) -> tuple[Value, Value]:
     """Mean and half the difference."""
     mean, half = (positive.value + negative.value) / 2.0, (positive.value - negative.value) / 2.0
-    return _Value(value=mean, unit=positive.unit), _Value(value=half, unit=positive.unit)
+    return Value(value=mean, unit=positive.unit), Value(value=half, unit=positive.unit)
 
 
-def _less(value: _Value, other: float, least: float = -np.inf) -> _Value:
-    return _Value(value=max(least, value.value - other), unit=value.unit)
+def _less(value: Value, other: float, least: float = -np.inf) -> Value:
+    return Value(value=max(least, value.value - other), unit=value.unit)
 
 
-def _is_real(offset: _Value) -> bool:
+def _is_real(offset: Value) -> bool:
     return offset.ci90 is None or not offset.ci90[0] <= 0.0 <= offset.ci90[1]
 
 
-def _placed(where: str, axis: str, effect: str, parameters: Mapping[str, _Value]) -> PlacedEffect:
+def _placed(where: str, axis: str, effect: str, parameters: Mapping[str, Value]) -> PlacedEffect:
     kind = library()[effect]
     for one in kind.parameters:
         value = parameters[one.name].value

@@ -18,9 +18,10 @@ from drivetwin.emulator.effects.file import effects_payload
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import new_file, provenance, write_json
 from drivetwin.foundation.text_files import parse_json
+from drivetwin.identification.identified_file import read_identified
 from drivetwin.motion.inverse_dynamics import load_model
 from drivetwin.twin.apply import Applied, apply_effects, joints_of
-from drivetwin.twin.identified import identified_effects, read_identified
+from drivetwin.twin.identified import identified_effects
 
 
 def apply_command(

@@ -129,15 +129,21 @@ def test_what_differs_by_direction_is_a_deviation() -> None:
 def file_of(folder: Path, axis: Mapping[str, object]) -> Path:
     """An identified.json of one axis, slide."""
     path = folder / "identified.json"
-    path.write_text(json.dumps({"schema": "identified/1", "machine": "stage", "axes": {"slide": axis}}))
+    axes = {"slide": {"joint": "slide", **axis}}
+    path.write_text(json.dumps({"schema": "identified/1", "machine": "stage", "axes": axes}))
     return path
+
+
+def in_units(values: Mapping[str, float]) -> dict[str, dict[str, object]]:
+    """Parameters as the file has them; nobody reads the unit here."""
+    return {name: {"value": value, "unit": "SI"} for name, value in values.items()}
 
 
 def test_the_law_by_direction_is_read_where_it_is_real(tmp_path: Path) -> None:
     """20.6 + 170 v forwards, 20.2 + 240 v backwards; the symmetric fit beside it is a compromise, and left alone."""
     values = {"coulomb": 21.0, "viscous": 201.0, "offset": -3.0, "coulomb_positive": 20.6, "coulomb_negative": 20.2}
     values |= {"viscous_positive": 170.0, "viscous_negative": 240.0}
-    axis = {"parameters": {name: {"value": value} for name, value in values.items()}, "direction": {"real": True}}
+    axis = {"parameters": in_units(values), "direction": {"real": True}}
     speed = np.array([0.01, 0.1])
     law = read_friction(file_of(tmp_path, axis)).law("slide")
     assert law.torque(speed) == pytest.approx(20.6 + 170.0 * speed)
@@ -156,7 +162,7 @@ def test_the_law_by_direction_is_read_where_it_is_real(tmp_path: Path) -> None:
 def test_a_file_that_lacks_part_of_its_law_is_refused(
     tmp_path: Path, extra: dict[str, float], real: bool, message: str
 ) -> None:
-    parameters = {name: {"value": value} for name, value in ({"coulomb": 2.0, "viscous": 1.0} | extra).items()}
+    parameters = in_units({"coulomb": 2.0, "viscous": 1.0} | extra)
     path = file_of(tmp_path, {"parameters": parameters, "direction": {"real": real}})
     with pytest.raises(UserError, match=rf"{re.escape(str(path))}: axis slide has {message}(?! and)"):
         read_friction(path)
@@ -398,7 +404,7 @@ def test_the_table_lowers_the_peak_following_error(circle: Circle, move: Move) -
 )
 def test_values_that_no_machine_has(name: str, value: float, complaint: str, tmp_path: Path) -> None:
     values = {"coulomb": 1.9, "viscous": 1.15, "static_torque": 2.4, "stribeck_velocity": 0.05} | {name: value}
-    axis = {"parameters": {key: {"value": each} for key, each in values.items()}}
+    axis = {"joint": "rotate", "parameters": in_units(values)}
     payload = {"schema": "identified/1", "machine": "scara", "axes": {"rotate": axis}}
     (tmp_path / "identified.json").write_text(json.dumps(payload))
     with pytest.raises(UserError) as refused:

@@ -202,7 +202,11 @@ def test_an_axis_may_be_on_a_joint_of_another_name(arm: Path, monkeypatch: pytes
         (effects(), ("--joint", "tilt"), "--joint tilt: expected AXIS=JOINT"),
         ({"schema": "recording/1"}, (), "schema is 'recording/1'; expected 'identified/1' or 'effects/1'"),
         (identified(elbow={"coulomb": (-1.0, "kg")}), (), "coulomb is given in 'kg', expected 'N·m'"),
-        ({"schema": "identified/1", "axes": {"elbow": {}}}, (), "is no identified/1 file: axes.elbow.joint: Field required"),
+        (
+            {"schema": "identified/1", "machine": "arm", "axes": {"elbow": {}}},
+            (),
+            "is no identified/1 file: axes.elbow.joint: Field required",
+        ),
     ],
 )
 def test_what_cannot_be_written_is_one_line_and_no_file(
