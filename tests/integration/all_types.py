@@ -26,6 +26,9 @@ FIRST = 0x2F00
 LARGE = random.Random(1).randbytes(1_100_000)
 """More than a megabyte, for a DOMAIN."""
 
+MINUTES = 1200.0
+"""Longest that a client may take for it [s]: 157,143 segments; no test asserts on how long it took."""
+
 SEVEN_O_CLOCK = bytes.fromhex("40 87 80 01 39 3A")
 """A time: 25,200,448 ms after midnight, 14,905 days."""
 

@@ -46,7 +46,7 @@ namespace {
 
 using Bytes = std::vector<uint8_t>;
 
-constexpr auto PATIENCE = 100s, ANSWER_WITHIN = 60s, LSS_ANSWER_WITHIN = 1s;
+constexpr auto PATIENCE = 1200s, ANSWER_WITHIN = 60s, LSS_ANSWER_WITHIN = 1s;
 constexpr uint64_t CYCLE = 10'000;           // [us]
 constexpr uint16_t OF_TYPE = 0x2F00;         // the object of a data type: plus the type's code (CiA 301, table 44)
 constexpr uint16_t DOMAIN = OF_TYPE + 0x0F;
@@ -308,7 +308,7 @@ int main(int argc, char** argv) {
   lely::io::Context context;
   lely::io::Poll poll(context);
   lely::ev::Loop loop(poll.get_poll());
-  lely::io::Timer timer(poll, loop.get_executor(), CLOCK_REALTIME);  // its TIME is the time of this clock
+  lely::io::Timer timer(poll, loop.get_executor(), CLOCK_MONOTONIC);
   unix_bus::Channel channel(context, loop.get_executor(), argv[1]);
   AsyncMaster master(timer, channel.can, argv[2], "");
   master.SetTimeout(ANSWER_WITHIN);
