@@ -20,6 +20,9 @@ REALS = {0x08: "<f", 0x11: "<d"}
 TIMES = {0x0C: "TIME_OF_DAY", 0x0D: "TIME_DIFFERENCE"}
 TEXT, DOMAIN = 0x09, 0x0F
 ALL = (*INTEGERS, *REALS, *TIMES, TEXT, DOMAIN)
+VALUE = "DefaultValue={}\nPDOMapping=1\n"
+"""What npm's `canopen` takes of no DOMAIN."""
+
 FIRST = 0x2F00
 """The object of a type is FIRST plus the type's code."""
 
@@ -43,8 +46,7 @@ def write_eds(path: Path) -> Path:
     """cia402-full with those objects; integers hold 1 at power-on."""
     sections = [
         f"[{FIRST + code:04X}]\nParameterName=Object {code:02X}\nObjectType=0x{2 if code == DOMAIN else 7}\n"
-        f"DataType=0x{code:04X}\nAccessType=rw\nDefaultValue={1 if code in INTEGERS else ''}\n"
-        f"PDOMapping={0 if code in {TEXT, DOMAIN} else 1}\n"
+        f"DataType=0x{code:04X}\nAccessType=rw\n" + ("" if code == DOMAIN else VALUE.format(1 if code in INTEGERS else ""))
         for code in ALL
     ]
     text = eds_text(load_profile("cia402-full"), path.name)
