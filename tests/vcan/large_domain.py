@@ -1,4 +1,4 @@
-"""A DOMAIN of more than a megabyte on vcan0 as `canopen` of Python writes and reads it: the other end of what a client does."""
+"""A DOMAIN of more than a megabyte on vcan0 as `canopen` of Python reads it: what a drive holds after a client has written."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import can
 import canopen
-from all_types import DOMAIN, FIRST, LARGE
+from all_types import DOMAIN, FIRST
 from processes import PATIENCE
 
 BUFFER = 8192
@@ -24,15 +24,6 @@ def client(node: int) -> Iterator[canopen.sdo.SdoClient]:
         sdo.RESPONSE_TIMEOUT = PATIENCE
         yield sdo
         network.notifier.stop()
-
-
-def write(node: int) -> None:
-    """LARGE, by blocks."""
-    with (
-        client(node) as sdo,
-        sdo.open(FIRST + DOMAIN, 0, "wb", size=len(LARGE), block_transfer=True, buffering=BUFFER) as file,
-    ):
-        file.write(LARGE)
 
 
 def read(node: int) -> bytes:
