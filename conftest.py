@@ -1,4 +1,4 @@
-"""What holds for tests of any folder: MuJoCo's warnings fail a test, and what a test adds to the library of effects goes."""
+"""What tests of any folder share: MuJoCo's warnings fail a test, effects that it adds go, a command runs in this process."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from importlib import import_module
 
 import mujoco
 import pytest
+from in_process import Command, exit_status
+from processes import Ended
 
 
 @pytest.fixture(autouse=True)
@@ -27,3 +29,14 @@ def library_as_it_was() -> Iterator[None]:
         patch.setattr(module, "_added", [])
         yield
     module.library.cache_clear()
+
+
+@pytest.fixture
+def command(capfd: pytest.CaptureFixture[str]) -> Command:
+    """Run a command line of `drivetwin` in this process; returns its exit status and what it wrote meanwhile."""
+
+    def run(*lines: object) -> Ended:
+        capfd.readouterr()
+        return Ended(exit_status(*lines), *capfd.readouterr())
+
+    return run
