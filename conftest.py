@@ -1,4 +1,4 @@
-"""What tests of any folder share: MuJoCo's warnings fail a test, effects that it adds go, a command runs in this process."""
+"""What tests of any folder share: MuJoCo warns of nothing, added effects go, models and commands run in this process."""
 
 from __future__ import annotations
 
@@ -10,6 +10,11 @@ import pytest
 from in_process import Command, exit_status
 from processes import Ended
 
+from drivetwin.motion import compilation
+from drivetwin.motion.mjcf_fault import fault
+
+_wrong_with = compilation._wrong_with
+
 
 @pytest.fixture(autouse=True)
 def mujoco_warns_of_nothing() -> Iterator[None]:
@@ -19,6 +24,20 @@ def mujoco_warns_of_nothing() -> Iterator[None]:
     yield
     mujoco.set_mju_user_warning(None)
     assert warnings == []
+
+
+@pytest.fixture(scope="session", autouse=True)
+def models_compile_here() -> Iterator[None]:
+    """What is wrong with a model is asked in this process: the start of another one takes longer than most tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compilation, "_wrong_with", lambda path, _changed: " ".join(fault(str(path)).split()))
+        yield
+
+
+@pytest.fixture
+def models_compile_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the product asks it, in a process of its own: for tests of that process, and of models that may end it."""
+    monkeypatch.setattr(compilation, "_wrong_with", _wrong_with)
 
 
 @pytest.fixture
