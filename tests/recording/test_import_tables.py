@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from drivetwin.foundation.errors import UserError
-from drivetwin.recording.csv_table import read_csv_table
+from drivetwin.recording.formats.csv_table import read_csv_table
 from drivetwin.recording.import_map import CsvLayout, ImportMap, read_map
 from drivetwin.recording.importer import import_recording, import_recordings, unique_names
 
