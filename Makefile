@@ -15,8 +15,14 @@ run: .venv/.installed
 test: .venv/.installed
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	MYPYPATH=$(TYPED_PATH) $(BIN)/mypy $(TYPED)
 	$(BIN)/lint-imports
 	$(BIN)/pytest --numprocesses auto --dist worksteal
+
+# Tests that the type checker reads as strictly as the product.
+TYPED := conftest.py $(wildcard $(addprefix tests/,bus/*.py bus/timing/*.py drivetwin/*.py foundation/*.py motion/*.py recording/*.py \
+	identification/test_*.py integration/nursery.py integration/processes.py integration/in_process.py))
+TYPED_PATH := scripts:docs/examples:tests/integration:tests/identification
 
 # The bus tests on a real vcan0: of this kernel, or of a small User-Mode Linux booted from Debian packages.
 test-vcan: .venv/.installed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -20,7 +20,7 @@ from drivetwin.emulator.virtual_machine import VirtualMachine
 
 
 @pytest.fixture
-def refused(command: Command, tmp_path: Path) -> Iterator[Callable[[str], str]]:
+def refused(command: Command, tmp_path: Path) -> Callable[[str], str]:
     """Run a command line that has to be refused; returns the line. What it leaves behind is nothing."""
     out = f"--out {tmp_path / 'made' / 'out'}"
 
