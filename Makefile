@@ -25,7 +25,7 @@ TYPED := conftest.py $(wildcard $(addprefix tests/,bus/*.py bus/timing/*.py driv
 TYPED_PATH := scripts:docs/examples:tests/integration:tests/identification
 
 # Nightly: tests that repeat a claim over more cases than they do in `make test`, at their full length.
-LONG := tests/emulator/canopen/test_fuzz_frames.py tests/identification/test_calibration.py
+LONG := tests/emulator/canopen/test_fuzz_frames.py tests/identification/test_calibration.py tests/integration/test_wafer_handler.py
 test-long: .venv/.installed
 	DRIVETWIN_LONG=1 DRIVETWIN_REPETITIONS=150 $(BIN)/pytest --numprocesses auto --dist worksteal $(LONG)
 
