@@ -28,7 +28,10 @@ def control(
     task_file: Annotated[Path, typer.Argument(help="What to do, on which machine (task/1).", show_default=False)],
     bus: Annotated[str, typer.Option(help="vcan0, can0, unix:PATH or ws://127.0.0.1:PORT.")],
     out: Annotated[Path, typer.Option(help="Directory for controller.json and results.")],
-    clock: Annotated[str, typer.Option(help="sync: as fast as it goes, moved by SYNC; realtime: on the wall clock.")] = "sync",
+    clock: Annotated[
+        str,
+        typer.Option(help="sync: as fast as it goes, moved by SYNC; paced: so, in step with the wall clock; realtime: on it."),
+    ] = "sync",
     log: Annotated[Path | None, typer.Option(help="Write every frame, as candump -L does.")] = None,
     limits: Annotated[Path | None, typer.Option(help="Limits file (travel, speed, torque); required on can0.")] = None,
     yes: Annotated[bool, typer.Option("--yes", help="The machine on can0 is clear: axes may move.")] = False,

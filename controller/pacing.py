@@ -7,6 +7,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from math import inf
 from typing import TypeVar
 
 from drivetwin.controller.bring_up import check_time_stands_still
@@ -75,6 +76,22 @@ class Lockstep(Pacing):
         return self._time
 
 
+class Paced(Lockstep):
+    """Lockstep to be looked at: no cycle starts before it is due on the wall clock, and one that is late costs nothing."""
+
+    def __init__(self, now: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep) -> None:
+        super().__init__()
+        self._now = now
+        self._sleep = sleep
+        self._due = -inf
+
+    def wait(self, cycle: float) -> None:
+        super().wait(cycle)
+        now = self._now()
+        self._due = max(self._due + cycle, now)
+        self._sleep(self._due - now)
+
+
 class Realtime(Pacing):
     """Cycles on the wall clock. A cycle that is late by more than half of one is counted, and the grid moves by it."""
 
@@ -124,4 +141,4 @@ class Realtime(Pacing):
         return time.time()
 
 
-PACINGS: dict[str, type[Pacing]] = {"sync": Lockstep, "realtime": Realtime}
+PACINGS: dict[str, type[Pacing]] = {"sync": Lockstep, "paced": Paced, "realtime": Realtime}

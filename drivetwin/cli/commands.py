@@ -63,6 +63,10 @@ COMMANDS = {
     "identify": Entry("identify:identify_command", "Identify the friction of every axis over the bus."),
     "import": Entry("import_:import_command", "Turn a drive's exports or a bus log into recordings."),
     "machine": Entry("machine:machine_command", "Make a machine of your own from a robot's model, or check one."),
+    "panel": Entry(
+        "panel:panel_command",
+        "Look at drives in the browser: states, parameters, faults. Without a bus it starts the SCARA in motion.",
+    ),
     "replay": Entry(
         "replay:replay_command", "Move a model as a machine was moved, in closed loop, and say how far apart they are."
     ),

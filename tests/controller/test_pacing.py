@@ -9,7 +9,7 @@ import time
 import pytest
 from virtual_bench import VirtualBench
 
-from drivetwin.controller.pacing import PACINGS, Lockstep, Realtime
+from drivetwin.controller.pacing import PACINGS, Lockstep, Paced, Realtime
 from drivetwin.emulator.clock import RealtimeClock
 from drivetwin.foundation.errors import UserError
 
@@ -134,7 +134,7 @@ def test_what_a_computation_refuses_is_raised() -> None:
 
 
 def test_the_names_of_the_command_line() -> None:
-    assert {"sync": Lockstep, "realtime": Realtime} == PACINGS
+    assert {"sync": Lockstep, "paced": Paced, "realtime": Realtime} == PACINGS
 
 
 def test_drives_that_keep_time_by_themselves_are_not_driven_in_lockstep() -> None:
@@ -152,3 +152,26 @@ def test_drives_that_sync_moves_are_driven_by_either() -> None:
     Lockstep().check(bench.link, bench.drives[0])
     Realtime().check(bench.link, bench.drives[0])
     assert bench.drives[0].read(0x1017) == 100, "as before"
+
+
+def test_paced_cycles_start_when_they_are_due_and_time_is_the_number_of_them() -> None:
+    wall = Wall()
+    pacing = Paced(wall.now, wall.sleep)
+    starts = []
+    for _ in range(5):
+        pacing.wait(CYCLE)
+        starts.append(wall.time)
+    assert starts == pytest.approx([100.0 + CYCLE * number for number in range(5)])
+    assert pacing.time() == pytest.approx(5 * CYCLE)
+
+
+def test_a_paced_cycle_that_is_late_is_not_caught_up() -> None:
+    wall = Wall()
+    pacing = Paced(wall.now, wall.sleep)
+    pacing.wait(CYCLE)
+    wall.time += 10 * CYCLE
+    pacing.wait(CYCLE)
+    late = wall.time
+    pacing.wait(CYCLE)
+    assert (late, wall.time) == pytest.approx((100.0 + 10 * CYCLE, 100.0 + 11 * CYCLE))
+    assert (pacing.time(), pacing.lap(CYCLE)) == pytest.approx((3 * CYCLE, CYCLE))

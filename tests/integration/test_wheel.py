@@ -17,7 +17,7 @@ from processes import PATIENCE
 ROOT = Path(__file__).parents[2]
 ROOMS = sorted(path.name for path in (ROOT / "drivetwin").iterdir() if path.is_symlink())
 
-OF_THE_PACKAGE = {".py", ".yaml", ".csv", ".xml", ".json", ".js"}
+OF_THE_PACKAGE = {".py", ".yaml", ".csv", ".xml", ".json", ".js", ".html", ".css", ".svg"}
 
 
 def run(*command: str | Path, at: Path) -> str:

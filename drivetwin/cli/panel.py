@@ -1,0 +1,106 @@
+"""`drivetwin panel`: a front panel in the browser, for drives on a bus or for a machine that it emulates."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drivetwin.bus.channel import is_physical, open_bus
+from drivetwin.controller.machine import load_machine
+from drivetwin.drive_profiles import load_profile
+from drivetwin.drive_profiles.eds_profile import profile_from_eds
+from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.scratch import scratch
+from drivetwin.panel.access import Access, Pen, is_loopback
+from drivetwin.panel.emulated import Emulated
+from drivetwin.panel.link import Link
+from drivetwin.panel.motion import Motion
+from drivetwin.panel.node_watch import Axis
+from drivetwin.panel.panel import Panel, find_nodes
+from drivetwin.panel.server import listen, serve
+
+MACHINE = "scara"
+"""What is emulated where nothing is said."""
+
+
+def panel_command(
+    emulate: Annotated[
+        str | None, typer.Option(metavar="MACHINE", help="Emulate this machine and move it; default where no --bus is given.")
+    ] = None,
+    bus: Annotated[
+        str | None,
+        typer.Option(help="Join this bus; with --emulate, where the machine is: vcan0, unix:PATH, ws://127.0.0.1:PORT."),
+    ] = None,
+    profile: Annotated[str, typer.Option(help="Drive type: servoone, cia402-full or dryve_d1.")] = "servoone",
+    eds: Annotated[Path | None, typer.Option(help="A drive's own EDS or DCF, in the place of the profile's objects.")] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0: a free one.")] = 8402,
+    host: Annotated[
+        str, typer.Option(help="Address of the page; one that others reach needs the token that is printed.")
+    ] = "127.0.0.1",
+    allow_writes: Annotated[
+        bool, typer.Option("--allow-writes", help="Let one page at a time write, command and inject faults.")
+    ] = False,
+) -> None:
+    """Look at drives in the browser: states, parameters, faults. Without a bus it starts the SCARA in motion.
+
+    Example: drivetwin panel
+
+    One line says where the page is. Without --allow-writes the panel only reads. Ctrl-C ends it, and what it has started.
+    """
+    drive_type = load_profile(profile) if eds is None else profile_from_eds(eds, load_profile(profile))
+    token = None if is_loopback(host) else secrets.token_urlsafe(16)
+    access, pen = Access(host, token), Pen(allowed=allow_writes)
+    with listen(host, port) as where, _seen(emulate, bus, profile) as seen, Link(open_bus(seen.bus)) as link:
+        node_ids = sorted(seen.axes) or find_nodes(link)
+        with Panel(link, node_ids, drive_type, seen.axes, pen, seen.motion) as panel:
+            if seen.motion is not None:
+                seen.motion.start()
+            print(_joinable(panel, access, where.getsockname()[1]), flush=True)
+            serve(panel, access, where)
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What the panel looks at: a bus, its axes by node-ID where they are known, and what moves them."""
+
+    bus: str
+    axes: dict[int, Axis]
+    motion: Motion | None
+
+
+@contextmanager
+def _seen(emulate: str | None, bus: str | None, profile: str) -> Iterator[_Seen]:
+    """A bus to join, or a machine that is emulated meanwhile and moves, until it is stopped at the end."""
+    if bus is not None and emulate is None:
+        yield _Seen(bus, {}, None)
+        return
+    if bus is not None and is_physical(bus):
+        raise UserError(f"{bus} may be a real bus with a real machine; leave --emulate out to look at it")
+    machine = emulate or MACHINE
+    described = load_machine(machine)
+    with ExitStack() as ends:
+        folder = ends.enter_context(scratch())
+        emulated = Emulated(machine, profile, bus, folder)
+        ends.callback(emulated.stop)
+        motion = Motion(emulated.bus, machine, profile, folder)
+        ends.callback(motion.stop)
+        axes = {
+            emulated.nodes[name]: Axis(name, axis.joint, axis.gear_ratio, "m" if axis.prismatic else "rad")
+            for name, axis in described.axes.items()
+        }
+        yield _Seen(emulated.bus, axes, motion)
+
+
+def _joinable(panel: Panel, access: Access, port: int) -> str:
+    """The line that says where the page is, and what it may."""
+    host = f"[{access.host}]" if ":" in access.host else access.host
+    address = f"http://{host}:{port}/" + (f"?token={access.token}" if access.token else "")
+    nodes = ", ".join(f"{node.node_id} {node.name}" for node in panel.nodes.values())
+    may = "may write" if panel.pen.allowed else "reads only (--allow-writes)"
+    return f"panel on {address}: nodes {nodes}, on {panel.link.name}; {may}. Ctrl-C ends."

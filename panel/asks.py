@@ -1,0 +1,152 @@
+"""What a page may ask for: one class each, whose fields are what it says and whose `answer` is what it gets."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from drivetwin.foundation.errors import UserError
+from drivetwin.panel.dictionary import told_objects
+from drivetwin.panel.panel import Panel
+from drivetwin.panel.power_states import COMMANDS
+from drivetwin.panel.values import Value, decode, encode
+from drivetwin.panel.words import NMT_COMMANDS
+
+STORE = b"save"
+"""What 1010h:01 asks for (CiA 301, 7.5.2.13)."""
+
+
+class _Ask(BaseModel):
+    """`writes`: it changes something on the bus or the machine, so that the page needs the pen."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    writes: ClassVar[bool] = False
+
+    def answer(self, panel: Panel) -> object:
+        """Raises UserError for what cannot be done."""
+        raise NotImplementedError
+
+
+class Objects(_Ask):
+    """The object dictionary of a node's drive type."""
+
+    ask: Literal["objects"]
+    node: int
+
+    def answer(self, panel: Panel) -> object:
+        return told_objects(panel.node(self.node).profile)
+
+
+class Read(_Ask):
+    """One object by SDO."""
+
+    ask: Literal["read"]
+    node: int
+    index: int
+    subindex: int
+
+    def answer(self, panel: Panel) -> Value | None:
+        node = panel.node(self.node)
+        entry = node.entry(self.index, self.subindex)
+        return decode(entry.data_type, node.read(self.index, self.subindex))
+
+
+class Write(_Ask):
+    """One object by SDO; the answer is what the drive then holds."""
+
+    writes: ClassVar[bool] = True
+
+    ask: Literal["write"]
+    node: int
+    index: int
+    subindex: int
+    value: str
+
+    def answer(self, panel: Panel) -> Value | None:
+        node = panel.node(self.node)
+        entry = node.entry(self.index, self.subindex)
+        if not entry.access.writable:
+            raise UserError(f"{entry.name} ({self.index:04X}h:{self.subindex:02X}) is {entry.access}: it cannot be written")
+        node.write(self.index, self.subindex, encode(entry, self.value))
+        return decode(entry.data_type, node.read(self.index, self.subindex)) if entry.access.readable else None
+
+
+class Store(_Ask):
+    """All parameters of a node into its memory (1010h:01)."""
+
+    writes: ClassVar[bool] = True
+
+    ask: Literal["store"]
+    node: int
+
+    def answer(self, panel: Panel) -> None:
+        node = panel.node(self.node)
+        node.entry(0x1010, 1)
+        node.write(0x1010, 1, STORE)
+
+
+class Command(_Ask):
+    """A command of the controlword, by SDO."""
+
+    writes: ClassVar[bool] = True
+
+    ask: Literal["command"]
+    node: int
+    name: str
+
+    def answer(self, panel: Panel) -> None:
+        known = {command.name: command for command in COMMANDS}
+        if self.name not in known:
+            raise UserError(f"unknown command {self.name!r}; known are {', '.join(known)}")
+        node = panel.node(self.node)
+        if known[self.name].controlword & 0x80:  # a reset acts on the bit's rising edge
+            node.write(0x6040, 0, bytes(2))
+        node.write(0x6040, 0, known[self.name].controlword.to_bytes(2, "little"))
+
+
+class Nmt(_Ask):
+    """An NMT command to one node."""
+
+    writes: ClassVar[bool] = True
+
+    ask: Literal["nmt"]
+    node: int
+    name: str
+
+    def answer(self, panel: Panel) -> None:
+        if self.name not in NMT_COMMANDS:
+            raise UserError(f"unknown NMT command {self.name!r}; known are {', '.join(NMT_COMMANDS)}")
+        panel.link.send_message(0, bytes((NMT_COMMANDS[self.name], panel.node(self.node).node_id)))
+
+
+class Move(_Ask):
+    """Start or end the motion of the machine that the panel emulates."""
+
+    writes: ClassVar[bool] = True
+
+    ask: Literal["motion"]
+    runs: bool
+
+    def answer(self, panel: Panel) -> None:
+        if panel.motion is None:
+            raise UserError("this panel moves nothing: it has joined a bus whose machine is somebody else's")
+        if self.runs:
+            panel.motion.start()
+        else:
+            panel.motion.stop()
+
+
+Ask = Objects | Read | Write | Store | Command | Nmt | Move
+
+_ASK: TypeAdapter[Ask] = TypeAdapter(Annotated[Ask, Field(discriminator="ask")])
+
+
+def read_ask(told: dict[str, Any]) -> Ask:
+    """Raises UserError naming what is wrong."""
+    try:
+        return _ASK.validate_python(told)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise UserError(f"{'.'.join(map(str, first['loc'])) or 'the question'}: {first['msg']}") from None

@@ -1,0 +1,95 @@
+"""The object dictionary as the page shows it: name, unit, scaling, limits, access, and the parameter number of a ServoOne."""
+
+from __future__ import annotations
+
+from drivetwin.drive_profiles import DriveProfile, ObjectEntry
+from drivetwin.drive_profiles.profile import BITS
+from drivetwin.panel.values import limits
+
+LUST = 0x16
+"""Vendor-ID of LTi (Lust): manufacturer object 2000h + n is the drive's parameter n, as DriveManager shows it."""
+
+MANUFACTURER = range(0x2000, 0x3000)
+
+_POSITION, _VELOCITY, _ACCELERATION = "position units", "position units/s", "position units/s²"
+
+_UNITS = {
+    0x1006: "µs",
+    0x1007: "µs",
+    0x100C: "ms",
+    0x1015: "100 µs",
+    0x1017: "ms",
+    0x1019: "SYNCs",
+    0x6062: _POSITION,
+    0x6063: "encoder increments",
+    0x6064: _POSITION,
+    0x6065: _POSITION,
+    0x6066: "ms",
+    0x6067: _POSITION,
+    0x6068: "ms",
+    0x606B: _VELOCITY,
+    0x606C: _VELOCITY,
+    0x6071: "‰ of 6076h",
+    0x6072: "‰ of 6076h",
+    0x6074: "‰ of 6076h",
+    0x6075: "mA",
+    0x6076: "mN·m",
+    0x6077: "‰ of 6076h",
+    0x6078: "‰ of 6075h",
+    0x6079: "mV",
+    0x607A: _POSITION,
+    0x607C: _POSITION,
+    0x607F: _VELOCITY,
+    0x6081: _VELOCITY,
+    0x6083: _ACCELERATION,
+    0x6084: _ACCELERATION,
+    0x6085: _ACCELERATION,
+    0x609A: _ACCELERATION,
+    0x60B1: _VELOCITY,
+    0x60B2: "‰ of 6076h",
+    0x60BA: _POSITION,
+    0x60BB: _POSITION,
+    0x60BC: _POSITION,
+    0x60BD: _POSITION,
+    0x60F4: _POSITION,
+    0x60FF: _VELOCITY,
+}
+"""Of plain variables (CiA 301, 7.5.2; CiA 402-2, each object's own clause)."""
+
+_UNITS_OF_ENTRIES = {0x607B: _POSITION, 0x607D: _POSITION, 0x6099: _VELOCITY, 0x60C1: _POSITION}
+"""Of every entry of a record but its first."""
+
+
+def told_objects(profile: DriveProfile) -> list[dict[str, object]]:
+    """Every entry of a drive type's object dictionary, in the order of its addresses."""
+    return [_told(profile, entry) for entry in sorted(profile.objects, key=lambda entry: (entry.index, entry.subindex))]
+
+
+def unit_of(profile: DriveProfile, index: int, subindex: int) -> tuple[str, float | None]:
+    """The raw value's unit, and how many SI units of the motor's side it is where the drive type says so."""
+    for role in profile.roles.values():
+        if (role.index, role.subindex) == (index, subindex):
+            return role.unit, role.si_per_unit
+    return _UNITS.get(index, "") if subindex == 0 else _UNITS_OF_ENTRIES.get(index, ""), None
+
+
+def _told(profile: DriveProfile, entry: ObjectEntry) -> dict[str, object]:
+    unit, scaling = unit_of(profile, entry.index, entry.subindex)
+    head, dot, tail = entry.name.partition(".")
+    low, high = limits(entry) if entry.data_type in BITS else (None, None)
+    numbered = profile.vendor_id == LUST and entry.index in MANUFACTURER
+    return {
+        "index": entry.index,
+        "subindex": entry.subindex,
+        "object": head,
+        "name": tail if dot else head,
+        "type": entry.data_type.name,
+        "access": entry.access.value,
+        "pdo": "".join(("r" * entry.rpdo, "t" * entry.tpdo)),
+        "unit": unit,
+        "scaling": scaling,
+        "low": low,
+        "high": high,
+        "default": None if entry.default_node_relative else entry.default,
+        "parameter": f"P{entry.index - 0x2000}" if numbered else "",
+    }

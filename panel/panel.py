@@ -1,0 +1,100 @@
+"""What the panel sees: the drives of one bus, kept up to date while it is open."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from types import TracebackType
+
+from drivetwin.drive_profiles import DriveProfile
+from drivetwin.foundation.errors import UserError
+from drivetwin.panel.access import Pen
+from drivetwin.panel.link import Link
+from drivetwin.panel.motion import CYCLE, Motion
+from drivetwin.panel.node_watch import Axis, NodeWatch
+
+logger = logging.getLogger(__name__)
+
+SYNC = 0x80
+"""Its COB-ID by default (CiA 301, 7.3.3)."""
+
+REFRESH_EVERY = 0.25
+"""Pause between two rounds of questions [s]."""
+
+LISTEN = 1.5
+"""How long drives may take to be heard before they are asked who is there [s]; a heartbeat comes within a second."""
+
+SEARCH = 0.5
+"""How long they may take to answer [s]."""
+
+
+def find_nodes(link: Link) -> list[int]:
+    """Node-IDs on a bus: of whoever is heard; where nobody is, of whoever answers a question for 1000h.
+
+    Raises UserError where nobody does.
+    """
+    time.sleep(LISTEN)
+    if not link.scanner.nodes:
+        link.scanner.search()
+        time.sleep(SEARCH)
+    if not (found := sorted(node for node in link.scanner.nodes if 1 <= node <= 127)):
+        raise UserError(f"no drive on {link.name}: none was heard within {LISTEN:g} s, and none answers; are they powered?")
+    return found
+
+
+class Panel:
+    """The nodes of a bus, the pen, and the motion that the panel itself started, if it did."""
+
+    def __init__(
+        self,
+        link: Link,
+        node_ids: Sequence[int],
+        profile: DriveProfile,
+        axes: Mapping[int, Axis],
+        pen: Pen,
+        motion: Motion | None = None,
+    ) -> None:
+        self.link = link
+        self.pen = pen
+        self.motion = motion
+        self.profile = profile
+        self.nodes = {node_id: NodeWatch(link, node_id, profile, axes.get(node_id)) for node_id in node_ids}
+        for node in self.nodes.values():
+            link.hearers.append(node.take)
+        self._ended = threading.Event()
+        self._threads = [
+            threading.Thread(target=self._refresh, name="panel questions", daemon=True),
+            threading.Thread(target=self._keep_time, name="panel time", daemon=True),
+        ]
+
+    def __enter__(self) -> Panel:
+        for thread in self._threads:
+            thread.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        self._ended.set()
+        for thread in self._threads:
+            thread.join()
+
+    def node(self, node_id: int) -> NodeWatch:
+        """Raises UserError for a node that is not there."""
+        if node_id not in self.nodes:
+            raise UserError(f"there is no node {node_id} on {self.link.name}; there are {', '.join(map(str, self.nodes))}")
+        return self.nodes[node_id]
+
+    def _refresh(self) -> None:
+        while not self._ended.wait(REFRESH_EVERY):
+            for node in self.nodes.values():
+                if not self._ended.is_set() and self.link.lost is None:
+                    node.refresh()
+
+    def _keep_time(self) -> None:
+        """SYNC for the machine that the panel itself has emulated, while nothing moves it: else its time would stand still."""
+        while self.motion is not None and not self._ended.wait(CYCLE) and self.link.lost is None:
+            if not self.motion.runs:
+                with suppress(UserError):  # the bus has gone, and `lost` says so
+                    self.link.send_message(SYNC, b"")

@@ -1,0 +1,224 @@
+"""The panel's server: pages, and one WebSocket a page, over which it asks and is told what it watches."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import signal
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import HTTPConnection
+from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.routing import Mount, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from drivetwin.foundation.errors import UserError
+from drivetwin.panel.access import COOKIE, Access, RefusedError
+from drivetwin.panel.asks import read_ask
+from drivetwin.panel.panel import Panel
+from drivetwin.panel.views import VIEWS
+
+logger = logging.getLogger(__name__)
+
+PAGES = Path(__file__).with_name("pages")
+
+FRAMES = 20
+"""How often a page is told what it watches, at most [1/s]."""
+
+LONGEST_QUESTION = 65_536
+"""[byte]"""
+
+_HEADERS = (
+    (b"content-security-policy", b"default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'"),
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"cache-control", b"no-cache"),
+)
+"""A page loads nothing but from its own server, and nobody frames it."""
+
+
+class Guard:
+    """Lets nobody through who may not (`Access`), and says on each answer what a page may load."""
+
+    def __init__(self, app: ASGIApp, access: Access) -> None:
+        self._app = app
+        self._access = access
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        asked = HTTPConnection(scope)
+        offered = asked.query_params.get("token")
+        try:
+            self._access.check(asked.headers.get("host"), asked.headers.get("origin"), offered or asked.cookies.get(COOKIE))
+        except RefusedError as error:
+            logger.warning("refused: %s", error)
+            await self._refuse(error, scope, receive, send)
+            return
+        if scope["type"] == "http" and offered is not None:
+            await self._remember(offered)(scope, receive, send)
+            return
+        await self._app(scope, receive, self._with_headers(send))
+
+    async def _refuse(self, error: RefusedError, scope: Scope, receive: Receive, send: Send) -> None:
+        answer = PlainTextResponse(f"{error}\n", error.status)
+        if scope["type"] == "websocket":
+            await WebSocket(scope, receive, send).send_denial_response(answer)
+        else:
+            await answer(scope, receive, send)
+
+    def _remember(self, token: str) -> Response:
+        """To the page itself, whose address no longer shows the token."""
+        answer = RedirectResponse("/", 303)
+        answer.set_cookie(COOKIE, token, httponly=True, samesite="strict")
+        return answer
+
+    def _with_headers(self, send: Send) -> Send:
+        async def sending(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                message["headers"] = [*message.get("headers", ()), *_HEADERS]
+            await send(message)
+
+        return sending
+
+
+class Page:
+    """One open page. What it watches is sent by a task of its own: one that stops reading makes nobody else wait."""
+
+    def __init__(self, panel: Panel, wire: WebSocket) -> None:
+        self._panel = panel
+        self._wire = wire
+        self._view: str | None = None
+
+    async def serve(self) -> None:
+        """Answer the page until it leaves; then the pen is free again."""
+        await self._wire.accept()
+        tasks = {asyncio.create_task(self._listen()), asyncio.create_task(self._tell())}
+        try:
+            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            for task in done:
+                with suppress(WebSocketDisconnect):
+                    task.result()
+        finally:
+            for task in tasks:
+                task.cancel()
+            self._panel.pen.release(self)
+
+    async def _listen(self) -> None:
+        """Raises WebSocketDisconnect when the page leaves."""
+        while True:
+            await self._hear(await self._wire.receive_text())
+
+    async def _hear(self, text: str) -> None:
+        number = None
+        try:
+            question = _question(text)
+            number = question.pop("id", None)
+            answer = await self._answer(question)
+        except UserError as error:
+            await self._send({"id": number, "refused": str(error)})
+        else:
+            await self._send({"id": number, "answer": answer})
+
+    async def _answer(self, question: dict[str, Any]) -> object:
+        match question:
+            case {"ask": "watch", "view": str(view)} if view in VIEWS:
+                self._view = view
+                return None
+            case {"ask": "release"}:
+                self._panel.pen.release(self)
+                return None
+        ask = read_ask(question)
+        if ask.writes:
+            self._panel.pen.take(self)
+        return await asyncio.to_thread(ask.answer, self._panel)
+
+    async def _tell(self) -> None:
+        last = ""
+        while True:
+            await asyncio.sleep(1.0 / FRAMES)
+            if self._view is None:
+                continue
+            told = json.dumps({"view": self._view, **self._head(), **VIEWS[self._view](self._panel)})
+            if told != last:
+                last = told
+                await self._wire.send_text(told)
+
+    def _head(self) -> dict[str, object]:
+        """What every view is told: which bus, who writes, and what moves the machine."""
+        link, motion = self._panel.link, self._panel.motion
+        return {
+            "bus": link.name,
+            "lost": link.lost,
+            "pen": self._panel.pen.told(self),
+            "motion": None if motion is None else motion.told(),
+        }
+
+    async def _send(self, told: dict[str, object]) -> None:
+        await self._wire.send_text(json.dumps(told))
+
+
+def _question(text: str) -> dict[str, Any]:
+    try:
+        told = json.loads(text)
+    except ValueError:
+        raise UserError("expected a question as JSON") from None
+    if not isinstance(told, dict):
+        raise UserError('expected {"id": NUMBER, "ask": WHAT, ...}')
+    return told
+
+
+def application(panel: Panel, access: Access) -> ASGIApp:
+    """The panel as an ASGI application."""
+
+    async def live(wire: WebSocket) -> None:
+        await Page(panel, wire).serve()
+
+    pages = StaticFiles(directory=PAGES, html=True)
+    return Guard(Starlette(routes=[WebSocketRoute("/live", live), Mount("/", pages)]), access)
+
+
+class _Server(uvicorn.Server):
+    """uvicorn, which ends on Ctrl-C and SIGTERM without raising them again."""
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        former = {number: signal.signal(number, self._end) for number in (signal.SIGINT, signal.SIGTERM)}
+        try:
+            yield
+        finally:
+            for number, handler in former.items():
+                signal.signal(number, handler)
+
+    def _end(self, _number: int, _frame: object) -> None:
+        self.should_exit = True
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A socket for the server. Raises UserError where the address is not to be had."""
+    try:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        return socket.create_server((host, port), family=family)
+    except OSError as error:
+        raise UserError(
+            f"cannot listen on {host}:{port} ({error.strerror}); choose another --port, or 0 for a free one"
+        ) from None
+
+
+def serve(panel: Panel, access: Access, where: socket.socket) -> None:
+    """Serve the panel until Ctrl-C or SIGTERM."""
+    config = uvicorn.Config(
+        application(panel, access), log_level="error", access_log=False, ws="websockets-sansio", ws_max_size=LONGEST_QUESTION,
+        timeout_graceful_shutdown=2, lifespan="off",
+    )  # fmt: skip
+    _Server(config).run(sockets=[where])

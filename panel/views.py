@@ -1,0 +1,60 @@
+"""What the panel sends to a page by itself, as JSON's types: one function a view."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from drivetwin.panel.node_watch import ERROR_REGISTER, MODE, POSITION, STATUSWORD, Emergency, NodeWatch
+from drivetwin.panel.panel import Panel
+from drivetwin.panel.power_states import allowed, bit_names, mode_name, power_state
+from drivetwin.panel.words import NMT_STATES, emergency_words, register_words
+
+Told = dict[str, object]
+
+
+def drives(panel: Panel) -> Told:
+    """Every node: NMT, state, allowed commands, mode, statusword, position, EMCYs."""
+    return {"nodes": [_node(node) for node in panel.nodes.values()]}
+
+
+def parameters(panel: Panel) -> Told:
+    """Which nodes there are; their objects are asked for."""
+    return {"nodes": [{"id": node.node_id, "name": node.name} for node in panel.nodes.values()]}
+
+
+VIEWS: Mapping[str, Callable[[Panel], Told]] = {"drives": drives, "parameters": parameters}
+
+
+def _node(node: NodeWatch) -> Told:
+    word, mode, position = node.number(STATUSWORD), node.number(MODE), node.number(POSITION)
+    state = None if word is None else power_state(int(word))
+    mode = None if mode is None else int(mode)
+    register = node.number(ERROR_REGISTER)
+    joint = None if position is None or node.unit is None else position * node.unit
+    return {
+        "id": node.node_id,
+        "name": node.name,
+        "silent": node.silent,
+        "nmt": "no heartbeat yet" if node.nmt is None else NMT_STATES.get(node.nmt, f"unknown ({node.nmt:02X}h)"),
+        "state": state,
+        "commands": allowed(state),
+        "statusword": word,
+        "bits": bit_names(mode),
+        "mode": mode,
+        "mode_name": mode_name(mode),
+        "position": position,
+        "joint": joint,
+        "unit": node.axis.unit if node.axis is not None else "",
+        "register": None if register is None else register_words(int(register)),
+        "emergencies": [_emergency(emergency) for emergency in node.emergencies],
+    }
+
+
+def _emergency(emergency: Emergency) -> Told:
+    return {
+        "since": emergency.since,
+        "code": f"{emergency.code:04X}h",
+        "words": emergency_words(emergency.code),
+        "register": None if emergency.register is None else register_words(emergency.register),
+        "manufacturer": emergency.manufacturer.hex(" "),
+    }

@@ -1,0 +1,95 @@
+"""A front panel as a process of its own, and a page's end of its WebSocket, by another library than the server's."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import canopen
+from processes import PATIENCE, start
+from websockets.sync.client import ClientConnection, connect
+
+from drivetwin.bus.channel import open_bus
+
+ATTEMPTS = 2000
+"""Messages of the panel after which what is awaited counts as missing."""
+
+
+@dataclass(frozen=True)
+class Served:
+    """Where a panel is, and which bus it looks at."""
+
+    url: str
+    bus: str
+
+    @property
+    def host(self) -> str:
+        """127.0.0.1:PORT."""
+        return self.url.removeprefix("http://").rstrip("/")
+
+
+@contextmanager
+def panel(*arguments: object) -> Iterator[Served]:
+    """`drivetwin panel` on a free port. It has to end well."""
+    process = start("panel", "--port", 0, *arguments)
+    try:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        found = re.search(r"panel on (http://[^/]+/).* on (\S+); ", line)
+        assert found is not None, line + (process.communicate(timeout=PATIENCE)[1] if not line else "")
+        yield Served(*found.groups())
+    finally:
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, out) == (0, "")
+
+
+@dataclass
+class Page:
+    """What a page would do."""
+
+    wire: ClientConnection
+    told: list[dict[str, Any]] = field(default_factory=list)
+    _number: int = 0
+
+    def ask(self, what: str, **more: object) -> dict[str, Any]:
+        """The answer or the refusal."""
+        self._number += 1
+        self.wire.send(json.dumps({"id": self._number, "ask": what, **more}))
+        while True:
+            message: dict[str, Any] = json.loads(self.wire.recv(PATIENCE))
+            if message.get("id") == self._number:
+                return message
+
+    def until(self, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+        """The first told view that is wanted."""
+        for _ in range(ATTEMPTS):
+            message: dict[str, Any] = json.loads(self.wire.recv(PATIENCE))
+            if "view" in message and wanted(message):
+                return message
+        raise AssertionError("never told")
+
+
+@contextmanager
+def page(served: Served) -> Iterator[Page]:
+    """A page of the panel's own origin."""
+    with connect(f"ws://{served.host}/live", origin=served.url.rstrip("/")) as wire:  # type: ignore[arg-type]
+        yield Page(wire)
+
+
+def read_by_canopen(bus: str, node: int, index: int) -> float:
+    """A floating-point object, read by a master of another stack."""
+    network = canopen.Network(open_bus(bus))
+    network.connect()
+    try:
+        dictionary = canopen.ObjectDictionary()
+        dictionary.add_object(variable := canopen.objectdictionary.ODVariable("any", index))
+        variable.data_type = canopen.objectdictionary.REAL32
+        return float(network.add_node(node, dictionary).sdo[index].raw)
+    finally:
+        network.disconnect()

@@ -1,0 +1,96 @@
+"""The pages in a real browser: the machine moves, commands act, both themes, a phone's width, and no error on the console."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import pytest
+from browser_bench import browser_page, needs_chromium
+from panel_bench import Served, panel, read_by_canopen
+from playwright.sync_api import Page, expect
+
+pytestmark = needs_chromium
+
+
+@pytest.fixture(scope="module")
+def served() -> Iterator[Served]:
+    with panel("--allow-writes") as found:
+        yield found
+
+
+def in_motion(page: Page) -> None:
+    """Wait until every axis streams."""
+    for node in ("1", "2", "3"):
+        expect(page.locator(f"[data-node='{node}'] [data-state='Operation enabled']")).to_have_class(re.compile("present"))
+        expect(page.locator(f"[data-node='{node}']")).to_contain_text("7 interpolated position")
+
+
+def test_the_first_look_is_a_machine_in_motion(served: Served) -> None:
+    with browser_page(served.url) as page:
+        in_motion(page)
+        position = page.locator("[data-node='2'] [data-is='position']")
+        expect(position).to_contain_text("rad")
+        before = position.inner_text()
+        expect(position).not_to_have_text(before)
+        expect(page.locator("[data-node='2'] .bits .set")).to_contain_text(["ready to switch on", "operation enabled"])
+        expect(page.get_by_text("What to do next")).to_be_visible()
+        expect(page.locator("#moves")).to_have_text("in motion")
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_a_phone_needs_no_scrolling_to_the_side(served: Served, theme: str) -> None:
+    with browser_page(served.url, width=390, theme=theme) as page:
+        in_motion(page)
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        dark = page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(18, 25, 31)"
+        assert dark == (theme == "dark")
+        page.locator("#theme").click()
+        assert (page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(18, 25, 31)") != dark
+
+
+def test_a_drive_is_commanded_once_the_motion_has_stopped(served: Served) -> None:
+    with browser_page(served.url) as page:
+        in_motion(page)
+        page.locator("#move").click()
+        expect(page.locator("#moves")).to_contain_text("not in motion")
+        card = page.locator("[data-node='1']")
+        expect(card.locator("[data-state='Switch on disabled']")).to_have_class(re.compile("present"))
+        expect(card.locator("[data-name='Enable operation']")).to_be_disabled()
+        card.locator("[data-name='Shutdown']").click()
+        expect(card.locator("[data-state='Ready to switch on']")).to_have_class(re.compile("present"))
+        card.locator("[data-name='Disable voltage']").click()
+        expect(card.locator("[data-state='Switch on disabled']")).to_have_class(re.compile("present"))
+        page.locator("#move").click()
+        in_motion(page)
+        page.locator("#release").click()
+        expect(page.locator("#pen")).to_have_text("nobody writes")
+
+
+def test_a_parameter_is_found_written_and_read_by_a_foreign_master(served: Served) -> None:
+    with browser_page(f"{served.url}#parameters") as page:
+        page.get_by_label("Search").fill("P360")
+        gain = page.locator(f"[data-index='{0x2168}']")
+        expect(gain).to_contain_text("1/min")
+        expect(gain.locator(".value")).to_have_text("2400")
+        assert page.locator("details:visible").count() == 1
+        gain.locator("input").fill("1800.5")
+        gain.get_by_text("write", exact=True).click()
+        expect(gain.locator(".value")).to_have_text("1800.5")
+        assert read_by_canopen(served.bus, 1, 0x2168) == 1800.5
+        gain.locator("input").fill("-1")
+        gain.get_by_text("write", exact=True).click()
+        expect(page.locator("#said")).to_contain_text("outside 0 to")
+        gain.locator("input").fill("2400")
+        gain.get_by_text("write", exact=True).click()
+        expect(page.locator("#said")).to_be_hidden()
+        assert read_by_canopen(served.bus, 1, 0x2168) == 2400.0
+        page.get_by_label("Search").fill("no such object")
+        expect(page.get_by_text(re.compile("^0 of"))).to_be_visible()
+
+
+def test_a_panel_that_reads_offers_nothing_else() -> None:
+    with panel() as served, browser_page(served.url) as page:
+        in_motion(page)
+        expect(page.locator("#pen")).to_contain_text("--allow-writes")
+        assert page.locator("main button:enabled").count() == 0
