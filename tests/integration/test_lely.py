@@ -85,6 +85,8 @@ PATIENT = DRIVE.replace("heartbeat_producer: 100", "heartbeat_producer: 1000")
 """On a loaded host a master that misses heartbeats would reset a drive in the middle of a service."""
 
 DRIVES = ("--machine", "scara", "--profile", "cia402-full")
+ENABLED = ["state 40", "state 21", "state 23", "state 27"]
+"""What a service tells on the way to 'operation enabled'."""
 
 
 @dataclass(frozen=True)
@@ -214,6 +216,25 @@ def test_a_slave_that_appears_late(program: Path, eds: Path, tmp_path: Path) -> 
             done = outcome(process)
     assert done.status == 0, seen + done.text
     assert done.of("boot")[3][-1] == "OK"
+
+
+def test_sto_low_at_boot(programs: Path, eds: Path, tmp_path: Path) -> None:
+    """It boots; the fault where torque is wanted comes by EMCY and outlives a reset until STO is high; then it is enabled."""
+    dcf, control = configuration(tmp_path, eds, 10_000, PATIENT, (NODE,)), tmp_path / "control"
+    sto: dict[str, object] = {"fault": "sto", "node": NODE}
+    with emulator(*DRIVES, "--control", control, bus=f"unix:{tmp_path}/bus") as bus:
+        strike(control, sto)
+        with service(programs, dcf, bus, "sto") as process:
+            assert process.stdout is not None
+            seen: list[str] = []
+            while not (seen and seen[-1].startswith("fault")):
+                seen.append(process.stdout.readline().strip())
+                assert seen[-1], seen
+            tell(control, {"end": sto})
+            done = outcome(process)
+    assert done.status == 0, done.text
+    assert seen == ["boot OK", "emcy 5441", "fault 5441"]
+    assert [line for line in done.text.splitlines() if line.startswith("state")] == [*ENABLED, "state 40"]
 
 
 @pytest.fixture(scope="module")
@@ -361,9 +382,6 @@ def test_lss(programs: Path, eds: Path, tmp_path: Path) -> None:
     ]
 
 
-ENABLED = ["state 40", "state 21", "state 23", "state 27"]
-
-
 def test_profile_position(programs: Path, eds: Path, tmp_path: Path) -> None:
     """Enabled and moved by PDO; each target is reached to the position window's 10,000 increments."""
     lines = told(programs, eds, tmp_path, "position")
@@ -395,9 +413,13 @@ def await_frames(bus: can.BusABC, identifiers: set[int]) -> None:
 
 def strike(control: Path, fault: dict[str, object]) -> None:
     """Make something go wrong in the emulator."""
+    tell(control, {"strike": fault})
+
+
+def tell(control: Path, request: dict[str, object]) -> None:
     with socket.socket(socket.AF_UNIX) as connection:
         connection.settimeout(PATIENCE)
         connection.connect(str(control))
-        connection.sendall(json.dumps({"strike": fault}).encode() + b"\n")
+        connection.sendall(json.dumps(request).encode() + b"\n")
         answer = json.loads(connection.recv(4096))
     assert "error" not in answer, answer

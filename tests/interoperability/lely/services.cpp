@@ -51,7 +51,7 @@ constexpr uint64_t CYCLE = 10'000;           // [us]
 constexpr uint16_t OF_TYPE = 0x2F00;         // the object of a data type: plus the type's code (CiA 301, table 44)
 constexpr uint16_t DOMAIN = OF_TYPE + 0x0F;
 constexpr std::size_t LARGE = 1'100'000;
-constexpr uint16_t STATE = 0x6F, OPERATION_ENABLED = 0x27, TARGET_REACHED = 0x0400, ACKNOWLEDGED = 0x1000;
+constexpr uint16_t STATE = 0x6F, OPERATION_ENABLED = 0x27, FAULT = 0x08, TARGET_REACHED = 0x0400, ACKNOWLEDGED = 0x1000;
 
 Bytes counted(std::size_t length) {
   Bytes data(length);
@@ -78,7 +78,7 @@ class Drive : public FiberDriver {
     static const std::map<std::string, Service> all{
         {"types", &Drive::types},       {"domain", &Drive::domain}, {"aborts", &Drive::aborts},
         {"guarding", &Drive::guarding}, {"time", &Drive::time},     {"lss", &Drive::lss},
-        {"position", &Drive::position}, {"velocity", &Drive::velocity},
+        {"position", &Drive::position}, {"velocity", &Drive::velocity}, {"sto", &Drive::sto},
     };
     return all;
   }
@@ -257,6 +257,28 @@ class Drive : public FiberDriver {
     until(STATE, 0x40);
     std::printf("state %02X\n", statusword() & STATE);
     end_(0);
+  }
+
+  // STO is low when it boots: a fault where torque is wanted, which stays until STO is high; then it is enabled.
+  void sto() {
+    send(0x6060, int8_t{1});
+    for (const uint16_t word : {0x00, 0x06, 0x07, 0x0F}) {
+      command(word);
+      USleep(10 * CYCLE);
+    }
+    until(STATE, FAULT);
+    reset_fault();
+    std::printf("fault %04X\n", Wait(AsyncRead<uint16_t>(0x603F, 0)));
+    while ((statusword() & STATE) == FAULT) reset_fault();
+    enable(1);
+    disable();
+  }
+
+  void reset_fault() {
+    for (const uint16_t word : {0x00, 0x80}) {
+      command(word);
+      USleep(10 * CYCLE);
+    }
   }
 
   // Two moves of profile position: speed and ramps by SDO, target and controlword by PDO.
