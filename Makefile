@@ -35,13 +35,15 @@ test-vcan: .venv/.installed
 
 # Every foreign stack that is on this machine, those of no package registry too: lely-core (by pkg-config), its coctl, and canopend
 # and cocomm (on the PATH), gocanopen (GOCANOPEN=FOLDER of its sources). out/interoperability/*.xml says which tests ran and which
-# client was missing.
+# client was missing; its last lines are the figures, and each cell of the table that nothing has shown.
 interoperability: .venv/.installed
+	rm -f out/interoperability/*.xml
 	scripts/vcan/install-foreign
 	$(BIN)/pytest tests/integration/test_lely.py tests/integration/test_boot_order.py tests/integration/test_modbus_clients.py \
 		tests/integration/test_foreign_master_402.py tests/integration/test_foreign_master_modes.py -rs \
 		--junitxml=out/interoperability/integration.xml
 	scripts/vcan/test-vcan -rs --junitxml=out/interoperability/vcan.xml
+	$(BIN)/python scripts/interoperability_report.py
 
 seeds: .venv/.installed
 	$(BIN)/python scripts/seeds.py --seeds 20 --out out/seeds

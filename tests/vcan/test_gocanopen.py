@@ -13,8 +13,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import can
+import large_domain
 import pytest
-from all_types import FIRST, INTEGERS, REALS, SEVEN_O_CLOCK, TIMES, least_and_most
+from all_types import DOMAIN, FIRST, INTEGERS, LARGE, MINUTES, REALS, SEVEN_O_CLOCK, TIMES, least_and_most
 from foreign import FOREIGN
 from processes import PATIENCE, emulator
 
@@ -88,6 +89,32 @@ def test_each_data_type_both_ways(code: int, block: str) -> None:
 @pytest.mark.parametrize("block", ["", "-block"])
 def test_text(block: str) -> None:
     assert bytes.fromhex(gocanopen(f"read{block}", "1008", 0)) == b"drivetwin CiA 402"
+
+
+def domain(data: bytes) -> str:
+    """What it tells of a DOMAIN that it writes and reads by blocks."""
+    told = command("domain", f"{FIRST + DOMAIN:x}")
+    done = subprocess.run(told, input=data, capture_output=True, timeout=MINUTES, check=True)
+    return done.stdout.decode().strip()
+
+
+def test_a_domain_of_more_than_a_megabyte() -> None:
+    """Of a length whose lowest byte is 0, which it takes for one that is not told: see the next test."""
+    data = LARGE[: len(LARGE) & ~0xFF]
+    assert domain(data) == "as written"
+    assert large_domain.read(NODE) == data
+
+
+def test_it_takes_the_lowest_byte_of_a_length_for_all_of_it() -> None:
+    """By blocks: the drive tells 257 in four bytes (CiA 301, 7.2.4.3.13), it reads one (`GetBlockSize`, pkg/sdo/client.go)."""
+    with bus(0x580 + NODE) as line:
+        assert domain(LARGE[:257]).startswith("error: x6070012 ")
+        answers = []
+        while (frame := line.recv(0)) is not None:
+            answers.append(bytes(frame.data))
+    index = (FIRST + DOMAIN).to_bytes(2, "little")
+    assert bytes([0xC6, *index, 0, 1, 1, 0, 0]) in answers
+    assert large_domain.read(NODE) == LARGE[:257]
 
 
 @pytest.mark.parametrize(
