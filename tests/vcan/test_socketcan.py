@@ -48,6 +48,7 @@ def test_canopen_enables_and_moves_a_drive_on_vcan() -> None:
         try:
             node = BaseNode402(1, object_dictionary(load_profile("cia402-full")))
             network.add_node(node)
+            node.sdo.RESPONSE_TIMEOUT = PATIENCE
             node.nmt.state = "RESET COMMUNICATION"
             await_true(lambda: node.nmt.state == "PRE-OPERATIONAL")
             node.setup_402_state_machine()
@@ -97,6 +98,7 @@ def test_an_interface_that_is_down_for_a_moment_does_not_end_the_emulator() -> N
         network.connect(interface="socketcan", channel="vcan0")
         try:
             node = network.add_node(1, object_dictionary(load_profile("cia402-full")))
+            node.sdo.RESPONSE_TIMEOUT = PATIENCE
             assert node.sdo[0x1000].raw & 0xFFFF == 402
         finally:
             network.disconnect()
