@@ -32,6 +32,10 @@ class CoulombAsymmetry(FrictionEffect):
     def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(law, coulomb_asymmetry=self.asymmetry)
 
+    def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
+        """More than the level would push."""
+        return super().bounds(motion, axis) | {"asymmetry": (-axis.friction.coulomb, axis.friction.coulomb)}
+
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         most = axis.friction.coulomb

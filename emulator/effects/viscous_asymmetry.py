@@ -28,6 +28,10 @@ class ViscousAsymmetry(FrictionEffect):
     def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(law, viscous_asymmetry=self.asymmetry)
 
+    def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
+        """More than the slope would push."""
+        return super().bounds(motion, axis) | {"asymmetry": (-axis.friction.viscous, axis.friction.viscous)}
+
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         most = axis.friction.viscous
