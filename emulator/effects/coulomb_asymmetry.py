@@ -34,7 +34,8 @@ class CoulombAsymmetry(FrictionEffect):
 
     def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """More than the level would push."""
-        return super().bounds(motion, axis) | {"asymmetry": (-axis.friction.coulomb, axis.friction.coulomb)}
+        most = max(axis.friction.coulomb, 1e-9)
+        return super().bounds(motion, axis) | {"asymmetry": (-most, most)}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

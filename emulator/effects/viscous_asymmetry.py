@@ -30,7 +30,8 @@ class ViscousAsymmetry(FrictionEffect):
 
     def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """More than the slope would push."""
-        return super().bounds(motion, axis) | {"asymmetry": (-axis.friction.viscous, axis.friction.viscous)}
+        most = max(axis.friction.viscous, 1e-9)
+        return super().bounds(motion, axis) | {"asymmetry": (-most, most)}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

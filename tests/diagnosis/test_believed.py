@@ -14,6 +14,7 @@ from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.averaging import Answer, believed
 from drivetwin.diagnosis.weigh.state import State, bench_of, first_colours, state_of
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.position_friction import PositionFriction
@@ -57,13 +58,18 @@ def test_no_search_makes_a_wave_longer_than_the_travel(state: State) -> None:
     assert high == travel(motion)
 
 
-@pytest.mark.parametrize(
-    ("effect", "name"), [(CoulombAsymmetry(0.1), "asymmetry"), (ViscousAsymmetry(0.1), "asymmetry"), (WAVE, "amplitude")]
-)
-def test_no_search_makes_friction_that_pushes(state: State, effect: Effect, name: str) -> None:
+@pytest.mark.parametrize("effect", [CoulombAsymmetry(0.1), ViscousAsymmetry(0.1)])
+def test_no_search_makes_friction_that_pushes(state: State, effect: CoulombAsymmetry | ViscousAsymmetry) -> None:
     """Beyond its bound an effect would be no proposal at all, and no alternative to what fits as well."""
     rows = state.bench.rows
-    _, most = effect.bounds(state.rows.motion["turn"], rows.simulation.dynamics(())["turn"])[name]
-    rows.simulation.dynamics([placed(rows, "turn", replace(effect, **{name: most}))])
+    _, most = effect.bounds(state.rows.motion["turn"], rows.simulation.dynamics(())["turn"])["asymmetry"]
+    rows.simulation.dynamics([placed(rows, "turn", replace(effect, asymmetry=most))])
     with pytest.raises(UserError, match="it would push"):
-        rows.simulation.dynamics([placed(rows, "turn", replace(effect, **{name: 1.001 * most}))])
+        rows.simulation.dynamics([placed(rows, "turn", replace(effect, asymmetry=1.001 * most))])
+
+
+@pytest.mark.parametrize("effect", [CoulombAsymmetry(0.1), ViscousAsymmetry(0.1)])
+def test_where_a_model_has_no_friction_there_is_still_room_for_a_search(state: State, effect: Effect) -> None:
+    frictionless = AxisDynamics(friction=FrictionLaw())
+    low, high = effect.bounds(state.rows.motion["turn"], frictionless)["asymmetry"]
+    assert low < high
