@@ -99,10 +99,10 @@ def _nursery() -> socket.socket:
     return own
 
 
-def drivetwin(*arguments: object) -> Ended:
-    """Run `drivetwin` to its end."""
+def drivetwin(*arguments: object, patience: float = PATIENCE) -> Ended:
+    """Run `drivetwin` to its end. Raises TimeoutExpired where that takes longer than `patience` [s]."""
     command = start(*arguments)
-    out, err = command.communicate()
+    out, err = command.communicate(patience)
     assert command.returncode is not None
     return Ended(command.returncode, out, err)
 
