@@ -69,7 +69,7 @@ def test_a_drive_is_commanded_once_the_motion_has_stopped(served: Served) -> Non
 
 def test_a_parameter_is_found_written_and_read_by_a_foreign_master(served: Served) -> None:
     with browser_page(f"{served.url}#parameters") as page:
-        page.get_by_label("Search").fill("P360")
+        page.get_by_role("searchbox").fill("P360")
         gain = page.locator(f"[data-index='{0x2168}']")
         expect(gain).to_contain_text("1/min")
         expect(gain.locator(".value")).to_have_text("2400")
@@ -85,7 +85,7 @@ def test_a_parameter_is_found_written_and_read_by_a_foreign_master(served: Serve
         gain.get_by_text("write", exact=True).click()
         expect(page.locator("#said")).to_be_hidden()
         assert read_by_canopen(served.bus, 1, 0x2168) == 2400.0
-        page.get_by_label("Search").fill("no such object")
+        page.get_by_role("searchbox").fill("no such object")
         expect(page.get_by_text(re.compile("^0 of"))).to_be_visible()
 
 
