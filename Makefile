@@ -7,7 +7,7 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 .DEFAULT_GOAL := run
 
-.PHONY: run test test-vcan interoperability seeds bench wafer-handler fuzz fuzz-files blind measured accept accept-repeats mutants docs lock clean
+.PHONY: run test test-long test-vcan interoperability seeds bench wafer-handler fuzz fuzz-files blind measured accept accept-repeats mutants docs lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -15,8 +15,19 @@ run: .venv/.installed
 test: .venv/.installed
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	MYPYPATH=$(TYPED_PATH) $(BIN)/mypy $(TYPED)
 	$(BIN)/lint-imports
 	$(BIN)/pytest --numprocesses auto --dist worksteal
+
+# Tests that the type checker reads as strictly as the product.
+TYPED := conftest.py $(wildcard $(addprefix tests/,bus/*.py bus/timing/*.py drivetwin/*.py foundation/*.py motion/*.py recording/*.py \
+	identification/test_*.py integration/nursery.py integration/processes.py integration/in_process.py))
+TYPED_PATH := scripts:docs/examples:tests/integration:tests/identification
+
+# Nightly: tests that repeat a claim over more cases than they do in `make test`, at their full length.
+LONG := tests/emulator/canopen/test_fuzz_frames.py tests/identification/test_calibration.py tests/integration/test_wafer_handler.py
+test-long: .venv/.installed
+	DRIVETWIN_LONG=1 DRIVETWIN_REPETITIONS=150 $(BIN)/pytest --numprocesses auto --dist worksteal $(LONG)
 
 # The bus tests on a real vcan0: of this kernel, or of a small User-Mode Linux booted from Debian packages.
 test-vcan: .venv/.installed

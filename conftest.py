@@ -1,4 +1,4 @@
-"""What holds for tests of any folder: MuJoCo's warnings fail a test, and what a test adds to the library of effects goes."""
+"""What tests of any folder share: MuJoCo warns of nothing, added effects go, models and commands run in this process."""
 
 from __future__ import annotations
 
@@ -7,6 +7,13 @@ from importlib import import_module
 
 import mujoco
 import pytest
+from in_process import Command, exit_status
+from processes import Ended
+
+from drivetwin.motion import compilation
+from drivetwin.motion.mjcf_fault import fault
+
+_wrong_with = compilation._wrong_with
 
 
 @pytest.fixture(autouse=True)
@@ -19,6 +26,20 @@ def mujoco_warns_of_nothing() -> Iterator[None]:
     assert warnings == []
 
 
+@pytest.fixture(scope="session", autouse=True)
+def models_compile_here() -> Iterator[None]:
+    """What is wrong with a model is asked in this process: the start of another one takes longer than most tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compilation, "_wrong_with", lambda path, _changed: " ".join(fault(str(path)).split()))
+        yield
+
+
+@pytest.fixture
+def models_compile_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the product asks it, in a process of its own: for tests of that process, and of models that may end it."""
+    monkeypatch.setattr(compilation, "_wrong_with", _wrong_with)
+
+
 @pytest.fixture
 def library_as_it_was() -> Iterator[None]:
     """Effects that a test adds, or a command that it runs in this process, are gone afterwards."""
@@ -27,3 +48,14 @@ def library_as_it_was() -> Iterator[None]:
         patch.setattr(module, "_added", [])
         yield
     module.library.cache_clear()
+
+
+@pytest.fixture
+def command(capfd: pytest.CaptureFixture[str]) -> Command:
+    """Run a command line of `drivetwin` in this process; returns its exit status and what it wrote meanwhile."""
+
+    def run(*lines: object) -> Ended:
+        capfd.readouterr()
+        return Ended(exit_status(*lines), *capfd.readouterr())
+
+    return run

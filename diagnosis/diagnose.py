@@ -63,12 +63,17 @@ def diagnose(
         if rows.count(axis)
     }
     askew = {axis: ready.testable[axis].askew for axis in kinds}
-    found = Search(whole, part, kinds, askew, progress).run()
+    search = Search(whole, part, kinds, askew, progress)
+    found = search.run()
     progress("probabilities", 0.8)
     answers = [weighed(family, settings) for family in found.families]
+    state, off = search.corrected(believed(found.state, answers))
+    answers += [weighed(family, settings) for family in off]
+    state = believed(state, answers)
+    answers.append(weighed(search.further(found, state), settings))
     drives = [
         one for axis in kinds for one in drive_effects(ready.runs, axis, ready.testable[axis].kinds, settings.least_share)
     ]
     progress("gap, shares, shrink", 0.9)
-    values = refitted(believed(found.state, answers), found.heavier)
+    values = refitted(state, search.heavier(state))
     return build(ready, values, answers, drives, settings)

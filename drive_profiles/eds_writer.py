@@ -144,8 +144,9 @@ def _variable(entry: ObjectEntry, name: str) -> dict[str, str]:
         "DataType": f"0x{entry.data_type:04X}",
         "AccessType": eds_access(entry),
         "DefaultValue": _default(entry),
-        "PDOMapping": str(int(entry.rpdo or entry.tpdo)),
     }
+    if entry.data_type is not DataType.DOMAIN:  # no PDO carries one, and npm's `canopen` refuses an EDS that says so
+        values |= {"PDOMapping": str(int(entry.rpdo or entry.tpdo))}
     if entry.data_type not in TEXT_TYPES:
         values |= {"LowLimit": _number(entry, entry.low), "HighLimit": _number(entry, entry.high)}
     return values

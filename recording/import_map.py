@@ -195,7 +195,7 @@ class ImportMap(_Strict):
     """MAP.yaml. `path` is where it was read from; file names in it are relative to its folder."""
 
     machine: str
-    format: Literal["csv", "matlab", "bus"] | None = None
+    format: str | None = None
     time: TimeMap | None = None
     start_time: StartTime = None
     csv: CsvLayout = CsvLayout()

@@ -145,7 +145,7 @@ def moved(
 def movable_fields(effect: Effect, motion: Motion, axis: AxisDynamics) -> list[Field]:
     """The effect's parameters, each with the step that matters to it; angles turn freely."""
     sizes = effect.sizes(motion, axis)
-    fixed, bounds = effect.fixed(axis), effect.bounds(axis)
+    fixed, bounds = effect.fixed(axis), effect.bounds(motion, axis)
     return [
         Field(one.name, sizes[one.name], -np.inf if one.name in ANGLES else bounds[one.name][0], bounds[one.name][1])
         for one in type(effect).parameters

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.diagnosis.report.result import AxisPrediction, Prediction
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import AxisEffect, DriveEffect, ModelEffect, PlacedEffect
+from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 
@@ -75,6 +77,7 @@ def attributed(simulation: Simulation, run: Run, effects: Sequence[PlacedEffect]
     """Torque (n,) on an axis that is one effect's part of what all cost: the mean of what it costs alone and beside the others.
 
     Of two effects that is Shapley's value (Contributions to the Theory of Games 2, 1953): neither is favoured for coming first.
+    Where one of the two makes no mechanism (an asymmetry that would push without another effect), the other one counts.
     """
     one = effects[number]
     none = np.zeros(len(run.recording.time))
@@ -82,10 +85,14 @@ def attributed(simulation: Simulation, run: Run, effects: Sequence[PlacedEffect]
     def whole(some: Sequence[PlacedEffect]) -> Array:
         return np.asarray(sum((part.get(axis, none) for part in contributions(simulation, run, Patch(tuple(some)))), none))
 
-    if len(effects) == 1:
-        return whole(effects)
-    beside = whole(effects) - whole([each for each in effects if each is not one])
-    return 0.5 * (whole([one]) + beside)
+    ways = []
+    with suppress(UserError):
+        ways.append(whole([one]))
+    with suppress(UserError):
+        ways.append(whole(effects) - whole([each for each in effects if each is not one]))
+    if not ways:
+        ways.append(contributions(simulation, run, Patch(tuple(effects)))[number].get(axis, none))
+    return np.asarray(np.mean(ways, axis=0))
 
 
 def cost(simulation: Simulation, run: Run, placed: PlacedEffect, dynamics: Mapping[str, AxisDynamics]) -> dict[str, Array]:

@@ -75,12 +75,11 @@ class Family:
 
 @dataclass(frozen=True)
 class Found:
-    """The set with the best score, and the families about it; the last family is of what could be added."""
+    """The set with the best score, the families about it, and what could be added to it."""
 
     state: State
     families: Sequence[Family]
-    heavier: frozenset[int]
-    """Bodies, by number, whose mass is off."""
+    further: Sequence[Proposal]
 
 
 @dataclass(frozen=True)
@@ -113,33 +112,36 @@ class Search:
             if not changed or _names(pair.whole) in done:
                 break
             done.add(_names(pair.whole))
-        searched = pair
-        pair, off = self.corrected(pair, proposals)
-        last = self.proposals(pair) if changed or pair is not searched else self.again(proposals, pair.whole)
-        return Found(pair.whole, [*families, *off, Family(None, pair.whole, last)], self.heavier(pair.whole))
+        last = self.proposals(pair) if changed else self.again(proposals, pair.whole)
+        return Found(pair.whole, families, last)
 
-    def corrected(self, pair: Pair, proposals: Sequence[Proposal]) -> tuple[Pair, list[Family]]:
+    def corrected(self, state: State) -> tuple[State, list[Family]]:
         """Nominal parameters of axes that are off by more than chance and by enough to matter, as effects of their own."""
         families: list[Family] = []
         for number, one in enumerate(self.bench.nominals):
-            if one.effect is None or one.axis is None or not self._is_off(pair.whole, number):
+            if one.effect is None or one.axis is None or not self._is_off(state, number):
                 continue
             kind = library()[one.effect]
             if kind not in self.kinds.get(one.axis, ()):
                 continue
-            amount = float(pair.whole.fit.coefficients[number])
+            amount = float(state.fit.coefficients[number])
             value = amount if one.effect == "inertia" else max(0.0, one.value + amount)
-            effect = kind(**{kind.parameters[0].name: value})
-            known = self.evaluated(pair.whole, Begun(one.axis, effect, 0.0, 1))
+            known = self.evaluated(state, Begun(one.axis, kind(**{kind.parameters[0].name: value}), 0.0, 1))
             if known is None:
                 continue
             try:
-                later = self.settled(_with(pair.whole.effects, known.effect, one.value), proposals, pair)
+                later = state_of(self.bench, _with(state.effects, known.effect, one.value), state.system.axes)
             except UserError:
                 continue
-            families.append(Family(known.effect, pair.whole, [known]))
-            pair = later
-        return pair, families
+            families.append(Family(known.effect, state, [known]))
+            state = settled_on(later, SETTLED)
+        return state, families
+
+    def further(self, found: Found, state: State) -> Family:
+        """What else could be added to the set that is left of what was found; what was given up of that is no news."""
+        asked = {(one.chosen.effect.name, one.chosen.axis) for one in found.families if one.chosen is not None}
+        open_ones = [one for one in found.further if (one.effect.effect.name, one.effect.axis) not in asked]
+        return Family(None, state, self.again(open_ones, state))
 
     def heavier(self, state: State) -> frozenset[int]:
         """Bodies, by number, whose mass is off by more than chance and by enough to matter."""

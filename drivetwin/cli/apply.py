@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -13,15 +13,12 @@ from rich.table import Table
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.out_file import refuse_out_file
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
-from drivetwin.emulator.effects import PlacedEffect, read_effects
+from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.effects.file import effects_payload
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import new_file, provenance, write_json
-from drivetwin.foundation.text_files import parse_json
-from drivetwin.identification.identified_file import read_identified
-from drivetwin.motion.inverse_dynamics import load_model
-from drivetwin.twin.apply import Applied, apply_effects, joints_of
-from drivetwin.twin.identified import identified_effects
+from drivetwin.twin.apply import Applied
+from drivetwin.twin.findings import apply_findings
 
 
 def apply_command(
@@ -53,7 +50,7 @@ def apply_command(
     for file in (out, beside):
         if file.resolve() in {each.resolve() for each in inputs}:
             raise UserError(f"{file} is read, and --out {out} would replace it: choose another --out")
-    applied = _applied(findings, model, _joints(joint or []))
+    applied = apply_findings(findings, model, _joints(joint or []))
     with new_file(out) as part:
         part.write_text(applied.xml, encoding="utf-8")
         write_json(beside, effects_payload(applied.beside) | provenance(0, inputs))
@@ -62,31 +59,6 @@ def apply_command(
     console.print(_said(applied.beside, out, beside), highlight=False, soft_wrap=True)
     if json_:
         print(json.dumps(_payload(applied, out, beside), ensure_ascii=False))
-
-
-def _applied(findings: Path, model: Path, given: Mapping[str, str]) -> Applied:
-    """By what the file says that it is."""
-    if _schema(findings).startswith("identified/"):
-        found, machine = read_identified(findings), load_model(model)
-        joints = joints_of(model, list(found.axes), {**found.joints, **given})
-        found = found.on(joints)
-        return apply_effects(model, joints, identified_effects(findings, found, machine))
-    effects = read_effects(findings)
-    joints = joints_of(model, list(dict.fromkeys(placed.axis for placed in effects)), given)
-    return apply_effects(model, joints, effects)
-
-
-def _schema(path: Path) -> str:
-    try:
-        content = parse_json(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UserError(f"{path} cannot be read: {error.strerror}; give identified.json or effects.json") from None
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise UserError(f"{path} is not JSON: {error}; give identified.json or effects.json") from None
-    schema = content.get("schema") if isinstance(content, dict) else None
-    if not isinstance(schema, str) or schema not in ("identified/1", "effects/1"):
-        raise UserError(f"{path}: schema is {schema!r:.80}; expected 'identified/1' or 'effects/1'")
-    return schema
 
 
 def _joints(given: Sequence[str]) -> dict[str, str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
 
@@ -17,12 +16,9 @@ from drivetwin.emulator.effects import read_effects
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace
 from drivetwin.foundation.page_table import DASH
-from drivetwin.motion.inverse_dynamics import read_mjcf
-from drivetwin.motion.pieces import read_pieces
-from drivetwin.recording.reader import check_joints, find_recordings
-from drivetwin.recording.recording import Recording
 from drivetwin.twin.comparison import SIGNALS, Comparison, compared
 from drivetwin.twin.page import NAMES, relative
+from drivetwin.twin.recordings import read_for
 from drivetwin.twin.write import write_replay
 
 
@@ -56,7 +52,7 @@ def replay_command(
     refuse_foreign(out)
     use_effects(effects_from)
     placed = None if effects is None else read_effects(effects)
-    read = _read(model, recordings, cutoff, allow_gaps)
+    read = read_for(model, recordings, cutoff, allow_gaps=allow_gaps)
     recorded = [file for each in read for file in each.files]
     files = [model, *([] if effects is None else [effects]), *(effects_from or ()), *recorded]
     refuse_to_replace(out, files)
@@ -75,25 +71,6 @@ def replay_command(
     console.print("  ".join(str(out / name) for name in written), highlight=False, soft_wrap=True)
     if json_:
         print((out / "replay.json").read_text(encoding="utf-8"), end="")
-
-
-def _read(model: Path, paths: Sequence[Path], cutoff: float, allow_gaps: bool) -> list[Recording]:
-    """All recordings, on joints of the model, each with a name of its own."""
-    compiled = read_mjcf(model)
-    joints = [compiled.joint(number).name for number in range(compiled.njnt)]
-    read = [
-        recording
-        for path in paths
-        for folder in find_recordings(path)
-        for recording in read_pieces(folder, cutoff, allow_gaps=allow_gaps)
-    ]
-    for recording in read:
-        check_joints(recording, joints)
-    ordered = sorted(read, key=lambda each: each.name)
-    for one, other in pairwise(ordered):
-        if one.name == other.name:
-            raise UserError(f"{one.source} and {other.source} are both named '{one.name}': give one of them, or rename it")
-    return read
 
 
 def _table(found: Sequence[Comparison]) -> Table:

@@ -60,9 +60,9 @@ class Backlash(ReplayedEffect):
     def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return replayed(motion, self._on(axis))
 
-    def bounds(self, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
+    def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """A gear has minutes of arc of play, a hobby servo a degree or two: what has ten times that is no drive train."""
-        return super().bounds(axis) | {"gap": (0.0, LARGEST_GAP[0] if axis.slide else LARGEST_GAP[1])}
+        return super().bounds(motion, axis) | {"gap": (0.0, LARGEST_GAP[0] if axis.slide else LARGEST_GAP[1])}
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         return too_soft(motion, self.stiffness)

@@ -137,7 +137,7 @@ class Effect(ABC):
         """A change of each parameter that changes the torque about as much as the effect itself, for a search to scale by."""
         return {one.name: abs(float(getattr(self, one.name))) or 1.0 for one in self.parameters}
 
-    def bounds(self, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
+    def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """Lowest and highest value of each parameter on an axis, for a search."""
         return {one.name: (one.low, one.high) for one in self.parameters}
 

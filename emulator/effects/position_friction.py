@@ -65,6 +65,10 @@ class PositionFriction(FrictionEffect):
         whole = max(2.0 * pi * travel(motion), self.period)
         return super().sizes(motion, axis) | {"period": self.period**2 / whole, "phase": 1.0}
 
+    def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
+        """A wave longer than the travel is no wave that was seen, but another level or a slope."""
+        return super().bounds(motion, axis) | {"period": (1e-6, max(travel(motion), 1e-6))}
+
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
         left = unexplained(motion, axis) * np.sign(motion.velocity)

@@ -48,9 +48,9 @@ class Presliding(AxisEffect):
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return motor_torque(motion, self._on(axis)) - needed_torque(motion, axis)
 
-    def bounds(self, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
+    def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """What gives way over more than twice the largest way of real friction is play or a spring."""
-        bounds = super().bounds(axis)
+        bounds = super().bounds(motion, axis)
         return bounds | {"stiffness": (max(bounds["stiffness"][0], _level(axis) / (2.0 * _largest_way(axis))), np.inf)}
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:

@@ -39,7 +39,7 @@ class TemperatureDrift(FrictionEffect):
     def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(law, cold=self.cold, warming_time=self.time_constant)
 
-    def bounds(self, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
+    def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """Cold friction is up to four times the warm one; a gear warms in minutes to hours (Bittencourt, Gunnarsson 2012)."""
         return {"cold": (-0.75, 3.0), "time_constant": (5.0, 2e4)}
 

@@ -35,7 +35,7 @@ def frame(number: int) -> can.Message:
 
 def take(bus: can.BusABC, count: int) -> list[int]:
     """Numbers of the next `count` frames; fails where one does not come."""
-    numbers = []
+    numbers: list[int] = []
     for _ in range(count):
         message = bus.recv(30.0)
         assert message is not None, f"after {len(numbers)} frames"
@@ -177,7 +177,7 @@ def test_a_periodic_frame_ends_when_it_is_stopped_even_twice_and_when_its_client
     task.stop()
     task.stop()
     client.send(frame(1))
-    numbers = []
+    numbers: list[int] = []
     while not numbers or numbers[-1] != 1:
         numbers += take(hosted.bus, 1)
     assert hosted.bus.recv(0.05) is None

@@ -254,6 +254,7 @@ def test_a_spring_that_yields_remembers(tmp_path: Path) -> None:
         twin_of(written(tmp_path, Form(elbow='stiffness="3" springyield="0.1"')))
 
 
+@pytest.mark.usefixtures("models_compile_apart")
 @pytest.mark.parametrize(
     ("program", "expected"),
     [
@@ -273,6 +274,7 @@ def test_a_file_that_hangs_or_ends_mujoco(program: str, expected: str, tmp_path:
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.usefixtures("models_compile_apart")
 @pytest.mark.parametrize(
     ("change", "expected"),
     [

@@ -17,8 +17,15 @@ from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.backlash import Backlash
 from drivetwin.emulator.effects.presliding import Presliding
 from drivetwin.emulator.effects.torque_offset import TorqueOffset
+from drivetwin.emulator.effects.viscous import Viscous
+from drivetwin.emulator.effects.viscous_asymmetry import ViscousAsymmetry
+from drivetwin.foundation.errors import UserError
 
 PLAY, YIELDING, OFFSET = Backlash(0.05, 2000.0, 5.0), Presliding(40.0), TorqueOffset(0.3)
+
+
+ASYMMETRY, VISCOUS = ViscousAsymmetry(3.0), Viscous(4.0)
+"""An asymmetry that pushes on the machine's own viscous friction, and a friction on which it does not."""
 
 
 @pytest.fixture(scope="module")
@@ -61,3 +68,11 @@ def test_the_part_of_each_is_the_mean_of_coming_first_and_last(ready: Prepared) 
 def test_one_beside_which_nothing_changes_has_what_it_costs_alone(ready: Prepared) -> None:
     *_, offset = parts(ready, PLAY, YIELDING, OFFSET)
     assert offset == pytest.approx(whole(ready, OFFSET), abs=1e-9)
+
+
+def test_an_effect_without_which_the_others_make_no_mechanism_has_what_it_costs_alone(ready: Prepared) -> None:
+    with pytest.raises(UserError, match="it would push"):
+        whole(ready, ASYMMETRY, OFFSET)
+    own = parts(ready, VISCOUS, ASYMMETRY, OFFSET)
+    assert own[0] == pytest.approx(whole(ready, VISCOUS), abs=1e-9)
+    assert own[2] == pytest.approx(whole(ready, OFFSET), abs=1e-9)

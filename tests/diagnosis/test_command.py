@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import sys
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +11,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from gap_bench import PERIOD, swinging, time_of
+from in_process import Command
+from processes import Ended
 
-from drivetwin.cli import main
 from drivetwin.cli.diagnose import FailOn
 from drivetwin.cli.many_values import repeated
 from drivetwin.diagnosis.report.schema import read_report
@@ -33,33 +31,6 @@ MODEL = """
   <actuator><motor name="rotate" joint="rotate"/></actuator>
 </mujoco>
 """
-
-
-@dataclass(frozen=True)
-class Outcome:
-    status: int
-    out: str
-    err: str
-
-
-Run = Callable[[str], Outcome]
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Run:
-    """Run a command line in this process."""
-
-    def command(line: str) -> Outcome:
-        monkeypatch.setattr(sys, "argv", ["drivetwin", *line.split()])
-        status = 0
-        try:
-            main()
-        except SystemExit as ended:
-            status = int(ended.code or 0)
-        captured = capfd.readouterr()
-        return Outcome(status, captured.out, captured.err)
-
-    return command
 
 
 def record(folder: Path, seconds: float, frequency: float, seed: int) -> None:
@@ -83,8 +54,8 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_a_report_a_patch_and_predictions(bench: Path, run: Run) -> None:
-    outcome = run("diagnose model.xml fitted --validate one two --out out")
+def test_a_report_a_patch_and_predictions(bench: Path, command: Command) -> None:
+    outcome = command("diagnose model.xml fitted --validate one two --out out")
     assert (outcome.status, outcome.err) == (0, "")
     assert "The gap is explained" in outcome.out
     assert "the validation recordings" in outcome.out
@@ -110,15 +81,15 @@ def test_a_report_a_patch_and_predictions(bench: Path, run: Run) -> None:
         assert told == pytest.approx(np.sqrt(np.mean(gap**2)), rel=1e-12)
 
 
-def test_a_program_reads_json_and_a_build_fails_on_a_gap_or_on_an_unexplained_one(bench: Path, run: Run) -> None:
+def test_a_program_reads_json_and_a_build_fails_on_a_gap_or_on_an_unexplained_one(bench: Path, command: Command) -> None:
     """The machine of these recordings differs by its Coulomb friction alone: a gap, and an explained one."""
     line = "diagnose model.xml fitted --validate one two --out out"
-    outcome = run(f"{line} --json --fail-on gap")
+    outcome = command(f"{line} --json --fail-on gap")
     page = (bench / "out" / "report.html").read_bytes()
     assert (outcome.status, outcome.err) == (1, "")
     assert outcome.out == (bench / "out" / "report.json").read_text(encoding="utf-8")
     assert json.loads(outcome.out)["verdict"] == "explained"
-    assert run(f"{line} --quiet --fail-on unexplained") == Outcome(0, "", "")
+    assert command(f"{line} --quiet --fail-on unexplained") == Ended(0, "", "")
     assert (bench / "out" / "report.html").read_bytes() == page  # the same bytes twice
     assert len(page) < 1_500_000
 
@@ -131,8 +102,8 @@ def test_which_verdicts_fail_a_build(verdict: str, gap: bool, unexplained: bool)
     assert (FailOn.GAP.fails(verdict), FailOn.UNEXPLAINED.fails(verdict)) == (gap, unexplained)
 
 
-def test_without_validation_blocks_are_held_back_and_it_says_so(bench: Path, run: Run) -> None:
-    outcome = run("diagnose model.xml fitted --out out --no-html --seed 4")
+def test_without_validation_blocks_are_held_back_and_it_says_so(bench: Path, command: Command) -> None:
+    outcome = command("diagnose model.xml fitted --out out --no-html --seed 4")
     assert outcome.status == 0
     assert "blocks held back from the recordings" in outcome.out
     assert not (bench / "out" / "report.html").exists()
@@ -158,10 +129,10 @@ def test_without_validation_blocks_are_held_back_and_it_says_so(bench: Path, run
         ("diagnose model.xml --out out", "Missing argument 'RECORDING...'"),
     ],
 )
-def test_one_line_and_nothing_written(bench: Path, run: Run, line: str, expected: str) -> None:
+def test_one_line_and_nothing_written(bench: Path, command: Command, line: str, expected: str) -> None:
     (bench / "one" / ".drivetwin").unlink()
     before = sorted(bench.rglob("*"))
-    outcome = run(line)
+    outcome = command(line)
     assert outcome.status == 2
     assert outcome.err.startswith("drivetwin: ")
     assert expected in outcome.err
@@ -169,17 +140,17 @@ def test_one_line_and_nothing_written(bench: Path, run: Run, line: str, expected
     assert sorted(bench.rglob("*")) == before
 
 
-def test_a_gap_in_time_is_refused_or_split(bench: Path, run: Run) -> None:
+def test_a_gap_in_time_is_refused_or_split(bench: Path, command: Command) -> None:
     signals = bench / "fitted" / "signals.parquet"
     rows = pq.read_table(signals)
     keep = np.ones(rows.num_rows, dtype=np.bool_)
     keep[9_000:9_050] = False
     pq.write_table(rows.filter(keep), signals)
-    refused = run("diagnose model.xml fitted --validate one --out out --no-html")
+    refused = command("diagnose model.xml fitted --validate one --out out --no-html")
     assert refused.status == 2
     assert "column time has a gap" in refused.err
     assert "--allow-gaps" in refused.err
-    assert run("diagnose model.xml fitted --validate one --out out --no-html --allow-gaps").status == 0
+    assert command("diagnose model.xml fitted --validate one --out out --no-html --allow-gaps").status == 0
 
 
 @pytest.mark.parametrize(

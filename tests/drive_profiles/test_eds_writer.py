@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import venv
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import canopen
 import pytest
 from canopen.objectdictionary import ODArray, ODRecord, ODVariable, import_od
 
-from drivetwin.drive_profiles import DataType, ObjectEntry, available_profiles, load_profile
+from drivetwin.drive_profiles import Access, DataType, ObjectEntry, available_profiles, load_profile
 from drivetwin.drive_profiles.eds_writer import eds_access, eds_text
 
 NODE = 7
@@ -110,6 +111,15 @@ def test_the_lists_name_every_object_once(profile_name: str) -> None:
     lines = eds_text(load_profile(profile_name), "drive.eds").splitlines()
     listed = [int(line.partition("=")[2], 16) for line in lines if line.partition("=")[0].isdigit()]
     assert sorted(listed) == sorted({entry.index for entry in load_profile(profile_name).objects})
+
+
+def test_a_domain_says_nothing_of_pdos() -> None:
+    """CiA 306-1, ObjectType 2h: no keyword PDOMapping; npm's `canopen` refuses a file that has it."""
+    profile = load_profile("cia402-full")
+    file = ObjectEntry(0x2F01, 0, "File", DataType.DOMAIN, Access.RW, False, False, "", False, None, None)
+    _, _, section = eds_text(replace(profile, objects=(*profile.objects, file)), "drive.eds").partition("[2F01]\n")
+    keywords = {line.partition("=")[0] for line in section.partition("\n\n")[0].splitlines()}
+    assert keywords == {"ParameterName", "ObjectType", "DataType", "AccessType", "DefaultValue"}
 
 
 def test_real32_defaults_and_limits_stay_empty(profile_name: str) -> None:

@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import pytest
+from in_process import Command
+from processes import Ended
 
 from drivetwin.bus.timing.frame_bits import Frame
 from drivetwin.bus.timing.log import read_log
-from drivetwin.cli import main
 
-
-@dataclass(frozen=True)
-class Outcome:
-    status: int
-    out: str
-    err: str
-
-
-BusLoad = Callable[..., Outcome]
+BusLoad = Callable[..., Ended]
 
 SYNC = "080#"  # 51 bits
 TORQUE = "281#FFFFFFFF6DE2E43B"  # 119 bits
@@ -29,20 +21,9 @@ REQUEST = "601#4000100000000000"  # 124 bits
 
 
 @pytest.fixture
-def bus_load(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> BusLoad:
-    """Run the command in this process."""
-
-    def command(*arguments: object) -> Outcome:
-        monkeypatch.setattr(sys, "argv", ["drivetwin", "bus-load", *map(str, arguments)])
-        status = 0
-        try:
-            main()
-        except SystemExit as ended:
-            status = int(ended.code or 0)
-        captured = capfd.readouterr()
-        return Outcome(status, captured.out, captured.err)
-
-    return command
+def bus_load(command: Command) -> BusLoad:
+    """The command, without its name."""
+    return partial(command, "bus-load")
 
 
 def lines(frames: list[str], cycles: int = 200, period: float = 0.001) -> str:
@@ -59,7 +40,7 @@ def log(tmp_path: Path) -> Callable[[str], Path]:
     return write
 
 
-def row(outcome: Outcome, service: str) -> list[str]:
+def row(outcome: Ended, service: str) -> list[str]:
     found = [line.split() for line in outcome.out.splitlines() if line.strip().startswith(service)]
     assert len(found) == 1, outcome.out
     return [cell for cell in found[0][len(service.split()) :] if cell != "%"]

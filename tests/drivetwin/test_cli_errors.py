@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import io
 import json
 import socket
-import sys
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from in_process import Command
+from processes import Ended
 
 from drivetwin.bus.channel import host_bus
-from drivetwin.cli import main
 from drivetwin.controller import bring_up as bring_up_module
 from drivetwin.controller.pacing import Lockstep
 from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
@@ -21,66 +19,38 @@ from drivetwin.emulator.drive.state_machine import State
 from drivetwin.emulator.virtual_machine import VirtualMachine
 
 
-@dataclass(frozen=True)
-class Outcome:
-    status: int
-    out: str
-    err: str
-
-
-Run = Callable[[str], Outcome]
-
-
 @pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Run:
-    """Run a command line in this process."""
-
-    def command(line: str) -> Outcome:
-        monkeypatch.setattr(sys, "argv", ["drivetwin", *line.split()])
-        monkeypatch.setattr(sys, "stdin", io.StringIO())
-        status = 0
-        try:
-            main()
-        except SystemExit as ended:
-            status = int(ended.code or 0)
-        captured = capfd.readouterr()
-        return Outcome(status, captured.out, captured.err)
-
-    return command
-
-
-@pytest.fixture
-def refused(run: Run, tmp_path: Path) -> Iterator[Callable[[str], str]]:
+def refused(command: Command, tmp_path: Path) -> Callable[[str], str]:
     """Run a command line that has to be refused; returns the line. What it leaves behind is nothing."""
     out = f"--out {tmp_path / 'made' / 'out'}"
 
-    def command(line: str) -> str:
+    def line_of(line: str) -> str:
         before = sorted(tmp_path.rglob("*"))
-        err = one_line(run(line.replace("OUT", out)))
+        err = one_line(command(line.replace("OUT", out)))
         assert sorted(tmp_path.rglob("*")) == before
         return err
 
-    return command
+    return line_of
 
 
 @pytest.fixture
-def failed(run: Run, tmp_path: Path) -> Callable[[str], str]:
+def failed(command: Command, tmp_path: Path) -> Callable[[str], str]:
     """Run a command line that has to fail on the bus; returns the line but for its end, which names all that is left: a log."""
     out = tmp_path / "made" / "out"
     log = tmp_path / "made" / "out.failed.log"
 
-    def command(line: str) -> str:
-        err = one_line(run(line.replace("OUT", f"--out {out}")))
+    def line_of(line: str) -> str:
+        err = one_line(command(line.replace("OUT", f"--out {out}")))
         assert sorted(tmp_path.rglob("*")) == [log.parent, log]
         assert "#" in log.read_text(encoding="ascii")
         told = f"; the bus log until then: {log}\n"
         assert err.endswith(told)
         return err.removesuffix(told)
 
-    return command
+    return line_of
 
 
-def one_line(outcome: Outcome) -> str:
+def one_line(outcome: Ended) -> str:
     """What stderr says of an input that cannot be used."""
     assert outcome.status == 2
     assert outcome.err.startswith("drivetwin: ")
@@ -90,13 +60,13 @@ def one_line(outcome: Outcome) -> str:
 
 Refused = Callable[[str], str]
 
-COULOMB, VISCOUS = {"coulomb": {"value": 20.4}}, {"viscous": {"value": 203.5}}
+COULOMB, VISCOUS = {"coulomb": {"value": 20.4, "unit": "N"}}, {"viscous": {"value": 203.5, "unit": "N·s/m"}}
 FRICTION = {
     "schema": "identified/1",
     "machine": "stage",
-    "axes": {"slide": {"parameters": COULOMB | VISCOUS}, "screw": {"parameters": COULOMB | VISCOUS}},
+    "axes": {axis: {"joint": axis, "parameters": COULOMB | VISCOUS} for axis in ("slide", "screw")},
 }
-HALF_IDENTIFIED = FRICTION | {"axes": {"slide": {"parameters": COULOMB}}}
+HALF_IDENTIFIED = FRICTION | {"axes": {"slide": {"joint": "slide", "parameters": COULOMB}}}
 
 
 @pytest.mark.parametrize(
@@ -141,7 +111,7 @@ def test_a_port_that_is_in_use(refused: Refused) -> None:
     assert f"cannot listen on 127.0.0.1:{port} (Address already in use); choose another port" in err
 
 
-@pytest.mark.parametrize("command", ["emulate --machine stage", "identify OUT --machine stage"])
+@pytest.mark.parametrize("line", ["emulate --machine stage", "identify OUT --machine stage"])
 @pytest.mark.parametrize(
     ("content", "expected"),
     [
@@ -161,12 +131,12 @@ def test_a_port_that_is_in_use(refused: Refused) -> None:
     ],
 )
 def test_a_truth_that_is_none(
-    refused: Refused, tmp_path: Path, command: str, content: dict[str, object], expected: str
+    refused: Refused, tmp_path: Path, line: str, content: dict[str, object], expected: str
 ) -> None:
     path = tmp_path / "truth.json"
     path.write_text(json.dumps(content))
-    bus = "--bus ws://127.0.0.1:0" if command.startswith("emulate") else ""
-    assert expected in refused(f"{command} {bus} --truth {path}")
+    bus = "--bus ws://127.0.0.1:0" if line.startswith("emulate") else ""
+    assert expected in refused(f"{line} {bus} --truth {path}")
 
 
 def test_an_output_that_is_somebody_elses(refused: Refused, tmp_path: Path) -> None:
@@ -286,9 +256,9 @@ def test_a_drive_that_dies_in_the_middle(failed: Refused, monkeypatch: pytest.Mo
     assert states[:2] == [State.SWITCH_ON_DISABLED] * 2
 
 
-@pytest.mark.parametrize("command", ["", "emulate", "identify", "import", "fit", "write-friction"])
-def test_help_shows_an_example(run: Run, command: str) -> None:
-    outcome = run(f"{command} --help")
+@pytest.mark.parametrize("name", ["", "emulate", "identify", "import", "fit", "write-friction"])
+def test_help_shows_an_example(command: Command, name: str) -> None:
+    outcome = command(f"{name} --help")
     assert outcome.status == 0
-    assert f"Example: drivetwin {command}".strip() in " ".join(outcome.out.split())
+    assert f"Example: drivetwin {name}".strip() in " ".join(outcome.out.split())
     assert outcome.err == ""

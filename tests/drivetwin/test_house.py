@@ -22,7 +22,7 @@ def test_the_drawing_is_the_contract_of_the_layers() -> None:
     (house,) = [each for each in PROJECT["tool"]["importlinter"]["contracts"] if each.get("containers") == ["drivetwin"]]
     layers = [set(layer.split(" | ")) for layer in house["layers"]]
     assert drawn == [{"drivetwin"}, *layers[2:]]
-    assert layers[:2] == [{"__main__"}, {"cli"}]
+    assert layers[:2] == [{"__main__"}, {"cli", "api"}]
 
 
 def test_each_room_has_one_name() -> None:

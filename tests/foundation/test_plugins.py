@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import shutil
+import struct
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -18,6 +19,9 @@ from drivetwin.emulator.faults.library import library as faults
 from drivetwin.foundation.errors import UserError
 from drivetwin.hil_tests.expectations.library import library as expectations
 from drivetwin.mutants.library import mutant, mutant_file, mutant_names
+from drivetwin.recording.formats.library import formats
+from drivetwin.recording.import_map import ImportMap
+from drivetwin.recording.importer import import_recording
 
 FAULT = '''
 from dataclasses import dataclass
@@ -71,10 +75,34 @@ def break_controller():
     return
 '''
 
+FORMAT = '''
+import struct
+
+import numpy as np
+
+from drivetwin.recording.formats.table_format import TableFormat
+from drivetwin.recording.table import Column, Table
+
+
+class Smoke(TableFormat):
+    """Of an oscilloscope: three names of eight letters, then rows of three numbers."""
+
+    name = "smoke"
+    endings = (".smoke",)
+
+    def table(self, file, import_map):
+        raw = file.read_bytes()
+        names = [raw[start : start + 8].decode().strip() for start in (0, 8, 16)]
+        rows = np.array(list(struct.iter_unpack("<3d", raw[24:])))
+        columns = [Column(name, None, values.copy) for name, values in zip(names, rows.T, strict=True)]
+        return Table(file, tuple(columns))
+'''
+
 CODE_OF: dict[str, tuple[str, Callable[[], Mapping[Any, Any]], object]] = {
     "faults": (FAULT, faults, "smoke"),
     "expectations": (EXPECTATION, expectations, "smokeless"),
     "modes": (MODE, modes, -1),
+    "formats": (FORMAT, formats, "smoke"),
 }
 """A kind's module, its library, and the key of what the module adds."""
 
@@ -88,7 +116,7 @@ def install(tmp_path: Path) -> Iterator[Install]:
     """All of what it leaves goes with the test."""
 
     def clear() -> None:
-        for library in (effects, faults, expectations, modes, profile_folders):
+        for library in (effects, faults, expectations, modes, formats, profile_folders):
             library.cache_clear()
         for name in [name for name in sys.modules if name.partition(".")[0] == "strangers"]:
             del sys.modules[name]
@@ -134,6 +162,38 @@ def test_what_is_no_plug_in_is_refused_in_one_line(install: Install, group: str,
     install("", group, target)
     with pytest.raises(UserError, match=message):
         library()
+
+
+def test_a_file_in_a_strangers_format_becomes_a_recording(install: Install, tmp_path: Path) -> None:
+    """Milliseconds, degrees and N·m as the file has them, in SI by hand."""
+    rows = [(float(time), 10.0 * time, 0.5 - time) for time in range(4)]
+    file = tmp_path / "scope.SMOKE"
+    file.write_bytes(b"t       angle   torque  " + b"".join(struct.pack("<3d", *row) for row in rows))
+    columns = {"position": {"column": "angle", "unit": "deg"}, "torque": {"column": "torque", "unit": "N·m"}}
+    asked = {"machine": "bench", "time": {"column": "t", "unit": "ms"}, "axes": {"x": {"columns": columns}}}
+    with pytest.raises(UserError, match=r"what \.smoke holds is not known; say `format:` in the map, one of bus, csv, matlab"):
+        import_recording(file, ImportMap.model_validate(asked))
+    install(FORMAT, "formats", "strangers")
+    recording = import_recording(file, ImportMap.model_validate(asked))
+    assert recording.time == pytest.approx([0.0, 0.001, 0.002, 0.003])
+    assert recording.columns["x"]["position"] == pytest.approx([0.0, 0.17453293, 0.34906585, 0.52359878])
+    assert recording.columns["x"]["torque"] == pytest.approx([0.5, -0.5, -1.5, -2.5])
+
+
+def test_an_ending_that_two_formats_have_is_asked_for(install: Install, tmp_path: Path) -> None:
+    install(FORMAT.replace('".smoke"', '".dat"'), "formats", "strangers")
+    (tmp_path / "x.dat").touch()
+    asked = {"machine": "bench", "axes": {"x": {"columns": {"position": {"column": 1}, "torque": {"column": 2}}}}}
+    with pytest.raises(UserError, match=r"x\.dat: \.dat may be csv, smoke; say one of them as `format:` in the map"):
+        import_recording(tmp_path / "x.dat", ImportMap.model_validate(asked))
+    with pytest.raises(UserError, match=r"format: 'excel' is unknown; there are bus, csv, matlab, smoke"):
+        import_recording(tmp_path / "x.dat", ImportMap.model_validate(asked | {"format": "excel"}))
+
+
+def test_endings_that_no_file_has(install: Install) -> None:
+    install(FORMAT.replace('".smoke"', '"Smoke"'), "formats", "strangers")
+    with pytest.raises(UserError, match=r"Smoke: endings: \('Smoke',\); expected a tuple of endings.*docs/import.md"):
+        formats()
 
 
 def test_a_name_that_is_taken(install: Install) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from processes import Ended, drivetwin, emulator, start
+from processes import PATIENCE, Ended, drivetwin, emulator, start
 from real_bench import KEEPS_LIMITS, SLOWER, real_bench
 from stage_bench import LIMITS, REFERENCE, bench_file, scenario_file
 
@@ -263,13 +263,15 @@ def stop(*_):
         time.sleep(0.001)
     sys.exit(3)
 signal.signal(signal.SIGTERM, stop)
+bus.send(can.Message(arbitration_id=0x124, is_extended_id=False))
 time.sleep(60)
 """
+"""Its first frame says that it can be asked."""
 
 
 def test_what_a_controller_sends_while_it_is_ended_is_heard(tmp_path: Path, drives: str) -> None:
     """More frames than the bus keeps for one who does not listen, which would lose what comes late."""
-    said = {"start": 0.5, "silence": 0.5, "simulated": 60.0}
+    said = {"start": PATIENCE, "silence": 0.5, "simulated": 60.0}
     command = ["{python}", "-c", SAYS_MUCH_WHEN_ASKED_TO_END, "{bus}", "{limits}"]
     bench = read_bench(real_bench(tmp_path, drives, command=command, timeouts=said), real=True)
     (tmp_path / "case").mkdir()

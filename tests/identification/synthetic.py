@@ -89,7 +89,7 @@ def record(
         sample_period=PERIOD,
         axes={"turn": AxisInfo(joint="turn", position_resolution=resolution)},
     )
-    time = np.arange(len(torque)) * PERIOD
+    time = np.arange(len(torque), dtype=np.float64) * PERIOD
     return Recording(name, info, time, {"turn": {"torque": torque, "position": position}})
 
 

@@ -35,6 +35,6 @@ def _design(matrix: np.ndarray, target: np.ndarray) -> Design:
         target=target,
         weight=np.ones(len(target)),
         piece=np.zeros(len(target), dtype=np.int64),
-        seconds=rows * 0.01,
+        seconds=np.asarray(rows * 0.01, dtype=np.float64),
         block=rows,
     )

@@ -92,7 +92,7 @@ def _emps(path: Path) -> Recording:
     data = loadmat(path)
     torque, position = 35.1507 * data["vir"].ravel(), data["qm"].ravel()
     info = RecordingInfo(machine="emps", sample_period=1e-3, axes={"carriage": AxisInfo(joint="carriage")})
-    time = np.arange(len(torque)) * 1e-3
+    time = np.arange(len(torque), dtype=np.float64) * 1e-3
     return Recording(path.stem, info, time, {"carriage": {"torque": torque, "position": position}})
 
 
@@ -103,4 +103,4 @@ def _epos(path: Path) -> Recording:
     period = float(table[1, 0] - table[0, 0]) / 1e3
     info = RecordingInfo(machine="screw", sample_period=period, axes={"screw": AxisInfo(joint="screw")})
     columns = {"torque": -table[:, 2] / 100.0 * 9.84e-3, "velocity": -table[:, 1] * RPM}
-    return Recording(path.stem, info, np.arange(len(table)) * period, {"screw": columns})
+    return Recording(path.stem, info, np.arange(len(table), dtype=np.float64) * period, {"screw": columns})

@@ -56,5 +56,5 @@ def _record(plant: Model, motion: synthetic.Motion, name: str, rng: np.random.Ge
     needed = plant.torques(["swing"], *columns)[:, 0]
     torque = needed + synthetic.PLAIN.torque(motion.velocity) + 0.1 * rng.standard_normal(len(needed))
     info = RecordingInfo(machine="test", sample_period=synthetic.PERIOD, axes={"swing": AxisInfo(joint="swing")})
-    time = np.arange(len(torque)) * synthetic.PERIOD
+    time = np.arange(len(torque), dtype=np.float64) * synthetic.PERIOD
     return Recording(name, info, time, {"swing": {"torque": torque, "position": motion.position}})

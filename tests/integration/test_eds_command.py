@@ -57,6 +57,7 @@ def power_on_values(dictionary: canopen.ObjectDictionary) -> dict[tuple[int, int
 @pytest.mark.parametrize("name", available_profiles())
 def test_a_default_value_is_that_of_power_on(name: str, machine: str | None, axis: str | None, tmp_path: Path) -> None:
     """CiA 306-1, 'DefaultValue': against each virtual drive itself; without a machine, against those of all machines."""
+    motion = {(0x6072, 0), (0x6076, 0), (0x608F, 1), (0x6092, 1)}
     file = tmp_path / "drive.eds"
     options = [*(("--machine", machine) if machine else ()), *(("--axis", axis) if axis else ())]
     assert drivetwin("eds", "--profile", name, *options, "--out", file).status == 0
@@ -70,7 +71,8 @@ def test_a_default_value_is_that_of_power_on(name: str, machine: str | None, axi
             held = {place: drive.dictionary[place].default for place in said if place in drive.dictionary}
             assert held == {place: said[place] for place in held}
             assert len(held) > 100
-    motion = {(0x6072, 0), (0x6076, 0), (0x608F, 1), (0x6092, 1)}
+            read = {place: drive.dictionary[place].read() for place in (motion | {(0x6075, 0)}) & held.keys()}
+            assert read == {place: said[place] for place in read}
     assert (motion <= said.keys()) is (machine is not None)
 
 

@@ -29,7 +29,8 @@ def identified(tmp_path: Path) -> Path:
     """Of the stage, as far as write-friction reads it."""
     path = tmp_path / "identified.json"
     parameters = {"coulomb": {"value": COULOMB, "unit": "N"}, "viscous": {"value": VISCOUS, "unit": "N·s/m"}}
-    path.write_text(json.dumps({"schema": "identified/1", "machine": "stage", "axes": {"slide": {"parameters": parameters}}}))
+    axes = {"slide": {"joint": "slide", "parameters": parameters}}
+    path.write_text(json.dumps({"schema": "identified/1", "machine": "stage", "axes": axes}))
     return path
 
 

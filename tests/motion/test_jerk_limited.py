@@ -89,7 +89,7 @@ def test_velocity_and_acceleration_are_the_derivatives_of_the_position(
 ) -> None:
     profile = jerk_limited(-1.0, -1.0 + way, limits)
     step = profile.duration / 10_000
-    motion = profile.at(np.arange(10_001) * step)
+    motion = profile.at(np.arange(10_001, dtype=np.float64) * step)
     velocity = np.diff(motion.position) / step
     acceleration = np.diff(motion.velocity) / step
     # a central difference errs by step²/24 of the third derivative, an average over a kink by step/8 of it

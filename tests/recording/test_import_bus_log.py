@@ -167,16 +167,16 @@ def test_mapping_and_factors_from_the_logs_own_sdo(tmp_path: Path) -> None:
         "position": {"object": "6064h", "unit": "user"},
         "torque": {"object": "0x21A3", "type": "float32", "unit": "N·m", "side": "motor"},
     }
-    known = {"gear_ratio": None, "encoder_increments": None, "motor_rated_torque": None}
+    known: dict[str, Any] = {"gear_ratio": None, "encoder_increments": None, "motor_rated_torque": None}
     recording = import_recording(
         write(tmp_path / "bus.log", messages), import_map(tmp_path, None, columns=columns, **known)
     )
-    k = np.arange(CYCLES)
+    cycle = np.arange(CYCLES)
     assert recording.info.sample_period == 0.002
     info = recording.info.axes["elbow"]
     assert (info.gear_ratio, info.rated_torque) == (50.0, 25.0)
-    np.testing.assert_allclose(recording.columns["elbow"]["position"], 10 * k * 2 * np.pi / 36000)
-    np.testing.assert_allclose(recording.columns["elbow"]["torque"], 0.25 * k * 50)
+    np.testing.assert_allclose(recording.columns["elbow"]["position"], 10 * cycle * 2 * np.pi / 36000)
+    np.testing.assert_allclose(recording.columns["elbow"]["torque"], 0.25 * cycle * 50)
 
 
 def test_a_lost_frame_is_a_gap(tmp_path: Path) -> None:
@@ -299,7 +299,7 @@ def test_a_default_that_the_log_confirms_is_a_scale(tmp_path: Path) -> None:
 def test_a_value_of_the_dcf_is_a_scale(tmp_path: Path) -> None:
     """A ParameterValue is what was configured."""
     eds = EDS.format(pdos=TPDO1 + FACTORS.replace("DefaultValue=800", "DefaultValue=800\nParameterValue=500"))
-    known = UNKNOWN | {"gear_ratio": 10.0}
+    known: dict[str, Any] = UNKNOWN | {"gear_ratio": 10.0}
     read = import_map(tmp_path, eds, columns=columns_in("rad", "permille"), **known)
     recording = import_recording(write(tmp_path / "bus.log", motion()), read)
     assert recording.info.axes["elbow"].rated_torque == 5.0
@@ -308,7 +308,7 @@ def test_a_value_of_the_dcf_is_a_scale(tmp_path: Path) -> None:
 def test_half_a_factor_is_no_scale(tmp_path: Path) -> None:
     """The numerator alone leaves the denominator to a default."""
     told = sdo_write(0.1, 0x6091, 1, 100, 4)
-    known = UNKNOWN | {"motor_rated_torque": 2.0}
+    known: dict[str, Any] = UNKNOWN | {"motor_rated_torque": 2.0}
     read = import_map(tmp_path, EDS.format(pdos=TPDO1 + FACTORS), columns=columns_in("rad", "permille"), **known)
     recording = import_recording(write(tmp_path / "bus.log", told + motion()), read)
     assert recording.info.axes["elbow"].gear_ratio is None

@@ -68,7 +68,7 @@ def error(terms: Floats, force: Floats, parameters: Floats) -> float:
 @needs_emps
 def test_emps_gives_the_published_coefficients(tmp_path: Path) -> None:
     terms, force = regression(emps("DATA_EMPS", tmp_path))
-    parameters = np.linalg.lstsq(terms, force, rcond=None)[0]
+    parameters = np.asarray(np.linalg.lstsq(terms, force, rcond=None)[0], dtype=np.float64)
     np.testing.assert_allclose(parameters[:3], [95.1089, 203.5034, 20.3935], rtol=0.01)
     assert parameters[3] == pytest.approx(-3.1648, rel=0.05)
     assert error(terms, force, parameters) < 0.0409

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from drivetwin.foundation.errors import UserError
-from drivetwin.recording.csv_table import read_csv_table
+from drivetwin.recording.formats.csv_table import read_csv_table
 from drivetwin.recording.import_map import CsvLayout, ImportMap, read_map
 from drivetwin.recording.importer import import_recording, import_recordings, unique_names
 
@@ -354,7 +354,7 @@ def test_dates_that_are_none(second: str, message: str, tmp_path: Path) -> None:
         (" ", ",", ["1 234 567,5", "-12 000", "3,25"]),
     ],
 )
-def test_groups_of_thousands(thousands: str, decimal: Any, cells: list[str], tmp_path: Path) -> None:
+def test_groups_of_thousands(thousands: Any, decimal: Any, cells: list[str], tmp_path: Path) -> None:
     file = tmp_path / "scope.csv"
     file.write_text("\n".join(["t;M", *(f"{k};{cell}" for k, cell in enumerate(cells))]) + "\n")
     layout = CsvLayout(thousands=thousands, decimal=decimal, delimiter=";")

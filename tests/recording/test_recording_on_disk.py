@@ -36,7 +36,7 @@ INFO = {
 
 
 def recording(samples: int = 50) -> Recording:
-    time = 3.7 + np.arange(samples) * 0.001
+    time = 3.7 + np.arange(samples, dtype=np.float64) * 0.001
     columns = {"elbow": {"torque": np.sin(time), "position": time**2, "temperature": np.full(samples, np.nan)}}
     return Recording("run", RecordingInfo.model_validate(INFO), time, columns)
 
@@ -114,7 +114,11 @@ def _rename(old: str, new: str) -> Callable[[Columns], Any]:
 
 
 def _cut(first: int, last: int) -> Callable[[Columns], Any]:
-    return lambda columns: [columns[name].__delitem__(slice(first, last)) for name in columns]
+    def cut(columns: Columns) -> None:
+        for values in columns.values():
+            del values[first:last]
+
+    return cut
 
 
 REFUSED = {

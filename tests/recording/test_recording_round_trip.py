@@ -32,7 +32,7 @@ def axis(draw: st.DrawFn, count: int, joint: str) -> tuple[AxisInfo, dict[str, S
         "rated_torque": st.floats(1e-9, 1e9), "torque_delay": FINITE, "position_relative": st.booleans(), "colour": NAMES,
         "drive": st.builds(DriveLoops, position_gain=st.floats(0.0, 1e9), integral_time=st.none() | st.floats(0.0, 1e9)),
     }))  # fmt: skip
-    return AxisInfo(joint=joint, **told), columns
+    return AxisInfo.model_validate({"joint": joint} | told), columns
 
 
 @st.composite
@@ -40,14 +40,16 @@ def recordings(draw: st.DrawFn) -> Recording:
     count, period = draw(st.integers(2, 40)), draw(st.sampled_from([1e-4, 1e-3, 0.004, 0.1]))
     names = draw(st.lists(NAMES, min_size=1, max_size=3, unique=True))
     axes = {name: draw(axis(count, name)) for name in names}
-    info = RecordingInfo(
-        machine=draw(NAMES),
-        sample_period=period,
-        start_time=draw(st.none() | st.floats(0.0, 1e9) | st.datetimes()),
-        axes={name: own for name, (own, _) in axes.items()},
-        operator=draw(NAMES),
-    )
-    return Recording("run", info, np.arange(count) * period, {name: columns for name, (_, columns) in axes.items()})
+    told = {
+        "machine": draw(NAMES),
+        "sample_period": period,
+        "start_time": draw(st.none() | st.floats(0.0, 1e9) | st.datetimes()),
+        "axes": {name: own for name, (own, _) in axes.items()},
+        "operator": draw(NAMES),
+    }
+    info = RecordingInfo.model_validate(told)
+    time = np.arange(count, dtype=np.float64) * period
+    return Recording("run", info, time, {name: columns for name, (_, columns) in axes.items()})
 
 
 @settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])

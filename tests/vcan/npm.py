@@ -14,14 +14,14 @@ from processes import PATIENCE
 SCRIPT = Path(__file__).parent / "npm_canopen.js"
 
 
-def seen(scenario: str, eds: Path) -> dict[str, Any]:
+def seen(scenario: str, eds: Path, *files: Path, patience: float = PATIENCE) -> dict[str, Any]:
     """What a scenario of npm_canopen.js prints."""
     modules = installed("node_modules")
     done = subprocess.run(
-        ["node", SCRIPT, scenario, eds],
+        ["node", SCRIPT, scenario, eds, *files],
         capture_output=True,
         text=True,
-        timeout=PATIENCE,
+        timeout=patience,
         check=False,
         env={**os.environ, "NODE_PATH": str(modules)},
     )

@@ -1,7 +1,8 @@
 // A CANopen master made of npm's `canopen` and `socketcan`: one scenario a run, and what it saw as one line of JSON.
-//   node npm_canopen.js SCENARIO EDS      (an EDS that `drivetwin eds` wrote; the drive is node 1 on vcan0)
+//   node npm_canopen.js SCENARIO EDS [FILE]      (an EDS that `drivetwin eds` wrote; the drive is node 1 on vcan0)
 'use strict';
 
+const fs = require('fs');
 const { Device, DataType, Eds, LssMode, ObjectType } = require('canopen');
 const can = require('socketcan');
 
@@ -136,6 +137,13 @@ const scenarios = {
                 lengths.push(length);
         }
         return { lengths };
+    },
+
+    /** A DOMAIN of more than a megabyte by blocks: the bytes of a file. */
+    async domain({ drive }) {
+        const data = fs.readFileSync(process.argv[4]);
+        await drive.write(0x2f00 + DataType.DOMAIN, 0, data, DataType.DOMAIN, { blockTransfer: true, blockInterval: 0 });
+        return { length: data.length };
     },
 
     /** The abort codes that the client is given. */

@@ -5,6 +5,7 @@ CANopenNode is in no package registry: where canopend and cocomm are not on the 
 
 from __future__ import annotations
 
+import base64
 import shutil
 import subprocess
 import time
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import can
 import pytest
-from all_types import FIRST, least_and_most
+from all_types import DOMAIN, FIRST, LARGE, MINUTES, least_and_most
 from processes import PATIENCE, emulator
 
 MASTER, NODE = 4, 2
@@ -76,6 +77,19 @@ def test_sdo_of_what_it_has_only_as_bytes(socket: Path, code: int) -> None:
     data = " ".join(f"{byte:02X}" for byte in range(1, length + 1))
     assert say(socket, f"{NODE} w 0x{FIRST + code:04X} 0 hex {data}") == "OK"
     assert say(socket, f"{NODE} r 0x{FIRST + code:04X} 0 hex") == data
+
+
+def test_a_domain_of_more_than_a_megabyte(socket: Path) -> None:
+    """Both ways by blocks, as base64; what is written comes on its input."""
+    assert say(socket, "set sdo_block 1") == "OK"
+    place = f"0x{FIRST + DOMAIN:04X} 0 d"
+    write = ["cocomm", "-s", socket, "-o", "flat", "-i", f"{NODE} w {place}"]
+    text = base64.b64encode(LARGE).decode() + "\n"
+    done = subprocess.run(write, input=text, capture_output=True, text=True, timeout=MINUTES, check=False)
+    assert done.stdout.strip() == "[1] OK", done.stdout[-200:] + done.stderr[-200:]
+    read = ["cocomm", "-s", socket, "-o", "flat", f"{NODE} r {place}"]
+    done = subprocess.run(read, capture_output=True, text=True, timeout=MINUTES, check=False)
+    assert base64.b64decode(done.stdout.partition("] ")[2]) == LARGE
 
 
 def test_text(socket: Path) -> None:

@@ -5,6 +5,7 @@ lely-core is in no package registry: where coctl is not on the PATH, with its co
 
 from __future__ import annotations
 
+import base64
 import re
 import shutil
 import subprocess
@@ -14,7 +15,7 @@ from pathlib import Path
 
 import can
 import pytest
-from all_types import FIRST, INTEGERS, REALS, TIMES, least_and_most
+from all_types import DOMAIN, FIRST, INTEGERS, LARGE, MINUTES, REALS, TIMES, least_and_most
 from processes import PATIENCE, emulator
 
 MASTER, NODE = 10, 2
@@ -47,14 +48,19 @@ def dcf(eds_with_types: Path) -> Iterator[Path]:
         yield found[0]
 
 
-def coctl(dcf: Path, *commands: str) -> Said:
-    """A session of its own; each command waits for the answer of the one before."""
+def session(dcf: Path, *commands: str, patience: float = PATIENCE) -> str:
+    """What it prints; each command waits for the answer of the one before."""
     lines = "".join(f"{command}\n" for command in (*BEGIN, *commands))
     told = ["coctl", "vcan0", str(dcf)]
-    done = subprocess.run(told, input=lines, capture_output=True, text=True, timeout=PATIENCE, check=True)
-    answers = re.findall(r"^\[\d+\] (.*)$", done.stdout, re.MULTILINE)
-    events = [line for line in done.stdout.splitlines() if not line.startswith("[")]
-    assert len(answers) == len(BEGIN) + len(commands), done.stdout
+    return subprocess.run(told, input=lines, capture_output=True, text=True, timeout=patience, check=True).stdout
+
+
+def coctl(dcf: Path, *commands: str) -> Said:
+    """A session of its own."""
+    text = session(dcf, *commands)
+    answers = re.findall(r"^\[\d+\] (.*)$", text, re.MULTILINE)
+    events = [line for line in text.splitlines() if not line.startswith("[")]
+    assert len(answers) == len(BEGIN) + len(commands), text
     assert answers[: len(BEGIN)] == ["OK"] * len(BEGIN)
     return Said(answers[len(BEGIN) :], events)
 
@@ -90,6 +96,18 @@ def test_sdo_of_times(dcf: Path, code: int, name: str) -> None:
     """Days and milliseconds."""
     place = f"0x{FIRST + code:04X} 0 {name}"
     assert coctl(dcf, f"{NODE} w {place} 14905 25200448", f"{NODE} r {place}").answers == ["OK", "14905 25200448"]
+
+
+def test_a_domain_of_more_than_a_megabyte(dcf: Path) -> None:
+    """Both ways in segments; as text it is base64 (CiA 309-3), read in many lines."""
+    place = f"0x{FIRST + DOMAIN:04X} 0 d"
+    write = f"{NODE} w {place} {base64.b64encode(LARGE).decode()}"
+    text = session(dcf, write, f"{NODE} r {place}", patience=MINUTES)
+    written, read = len(BEGIN) + 1, len(BEGIN) + 2
+    assert re.search(rf"^\[{written}\] OK$", text, re.MULTILINE)
+    found = re.search(rf"^\[{read}\] ((?:[\w+/=]+\s+)+)", text, re.MULTILINE)
+    assert found is not None
+    assert base64.b64decode(found[1]) == LARGE
 
 
 def test_text(dcf: Path) -> None:

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import canopen
+import large_domain
 import pytest
-from all_types import FIRST, INTEGERS, REALS, SEVEN_O_CLOCK, TIMES, least_and_most
+from all_types import FIRST, INTEGERS, LARGE, MINUTES, REALS, SEVEN_O_CLOCK, TIMES, least_and_most
 from npm import seen
 from processes import PATIENCE, emulator
 
@@ -48,3 +49,11 @@ def test_canopen_of_npm(arm: Path) -> None:
     names |= {name.replace("INTEGER", "UNSIGNED") for name in names if name.startswith("I")} | set(TIMES.values())
     assert set(told["faithful"]) == names
     assert told["refused"] == {"INTEGER56": "6070012", "UNSIGNED56": "6070012"}
+
+
+def test_a_domain_of_more_than_a_megabyte_by_canopen_of_npm(arm: Path, tmp_path: Path) -> None:
+    """Written by blocks. To read such a one it copies all that it has with each segment (sdo_client.js, `Buffer.concat`)."""
+    file = tmp_path / "large"
+    file.write_bytes(LARGE)
+    assert seen("domain", arm, file, patience=MINUTES) == {"length": len(LARGE)}
+    assert large_domain.read(1) == LARGE

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -46,11 +47,12 @@ def main() -> None:
         help="for wafer-handler.json, report.html, tracking.png, recordings and bus logs",
     )
     parser.add_argument("--seed", type=int, default=0, help="of the exciting motion, the sensors' noise and the random states")
+    parser.add_argument("--axis", action="append", choices=AXES, help="study this axis; can be repeated; without it, all")
     options = parser.parse_args()
     machine = load_machine("scara")
     inputs = [machine.model_path, machine.axes_path, TRUTH]
     with new_directory(options.out) as staged:
-        study = run_study(staged, options.seed, inputs)
+        study = run_study(staged, options.seed, inputs, options.axis or AXES)
         found = {"schema": "wafer-handler/1", **provenance(options.seed, inputs), **study.to_json()}
         write_json(staged / "wafer-handler.json", found)
         write_report(study, staged / "report.html")
@@ -58,8 +60,8 @@ def main() -> None:
     print_summary(console, study, options.out)
 
 
-def run_study(folder: Path, seed: int, inputs: list[Path]) -> Study:
-    """Everything; recordings and bus logs go below `folder`."""
+def run_study(folder: Path, seed: int, inputs: list[Path], studied: Sequence[str]) -> Study:
+    """The whole arm, and each axis that is `studied` by itself; recordings and bus logs go below `folder`."""
     console.print(f"kinematics and dynamics on {STATES} random states")
     dynamics, kinematics = maximum_relative_difference(seed, STATES), maximum_error(seed, STATES)
     arm, progress = load_arm(), Phases()
@@ -69,7 +71,7 @@ def run_study(folder: Path, seed: int, inputs: list[Path]) -> Study:
     log = folder / "servoone_bus.log"
     with session_on(virtual.bus, arm.machine, load_profile("servoone"), Lockstep(), None, progress, log) as session:
         identified = identify_through_the_bus(session, recorder, seed)
-        axes = {axis: study_axis(session, axis, identified, recorder) for axis in AXES}
+        axes = {axis: study_axis(session, axis, identified, recorder) for axis in studied}
         blade = BladeBench(bench_of(session, identified.full), virtual.witness, arm)
         straight, carried = straight_move(blade), carry_wafer(blade)
     other = virtual_arm("cia402-full", seed)
@@ -78,7 +80,7 @@ def run_study(folder: Path, seed: int, inputs: list[Path]) -> Study:
     console.print("cia402-full drives, 2 ms: 60B1h feeds the velocity forward, 60B2h the torque")
     log = folder / "cia402-full_bus.log"
     with session_on(other.bus, arm.machine, load_profile("cia402-full"), Lockstep(), None, progress, log, streaming) as session:
-        by_offsets = {axis: study_stages(session, axis, identified, recorder) for axis in AXES}
+        by_offsets = {axis: study_stages(session, axis, identified, recorder) for axis in studied}
     return Study(
         kinematics_error=kinematics,
         dynamics=dynamics,

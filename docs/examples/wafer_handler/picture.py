@@ -18,7 +18,7 @@ def draw_tracking(axes: dict[str, AxisResult], path: Path) -> None:
     """Tracking difference of each axis: above with velocity alone and with torque, below enlarged, with what was learned."""
     with mpl.rc_context(rc=STYLE):  # type: ignore[arg-type]
         figure = Figure(figsize=(12.5, 5.6), dpi=150, layout="constrained")
-        panels = figure.subplots(2, len(axes), sharex="col")
+        panels = figure.subplots(2, len(axes), sharex="col", squeeze=False)
         for column, (axis, result) in enumerate(axes.items()):
             drawn = (
                 ("velocity", result.stages[Stage.VELOCITY], COLOURS[Stage.VELOCITY]),

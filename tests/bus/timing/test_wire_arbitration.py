@@ -198,7 +198,11 @@ def worst_responses(messages: list[Message], place: int) -> list[int]:
     responses = []
     for instance in range(-(-busy // mine.period)):
         before = blocking + instance * took(mine)
-        queued = settled(before, lambda time, start=before: start + sum((time // m.period + 1) * took(m) for m in higher))
+
+        def queue(time: int, start: int = before) -> int:
+            return start + sum((time // m.period + 1) * took(m) for m in higher)
+
+        queued = settled(before, queue)
         responses.append(queued - instance * mine.period + took(mine))
     return responses
 

@@ -39,12 +39,12 @@ SWING = 2.0 * np.pi * 15.0
 
 def small_moves() -> Array:
     """To and fro within a tenth of the travel: a weight and a spring are one there."""
-    return _strokes([(0.05 + 0.12 * share, 0.05 - 0.12 * share, 0.3 + 0.5 * share) for share in np.linspace(0.4, 1.0, 8)])
+    return _strokes([(0.05 + 0.12 * share, 0.05 - 0.12 * share, 0.3 + 0.5 * share) for share in np.linspace(0.4, 1.0, 4)])
 
 
 def fast_moves() -> Array:
     """To and fro at high speeds only: the ramps hardly show what happens at low ones."""
-    return _strokes([(-1.2, 1.2, speed) for speed in np.linspace(0.8, 2.4, 8)])
+    return _strokes([(-1.2, 1.2, speed) for speed in np.linspace(0.8, 2.4, 4)])
 
 
 @dataclass(frozen=True)

@@ -2,39 +2,19 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import canopen
 import pytest
-from processes import Ended, emulator
+from in_process import Command
+from processes import emulator
 
-from drivetwin.cli import main
 from drivetwin.emulator.faults.library import library
 
 INTERLOCK = 1 << 3
 LOOKS = 5000
 """More looks at an object than any of the changes here takes; each is an SDO of its own."""
-
-
-Run = Callable[..., Ended]
-
-
-@pytest.fixture
-def drivetwin(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Run:
-    """Run a command line in this process."""
-
-    def command(*words: object) -> Ended:
-        monkeypatch.setattr(sys, "argv", ["drivetwin", *map(str, words)])
-        status = 0
-        try:
-            main()
-        except SystemExit as ended:
-            status = int(ended.code or 0)
-        return Ended(status, *capfd.readouterr())
-
-    return command
 
 
 @pytest.fixture
@@ -65,32 +45,32 @@ def comes(holds: Callable[[], bool]) -> bool:
     return any(holds() for _ in range(LOOKS))
 
 
-def test_sto_for_a_time(drivetwin: Run, node: canopen.RemoteNode, path: Path) -> None:
+def test_sto_for_a_time(command: Command, node: canopen.RemoteNode, path: Path) -> None:
     assert not inputs(node) & INTERLOCK
-    struck = drivetwin("fault", "sto", "--node", "rotate", "--on", path)
+    struck = command("fault", "sto", "--node", "rotate", "--on", path)
     assert (struck.status, struck.err) == (0, "")
     assert struck.out.startswith("sto struck at ")
     assert inputs(node) & INTERLOCK
-    ended = drivetwin("fault", "sto", "--node", "rotate", "--end", "--on", path)
+    ended = command("fault", "sto", "--node", "rotate", "--end", "--on", path)
     assert (ended.status, ended.err) == (0, "")
     assert ended.out.startswith("sto ended at ")
     assert not inputs(node) & INTERLOCK
-    assert drivetwin("fault", "sto", "--node", 2, "--for", "0.2", "--on", path).status == 0
+    assert command("fault", "sto", "--node", 2, "--for", "0.2", "--on", path).status == 0
     assert comes(lambda: not inputs(node) & INTERLOCK)
 
 
-def test_parameters_of_a_fault_are_options(drivetwin: Run, node: canopen.RemoteNode, path: Path) -> None:
-    struck = drivetwin("fault", "drive_fault", "--node=2", "--code", "0x4210", "--on", path)
+def test_parameters_of_a_fault_are_options(command: Command, node: canopen.RemoteNode, path: Path) -> None:
+    struck = command("fault", "drive_fault", "--node=2", "--code", "0x4210", "--on", path)
     assert (struck.status, struck.err) == (0, "")
     assert node.sdo.upload(0x603F, 0) == b"\x10\x42"
-    assert drivetwin("fault", "encoder_glitch", "--node", 2, "--increments", "-5000", "--on", path).status == 0
-    refused = drivetwin("fault", "sto", "--node", 9, "--on", path)
+    assert command("fault", "encoder_glitch", "--node", 2, "--increments", "-5000", "--on", path).status == 0
+    refused = command("fault", "sto", "--node", 9, "--on", path)
     assert (refused.status, refused.out) == (2, "")
     assert refused.err == "drivetwin: sto: scara has no node 9; it has 1 (lift), 2 (rotate), 3 (stretch), or say all\n"
 
 
-def test_the_list_has_every_fault_and_parameter(drivetwin: Run) -> None:
-    listed = drivetwin("fault", "--list")
+def test_the_list_has_every_fault_and_parameter(command: Command) -> None:
+    listed = command("fault", "--list")
     assert (listed.status, listed.err) == (0, "")
     blocks = listed.out.strip().split("\n\n")
     assert [block.split()[0] for block in blocks] == list(library())
@@ -113,8 +93,8 @@ def test_the_list_has_every_fault_and_parameter(drivetwin: Run) -> None:
         ("sto --node 2 --end --for 3 --on nowhere", "--for is how long a fault lasts that is struck; leave it out with --end"),
     ],
 )
-def test_what_is_told_wrongly_is_one_line(drivetwin: Run, words: str, expected: str) -> None:
-    refused = drivetwin("fault", *words.split())
+def test_what_is_told_wrongly_is_one_line(command: Command, words: str, expected: str) -> None:
+    refused = command("fault", *words.split())
     assert (refused.status, refused.out) == (2, "")
     assert refused.err.count("\n") == 1
     assert expected in refused.err

@@ -7,22 +7,25 @@ so are the factor group (608Fh, 6091h, 6092h) and the rated torque (6076h, CiA 4
 from __future__ import annotations
 
 import itertools
+import logging
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from drivetwin.drive_profiles.eds_reader import parse_number, read_eds
 from drivetwin.foundation.errors import UserError
 from drivetwin.recording.checks import GAP_FACTOR, TOLERANCE
+from drivetwin.recording.formats.base import ImportFormat, Signals
 from drivetwin.recording.import_map import AxisMap, BusLayout, ColumnMap, ImportMap, ObjectKey
 from drivetwin.recording.in_child import UnreadableError, read_in_child
 from drivetwin.recording.recording import Samples
+from drivetwin.recording.to_joint import to_joint_side
 
-LOG_SUFFIXES = (".log", ".asc", ".blf", ".trc")
+logger = logging.getLogger(__name__)
 
 _CODES = {
     "int8": "b",
@@ -139,6 +142,45 @@ class BusSignals:
     axes: dict[str, AxisMap]
     unconfirmed: dict[str, tuple[str, ...]]
     files: tuple[Path, ...]
+
+
+class BusLog(ImportFormat):
+    """Bus logs; what the map says of their reading is under `bus`."""
+
+    name: ClassVar[str] = "bus"
+    endings: ClassVar[tuple[str, ...]] = (".log", ".asc", ".blf", ".trc")
+
+    def signals(self, file: Path, import_map: ImportMap, *, mend: bool) -> Signals:
+        return _bus_signals(file, import_map)
+
+
+def _bus_signals(file: Path, import_map: ImportMap) -> Signals:
+    if import_map.time is not None:
+        logger.warning("%s: `time` is not used for a bus log, its rows are SYNC cycles", import_map.path)
+    bus = read_bus_log(file, import_map)
+    columns = {
+        axis: {name: _bus_column(file, axis, name, values, bus) for name, values in named.items()}
+        for axis, named in bus.raw.items()
+    }
+    return Signals(bus.time, columns, bus.axes, (file, import_map.path, *bus.files))
+
+
+def _bus_column(file: Path, axis: str, name: str, raw: Samples, bus: BusSignals) -> Samples:
+    entry = bus.axes[axis]
+    column = entry.columns[name]
+    if column.unit is None:
+        raise UserError(
+            f"{file}: {axis}.{name}: an object has no unit of its own; give `unit:` in the map (inc, permille ...)"
+        )
+    try:
+        return to_joint_side(f"{file}: {axis}.{name}", name, raw, column, entry)
+    except UserError as error:
+        if not bus.unconfirmed[axis]:
+            raise
+        raise UserError(
+            f"{error}; the EDS has only defaults of {', '.join(bus.unconfirmed[axis])}, which the log does not confirm, and "
+            "the drive may be set otherwise: give the constant in the map, the DCF as `eds`, or a log of reading the object"
+        ) from None
 
 
 def read_bus_log(file: Path, import_map: ImportMap) -> BusSignals:

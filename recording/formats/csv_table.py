@@ -10,12 +10,13 @@ from collections import Counter
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from drivetwin.foundation.errors import UserError
-from drivetwin.recording.import_map import CsvLayout
+from drivetwin.recording.formats.table_format import TableFormat
+from drivetwin.recording.import_map import CsvLayout, ImportMap
 from drivetwin.recording.recording import Samples
 from drivetwin.recording.table import Column, Table
 from drivetwin.recording.units import canonical
@@ -98,6 +99,16 @@ class _Cells:
                 )
             values[index] = value
         return values
+
+
+class Csv(TableFormat):
+    """Text tables; what the map says of their layout is under `csv`."""
+
+    name: ClassVar[str] = "csv"
+    endings: ClassVar[tuple[str, ...]] = (".csv", ".txt", ".tsv", ".dat")
+
+    def table(self, file: Path, import_map: ImportMap) -> Table:
+        return read_csv_table(file, import_map.csv)
 
 
 def read_csv_table(file: Path, layout: CsvLayout) -> Table:

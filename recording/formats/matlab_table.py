@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from drivetwin.foundation.errors import UserError
+from drivetwin.recording.formats.table_format import TableFormat
+from drivetwin.recording.import_map import ImportMap
 from drivetwin.recording.in_child import UnreadableError, read_in_child
 from drivetwin.recording.recording import Samples
 from drivetwin.recording.table import Column, Table
 
 _HDF5 = b"MATLAB 7.3 MAT-file"
+
+
+class Matlab(TableFormat):
+    """MATLAB files; a column is a variable."""
+
+    name: ClassVar[str] = "matlab"
+    endings: ClassVar[tuple[str, ...]] = (".mat",)
+
+    def table(self, file: Path, import_map: ImportMap) -> Table:
+        return read_matlab(file)
 
 
 def read_matlab(file: Path) -> Table:

@@ -1,0 +1,1 @@
+"""What foreign files are imported from: one format a file."""
