@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from math import pi
 
@@ -75,6 +75,8 @@ class NodeWatch:
         """rad or m a position unit, None where the axis is not known."""
         self.silent = ""
         """Why it does not answer by SDO; empty where it does."""
+        self.hearers: list[Callable[[int, Address, Value], None]] = []
+        """Told node-ID, object and value of whatever comes."""
         self._link = link
         self._remote = link.add(node_id)
         self._mapping_read = 0.0
@@ -96,6 +98,10 @@ class NodeWatch:
         """The last number of an object that has come, None where none has."""
         sample = self.values.get(address)
         return None if sample is None or isinstance(sample.value, str) else sample.value
+
+    def in_pdo(self, address: Address) -> bool:
+        """Whether a PDO that exists carries an object."""
+        return any(field.address == address for pdo in self.pdos.values() for field in pdo.fields)
 
     def entry(self, index: int, subindex: int) -> ObjectEntry:
         """Raises UserError for an object that the drive type does not have."""
@@ -124,6 +130,8 @@ class NodeWatch:
         now = time.monotonic()
         for address, value in told:
             self.values[address] = Sample(value, now)
+            for hear in self.hearers:
+                hear(self.node_id, address, value)
 
     def refresh(self) -> None:
         """Ask for what is stale: the PDO mapping after another master has configured the drive, vital objects of no PDO."""

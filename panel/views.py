@@ -22,7 +22,22 @@ def parameters(panel: Panel) -> Told:
     return {"nodes": [{"id": node.node_id, "name": node.name} for node in panel.nodes.values()]}
 
 
-VIEWS: Mapping[str, Callable[[Panel], Told]] = {"drives": drives, "parameters": parameters}
+def scope(panel: Panel) -> Told:
+    """The scope's screen, decimated."""
+    return panel.scope.told()
+
+
+def faults(panel: Panel) -> Told:
+    """What was struck, and what happened since, the last first."""
+    return {
+        **parameters(panel),
+        "emulated": panel.control is not None,
+        "struck": [vars(one) for one in panel.faults.struck],
+        "events": [vars(one) for one in reversed(list(panel.happenings.all))],
+    }
+
+
+VIEWS: Mapping[str, Callable[[Panel], Told]] = {"drives": drives, "parameters": parameters, "scope": scope, "faults": faults}
 
 
 def _node(node: NodeWatch) -> Told:

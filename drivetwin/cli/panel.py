@@ -58,7 +58,7 @@ def panel_command(
     access, pen = Access(host, token), Pen(allowed=allow_writes)
     with listen(host, port) as where, _seen(emulate, bus, profile) as seen, Link(open_bus(seen.bus)) as link:
         node_ids = sorted(seen.axes) or find_nodes(link)
-        with Panel(link, node_ids, drive_type, seen.axes, pen, seen.motion) as panel:
+        with Panel(link, node_ids, drive_type, seen.axes, pen, seen.motion, seen.control, seen.machine) as panel:
             if seen.motion is not None:
                 seen.motion.start()
             print(_joinable(panel, access, where.getsockname()[1]), flush=True)
@@ -72,6 +72,8 @@ class _Seen:
     bus: str
     axes: dict[int, Axis]
     motion: Motion | None
+    control: Path | None = None
+    machine: str | None = None
 
 
 @contextmanager
@@ -94,7 +96,7 @@ def _seen(emulate: str | None, bus: str | None, profile: str) -> Iterator[_Seen]
             emulated.nodes[name]: Axis(name, axis.joint, axis.gear_ratio, "m" if axis.prismatic else "rad")
             for name, axis in described.axes.items()
         }
-        yield _Seen(emulated.bus, axes, motion)
+        yield _Seen(emulated.bus, axes, motion, emulated.control, machine)
 
 
 def _joinable(panel: Panel, access: Access, port: int) -> str:

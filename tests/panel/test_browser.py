@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from browser_bench import browser_page, needs_chromium
@@ -94,3 +95,53 @@ def test_a_panel_that_reads_offers_nothing_else() -> None:
         in_motion(page)
         expect(page.locator("#pen")).to_contain_text("--allow-writes")
         assert page.locator("main button:enabled").count() == 0
+
+
+def add(page: Page, where: str, what: str) -> None:
+    """A channel of the scope, by the controls."""
+    page.get_by_label("Drive or truth").select_option(where)
+    page.get_by_label("Object", exact=True).fill(what)
+    page.get_by_role("button", name="Add channel").click()
+
+
+@pytest.mark.parametrize(("theme", "width"), [("light", 1280), ("dark", 390)])
+def test_the_scope_is_triggered_zoomed_and_saved(served: Served, theme: str, width: int) -> None:
+    with browser_page(served.url, width=width, theme=theme) as page:
+        in_motion(page)
+        page.get_by_role("link", name="scope").click()
+        expect(page.locator("[data-is='readings'] tr")).to_have_count(4)
+        if width == 1280:
+            add(page, "truth:rotate", "velocity")
+            add(page, "truth:rotate", "torque")
+            expect(page.locator("[data-is='readings'] .truth")).to_have_count(2)
+            page.get_by_label("X", exact=True).select_option("truth:rotate:velocity")
+            page.get_by_label("Y", exact=True).select_option("truth:rotate:torque")
+            expect(page.get_by_label("One channel over another").locator("canvas")).to_be_visible()
+        page.get_by_label("Window").select_option("2")
+        page.get_by_label("Trigger", exact=True).select_option("rises")
+        page.get_by_label("Trigger channel").select_option("2:6064:00")
+        page.get_by_role("button", name="Set", exact=True).click()
+        expect(page.locator("[data-is='state']")).to_contain_text("triggered at")
+        over = page.locator("[aria-label='Channels over time'] .u-over")
+        box = over.bounding_box()
+        assert box is not None
+        over.click(position={"x": 0.3 * box["width"], "y": 50})
+        over.click(position={"x": 0.7 * box["width"], "y": 50})
+        expect(page.locator("[data-is='readings'] th", has_text="B − A")).to_contain_text(re.compile(r"0\.[78]\d+ s"))
+        with page.expect_download() as saved:
+            page.get_by_role("button", name="Save CSV").click()
+        assert saved.value.path().read_text(encoding="utf-8").startswith("time [s],lift Position actual value")
+        page.get_by_role("button", name="Save recording").click()
+        expect(page.locator("#said")).to_contain_text("without its torque")
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        if width == 390:
+            page.get_by_role("button", name="Run").click()
+            page.get_by_label("Trigger", exact=True).select_option("")
+            page.get_by_role("button", name="Set", exact=True).click()
+            expect(page.locator("[data-is='state']")).to_have_text("runs")
+
+
+def test_what_the_pages_load_is_small() -> None:
+    pages = Path(__file__).parents[2] / "panel" / "pages"
+    assert sum(file.stat().st_size for file in pages.rglob("*") if file.is_file()) < 3_000_000
+    assert all((folder / "LICENSE").is_file() for folder in (pages / "vendor").iterdir())
