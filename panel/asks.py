@@ -11,6 +11,7 @@ from drivetwin.panel.dictionary import told_objects
 from drivetwin.panel.panel import Panel
 from drivetwin.panel.power_states import COMMANDS
 from drivetwin.panel.scope.picture import Span
+from drivetwin.panel.scope.save import recording_of
 from drivetwin.panel.scope.trigger import Trigger
 from drivetwin.panel.values import Value, decode, encode
 from drivetwin.panel.words import NMT_COMMANDS
@@ -190,6 +191,15 @@ class ScopeZoom(_Ask):
         return panel.scope.picture(held, Span(self.start, self.end))
 
 
+class ScopeRecording(_Ask):
+    """Whether what the scope shows makes a recording; a page asks before it fetches the file."""
+
+    ask: Literal["scope recording"]
+
+    def answer(self, panel: Panel) -> None:
+        recording_of(panel.scope.settings.channels, panel.scope.shown(), panel.machine)
+
+
 class Faults(_Ask):
     """Every fault with its parameters."""
 
@@ -224,7 +234,20 @@ class End(_Ask):
         panel.faults.end(dict(self.told))
 
 
-Ask = Objects | Read | Write | Store | Command | Nmt | Move | ScopeSet | ScopeRun | ScopeZoom | Faults | Strike | End
+class BitRate(_Ask):
+    """Measure the load against a bus of this bit rate [bit/s]; nothing changes on the bus itself."""
+
+    ask: Literal["bit rate"]
+    bit_rate: int
+
+    def answer(self, panel: Panel) -> None:
+        panel.bus.set_bit_rate(self.bit_rate)
+
+
+_OfScope = ScopeSet | ScopeRun | ScopeZoom | ScopeRecording
+_OfFaults = Faults | Strike | End
+
+Ask = Objects | Read | Write | Store | Command | Nmt | Move | BitRate | _OfScope | _OfFaults
 
 _ASK: TypeAdapter[Ask] = TypeAdapter(Annotated[Ask, Field(discriminator="ask")])
 

@@ -46,7 +46,7 @@ class FaultDesk:
         ask_control(self._emulator(), {"strike": told} if seconds is None else {"strike": told, "for": seconds})
         self.struck.insert(0, Struck(told, at, lasts and seconds is None))
         del self.struck[MOST_STRUCK:]
-        self._happenings.note(PANEL, str(told.get("node")), f"struck {told['fault']}")
+        self._happenings.note(PANEL, str(told.get("node")), f"struck {told['fault']}", at)
 
     def end(self, told: dict[str, object]) -> None:
         """Take its cause away. Raises UserError with the emulator's reason."""

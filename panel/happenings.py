@@ -46,9 +46,13 @@ class Happenings:
         for node in nodes.values():
             node.hearers.append(self.hear)
 
-    def note(self, who: str, node: str, words: str) -> None:
-        """Something happened now."""
-        self.all.append(Happening(self._time.now, who, node, words))
+    def note(self, who: str, node: str, words: str, at: float | None = None) -> None:
+        """Something happened, now or a moment ago [s]."""
+        self.all.append(Happening(self._time.now if at is None else at, who, node, words))
+
+    def last_first(self) -> list[Happening]:
+        """By their times."""
+        return sorted(self.all.copy(), key=lambda one: one.time)[::-1]
 
     def take(self, message: can.Message) -> None:
         """EMCY, boot-up, NMT command."""

@@ -99,6 +99,11 @@ class NodeWatch:
         sample = self.values.get(address)
         return None if sample is None or isinstance(sample.value, str) else sample.value
 
+    @property
+    def settled(self) -> bool:
+        """Whether its PDO mapping is known and no other master has asked it by SDO for a while: one that configures it does."""
+        return bool(self._mapping_read) and self._link.quiet_for(self.node_id) >= MAPPING_SETTLED
+
     def in_pdo(self, address: Address) -> bool:
         """Whether a PDO that exists carries an object."""
         return any(field.address == address for pdo in self.pdos.values() for field in pdo.fields)

@@ -14,6 +14,7 @@ from drivetwin.drive_profiles import DriveProfile
 from drivetwin.foundation.errors import UserError
 from drivetwin.panel.access import Pen
 from drivetwin.panel.bus_time import SYNC, BusTime
+from drivetwin.panel.bus_watch import BusWatch
 from drivetwin.panel.fault_desk import FaultDesk
 from drivetwin.panel.happenings import Happenings
 from drivetwin.panel.link import Link
@@ -70,10 +71,12 @@ class Panel:
         self.control = control
         self.machine = machine
         self.time = BusTime(None if motion is None else min(node_ids))
-        link.hearers.append(self.time.take)
+        link.watchers.append(self.time.take)
         for node in self.nodes.values():
             link.hearers.append(node.take)
         self.scope = Scope(self.nodes, self.time, control)
+        self.bus = BusWatch(self.nodes, self.time)
+        link.watchers.append(self.bus.take)
         self.happenings = Happenings(self.nodes, self.time)
         link.hearers.append(self.happenings.take)
         self.faults = FaultDesk(control, self.time, self.happenings)
@@ -116,4 +119,3 @@ class Panel:
             if not self.motion.runs:
                 with suppress(UserError):  # the bus has gone, and `lost` says so
                     self.link.send_message(SYNC, b"")
-                    self.time.sync()

@@ -33,11 +33,22 @@ def faults(panel: Panel) -> Told:
         **parameters(panel),
         "emulated": panel.control is not None,
         "struck": [vars(one) for one in panel.faults.struck],
-        "events": [vars(one) for one in reversed(list(panel.happenings.all))],
+        "events": [vars(one) for one in panel.happenings.last_first()],
     }
 
 
-VIEWS: Mapping[str, Callable[[Panel], Told]] = {"drives": drives, "parameters": parameters, "scope": scope, "faults": faults}
+def bus(panel: Panel) -> Told:
+    """Load, late cycles, identifiers, the last frames."""
+    return panel.bus.told()
+
+
+VIEWS: Mapping[str, Callable[[Panel], Told]] = {
+    "drives": drives,
+    "parameters": parameters,
+    "scope": scope,
+    "faults": faults,
+    "bus": bus,
+}
 
 
 def _node(node: NodeWatch) -> Told:

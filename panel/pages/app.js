@@ -1,4 +1,5 @@
 // The page: which view is open, what the head says, and the theme.
+import { bus } from "./bus.js";
 import { drives } from "./drives.js";
 import { element, say } from "./elements.js";
 import { faults } from "./faults.js";
@@ -6,7 +7,7 @@ import { parameters } from "./parameters.js";
 import { scope } from "./scope.js";
 import { ask, connect, hear, watch } from "./wire.js";
 
-const VIEWS = { drives, parameters, scope, faults };
+const VIEWS = { drives, parameters, scope, faults, bus };
 
 const at = (id) => document.getElementById(id);
 let open = null;

@@ -101,8 +101,12 @@ export function scope(place) {
 
 // A page's file: what is refused comes as a line.
 async function save(name) {
+  if (name.endsWith("zip") && await act("scope recording") === undefined) return;
   const answer = await fetch(name);
-  if (!answer.ok) return refused(new Error((await answer.text()).trim()));
+  if (!answer.ok) {
+    refused(new Error((await answer.text()).trim()));
+    return;
+  }
   const link = element("a", { href: URL.createObjectURL(await answer.blob()), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);

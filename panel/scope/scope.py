@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -28,6 +29,9 @@ WINDOWS = (0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
 
 ASK_EVERY = 0.02
 """Pause between two rounds of questions for what no PDO brings [s]."""
+
+LOOKED_AT = 2.0
+"""So long after a page was told the scope counts as looked at [s]."""
 
 STATUSWORD_INDEX = 0x6041
 
@@ -58,11 +62,12 @@ class Held:
 class Scope:
     """`take` is called in the thread of the bus, `ask_round` in the one that asks, all else in that of the pages."""
 
-    def __init__(self, nodes: Mapping[int, NodeWatch], time: BusTime, control: Path | None) -> None:
+    def __init__(self, nodes: Mapping[int, NodeWatch], bus_time: BusTime, control: Path | None) -> None:
         self._nodes = dict(nodes)
-        self._time = time
+        self._time = bus_time
         self._control = control
         self._lock = threading.Lock()
+        self._looked_at = 0.0
         self._notes: dict[str, str] = {}
         self._rings: dict[str, Ring] = {}
         self._keys: dict[tuple[int, Address], str] = {}
@@ -109,22 +114,24 @@ class Scope:
         if key is not None and not isinstance(value, str):
             self.keep(key, self._time.now, float(value))
 
-    def keep(self, key: str, time: float, value: float) -> None:
+    def keep(self, key: str, at: float, value: float) -> None:
         """A sample of a channel [s]."""
         with self._lock:
             if (ring := self._rings.get(key)) is None:
                 return
             before = ring.last
-            ring.append(time, value)
+            ring.append(at, value)
             if self._armed and self._fires(key, before, value):
-                self._armed, self._fired = False, time
+                self._armed, self._fired = False, at
             if self._fired is not None and self.held is None:
                 self._complete(self._fired)
 
     def ask_round(self) -> None:
-        """Ask once for each channel that no PDO brings."""
+        """Ask once for each channel that no PDO brings, while a page looks and where no other master asks that drive."""
+        if time.monotonic() - self._looked_at > LOOKED_AT:
+            return
         for channel in self.settings.channels:
-            if isinstance(channel, ObjectChannel) and channel.source == "SDO":
+            if isinstance(channel, ObjectChannel) and channel.source == "SDO" and channel.node.settled:
                 self._noted(channel.key, partial(channel.node.ask, channel.address))
         truths = [channel for channel in self.settings.channels if isinstance(channel, TruthChannel)]
         if truths:
@@ -186,6 +193,7 @@ class Scope:
 
     def told(self) -> dict[str, object]:
         """For the page."""
+        self._looked_at = time.monotonic()
         settings, shown = self.settings, self.shown()
         return {
             "nodes": [{"id": node.node_id, "name": node.name} for node in self._nodes.values()],

@@ -109,7 +109,7 @@ def test_the_scope_is_triggered_zoomed_and_saved(served: Served, theme: str, wid
     with browser_page(served.url, width=width, theme=theme) as page:
         in_motion(page)
         page.get_by_role("link", name="scope").click()
-        expect(page.locator("[data-is='readings'] tr")).to_have_count(4)
+        expect(page.locator("[data-is='readings']")).to_contain_text("rotate Position actual value")
         if width == 1280:
             add(page, "truth:rotate", "velocity")
             add(page, "truth:rotate", "torque")
@@ -145,3 +145,16 @@ def test_what_the_pages_load_is_small() -> None:
     pages = Path(__file__).parents[2] / "panel" / "pages"
     assert sum(file.stat().st_size for file in pages.rglob("*") if file.is_file()) < 3_000_000
     assert all((folder / "LICENSE").is_file() for folder in (pages / "vendor").iterdir())
+
+
+@pytest.mark.parametrize(("theme", "width"), [("light", 1280), ("dark", 390)])
+def test_the_bus_names_its_frames_and_says_how_full_it_is(served: Served, theme: str, width: int) -> None:
+    with browser_page(f"{served.url}#bus", width=width, theme=theme) as page:
+        expect(page.locator("[data-is='identifiers']")).to_contain_text("TPDO of rotate")
+        expect(page.locator("[data-is='identifiers']")).to_contain_text("heartbeat of stretch")
+        expect(page.locator("[data-is='frames']")).to_contain_text("Position actual value")
+        page.get_by_label("Bit rate").select_option("125000")
+        expect(page.locator("[data-is='cycles']")).to_contain_text(re.compile(r"\d+ of [1-9]\d* cycles end late"))
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.get_by_label("Bit rate").select_option("1000000")
+        expect(page.locator("[data-is='cycles']")).to_contain_text(re.compile(r"^0 of [1-9]\d* cycles end late"))

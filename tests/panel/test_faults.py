@@ -20,7 +20,8 @@ def served() -> Iterator[Served]:
 
 @needs_chromium
 def test_a_fault_is_struck_seen_and_cleared(served: Served) -> None:
-    with browser_page(f"{served.url}#faults") as page:
+    """On a phone, in the dark."""
+    with browser_page(f"{served.url}#faults", width=390, theme="dark") as page:
         events = page.locator("[data-is='events']")
         expect(events).to_contain_text(re.compile("stretch.*Operation enabled"))
         page.get_by_role("link", name="drives").click()
@@ -36,6 +37,7 @@ def test_a_fault_is_struck_seen_and_cleared(served: Served) -> None:
         stopped = {(who, drive) for who, drive, what in rows if what in ("Shutdown", "Disable voltage", "Quick stop")}
         assert ("controller", "lift") in stopped
         assert ("controller", "stretch") in stopped
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
         page.locator("[data-is='end']").click()
         expect(page.locator("[data-is='struck']")).to_contain_text("ended at")
         page.get_by_role("link", name="drives").click()
