@@ -18,6 +18,8 @@ ABOVE = 3.0
 """Noise is read from the torque's spectrum above so many cut-offs, where no motion is."""
 TIMING = 0.1
 """Share of a sample period within which position and torque of a sample are not known to be of the same instant."""
+FEWEST = 50
+"""Second differences that tell a level of noise."""
 LOWER_QUARTILE = 0.25
 """Of the density of what is left over the compared band: no pattern fills a whole band."""
 
@@ -46,7 +48,10 @@ class Noise:
 
 
 def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error: float) -> Noise:
-    """The largest of three: the torque's white noise above the motion's band, its resolution, and the floor of what is left.
+    """The largest of three: the torque's white noise, its resolution, and the floor of what is left.
+
+    Two figures bound the white noise from above: the torque above the motion's band, in which slow sampling leaves motion, and
+    how much what is left changes from sample to sample.
 
     `left` (n,) is what stays of each run's torque with everything that was found, NaN where it does not count; the floor of its
     density in the compared band is what no cause makes, for none is spread evenly over frequency. `model_error`: share of the
@@ -57,7 +62,7 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
     for run, rest in zip(runs, left, strict=True):
         torque = run.axes[axis].motion.torque
         quantum = max(quantum, run.recording.info.axes[axis].torque_resolution or 0.0)
-        density = _density(torque, run)
+        density = min(_density(torque, run), _of_differences(rest, run))
         powers.append(density * _bandwidth(run))
         channels.append(density * 0.5 / run.period)
         floors.append(_floor(rest, run))
@@ -72,7 +77,8 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
     rms = float(np.sqrt(max(sensor, resolution, floor) + of_time))
     channel = float(np.sqrt(max(np.average(channels, weights=weights), quantum**2 / 12.0)))
     told = (
-        f"spectrum of the torque above {ABOVE:g} cut-offs, taken as white, through the filter: {np.sqrt(sensor):.3g}; "
+        f"spectrum of the torque above {ABOVE:g} cut-offs, or changes from sample to sample of what is left, the lesser, "
+        f"taken as white, through the filter: {np.sqrt(sensor):.3g}; "
         f"lower quartile of the spectrum of what is left in the band: {np.sqrt(floor):.3g}; "
         f"resolution: {np.sqrt(resolution):.3g}; {TIMING:g} of a sample between position and torque: {np.sqrt(of_time):.3g}; "
         f"torque as recorded, over its whole band: {channel:.3g}"
@@ -117,8 +123,29 @@ def _density(torque: Array, run: Run) -> float:
     return float(np.median(high))
 
 
+def _of_differences(left: Array, run: Run) -> float:
+    """Power density [(N·m)²/Hz] of white noise of which second differences would be as large as those of what is left.
+
+    Gasser, Sroka, Jennen-Steinmetz, Biometrika 73(3), 1986; by their median, which steps here and there do not raise. Infinite
+    where there are too few.
+    """
+    second = np.diff(left, 2)
+    squares = second[np.isfinite(second)] ** 2
+    if len(squares) < FEWEST:
+        return float("inf")
+    frequency, power = _passed(run)
+    differenced = np.sum(power * (2.0 * np.sin(np.pi * frequency * run.period)) ** 4) * (frequency[1] - frequency[0])
+    return float(np.median(squares) / stats.chi2.median(1) / differenced)
+
+
 def _bandwidth(run: Run) -> float:
     """Noise bandwidth of the zero-phase filter [Hz]: integral of its gain to the fourth over frequency."""
-    frequency = np.linspace(0.0, 0.5 / run.period, 2000)
-    gain = 1.0 / (1.0 + (np.tan(np.pi * frequency[:-1] * run.period) / np.tan(np.pi * run.cutoff_hz * run.period)) ** 8)
-    return float(np.sum(gain**2) * (frequency[1] - frequency[0]))
+    frequency, power = _passed(run)
+    return float(np.sum(power) * (frequency[1] - frequency[0]))
+
+
+def _passed(run: Run) -> tuple[Array, Array]:
+    """Frequencies [Hz] up to half the sample rate, and the share of a power that passes the zero-phase filter."""
+    frequency = np.linspace(0.0, 0.5 / run.period, 2000)[:-1]
+    gain = 1.0 / (1.0 + (np.tan(np.pi * frequency * run.period) / np.tan(np.pi * run.cutoff_hz * run.period)) ** 8)
+    return frequency, gain**2

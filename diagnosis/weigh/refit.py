@@ -2,7 +2,9 @@
 
 What was weighed is likelihood; what a patch is judged by is the rms of the gap. So the effects of the set are fitted once
 more without colour and unknown, the nominal parameters held; their covariance is the sandwich over blocks of contiguous time
-(Liang and Zeger, Biometrika 73(1), 1986), which is right whatever the colour of what is left.
+(Liang and Zeger, Biometrika 73(1), 1986), which is right whatever the colour of what is left. It does not know that the model
+may be of another form than the machine. That shows where likelihood and least squares, which agree on a right model, give
+different values (Hausman, Econometrica 46(6), 1978): a deviation is at least that difference.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.system import Fit, inverse_of
+from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.weigh.state import SHARES, State, moved_by_fit, state_of
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.errors import UserError
@@ -36,13 +39,24 @@ class Refitted:
 
 def refitted(state: State, bodies: Collection[int]) -> Refitted:
     """One Gauss-Newton step from the set's values, so that what the energy does not tell stays near; `bodies`: of free mass."""
+    likeliest = state.effects
     if state.effects:
         state = _ahead(state, bodies)
     values = _fit(state, bodies).coefficients
     heavier = {
         one.body: float(values[k]) for k, one in enumerate(state.bench.nominals) if one.body is not None and one.body in bodies
     }
-    return Refitted(state, state.effects, _deviations(state, bodies), heavier)
+    spread = _deviations(state, bodies)
+    apart = [_apart(one, likeliest) for one in state.effects]
+    deviations = [{name: max(own[name], far.get(name, 0.0)) for name in own} for own, far in zip(spread, apart, strict=True)]
+    return Refitted(state, state.effects, deviations, heavier)
+
+
+def _apart(one: PlacedEffect, likeliest: Sequence[PlacedEffect]) -> dict[str, float]:
+    """How far each parameter of an effect is from where the likelihood has it."""
+    other = next((each for each in likeliest if alike(each, one)), one)
+    names = [parameter.name for parameter in one.effect.parameters]
+    return {name: abs(float(getattr(one.effect, name)) - float(getattr(other.effect, name))) for name in names}
 
 
 def _ahead(state: State, bodies: Collection[int]) -> State:

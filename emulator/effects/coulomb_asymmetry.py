@@ -32,6 +32,11 @@ class CoulombAsymmetry(FrictionEffect):
     def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(law, coulomb_asymmetry=self.asymmetry)
 
+    def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
+        """More than the level would push."""
+        most = max(axis.friction.coulomb, 1e-9)
+        return super().bounds(motion, axis) | {"asymmetry": (-most, most)}
+
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         most = axis.friction.coulomb

@@ -41,9 +41,7 @@ class PositionFriction(FrictionEffect):
     phase: float = 0.0
 
     def change(self, law: FrictionLaw) -> FrictionLaw:
-        return replace(
-            law, position_amplitude=self.amplitude, position_period=self.period, position_phase=self.phase
-        )
+        return replace(law, position_amplitude=self.amplitude, position_period=self.period, position_phase=self.phase)
 
     def natural(self, axis: AxisDynamics) -> PositionFriction | None:
         """Screws and gears vary a whole number of times a motor turn, where it is not less than once."""

@@ -28,6 +28,11 @@ class ViscousAsymmetry(FrictionEffect):
     def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(law, viscous_asymmetry=self.asymmetry)
 
+    def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
+        """More than the slope would push."""
+        most = max(axis.friction.viscous, 1e-9)
+        return super().bounds(motion, axis) | {"asymmetry": (-most, most)}
+
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         most = axis.friction.viscous

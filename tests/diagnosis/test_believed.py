@@ -1,7 +1,8 @@
-"""Which set of effects is left once each has a probability, and how long a wave a search may make."""
+"""Which set of effects is left once each has a probability, and how far a search may move a parameter."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,14 @@ from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.averaging import Answer, believed
 from drivetwin.diagnosis.weigh.state import State, bench_of, first_colours, state_of
+from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import Effect
+from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.position_friction import PositionFriction
 from drivetwin.emulator.effects.torque_offset import TorqueOffset
+from drivetwin.emulator.effects.viscous_asymmetry import ViscousAsymmetry
 from drivetwin.emulator.effects.waves import travel
+from drivetwin.foundation.errors import UserError
 
 WAVE, OFFSET = PositionFriction(0.1, 0.5), TorqueOffset(0.3)
 
@@ -51,3 +56,20 @@ def test_no_search_makes_a_wave_longer_than_the_travel(state: State) -> None:
     assert low < 0.5 < high
     assert high == pytest.approx(float(np.ptp(motion.position)), rel=0.2)
     assert high == travel(motion)
+
+
+@pytest.mark.parametrize("effect", [CoulombAsymmetry(0.1), ViscousAsymmetry(0.1)])
+def test_no_search_makes_friction_that_pushes(state: State, effect: CoulombAsymmetry | ViscousAsymmetry) -> None:
+    """Beyond its bound an effect would be no proposal at all, and no alternative to what fits as well."""
+    rows = state.bench.rows
+    _, most = effect.bounds(state.rows.motion["turn"], rows.simulation.dynamics(())["turn"])["asymmetry"]
+    rows.simulation.dynamics([placed(rows, "turn", replace(effect, asymmetry=most))])
+    with pytest.raises(UserError, match="it would push"):
+        rows.simulation.dynamics([placed(rows, "turn", replace(effect, asymmetry=1.001 * most))])
+
+
+@pytest.mark.parametrize("effect", [CoulombAsymmetry(0.1), ViscousAsymmetry(0.1)])
+def test_where_a_model_has_no_friction_there_is_still_room_for_a_search(state: State, effect: Effect) -> None:
+    frictionless = AxisDynamics(friction=FrictionLaw())
+    low, high = effect.bounds(state.rows.motion["turn"], frictionless)["asymmetry"]
+    assert low < high

@@ -18,6 +18,8 @@ TIME = np.arange(round(SECONDS / PERIOD)) * PERIOD
 SHARE = float(2.0 * CUTOFF * PERIOD * 0.875 * (np.pi / 8.0) / np.sin(np.pi / 8.0))
 """Of white noise's power that passes: integral of 1 / (1 + x^8)^2, Butterworth of 4th order twice, over half the rate."""
 MODEL_ERROR = 0.012
+SLOW = 9.0
+"""Above every swing of these torques [Hz]."""
 
 
 def run_of(folder: Path, torque: Array, noise: float) -> Run:
@@ -28,8 +30,16 @@ def run_of(folder: Path, torque: Array, noise: float) -> Run:
 
 
 def told_of(*runs: Run) -> Noise:
-    """Where nothing is left of the torque."""
-    return noise_of("turn", runs, [np.zeros(len(run.recording.time)) for run in runs], MODEL_ERROR)
+    """Where a model explains the torque but for its noise."""
+    return noise_of("turn", runs, [noise_in(run) for run in runs], MODEL_ERROR)
+
+
+def noise_in(run: Run) -> Array:
+    """The torque through the filter less what of it is slow."""
+    torque = run.axes["turn"].torque
+    slow = np.fft.rfft(torque)
+    slow[np.fft.rfftfreq(len(torque), PERIOD) > SLOW] = 0.0
+    return np.asarray(torque - np.fft.irfft(slow, len(torque)))
 
 
 def beside_timing(run: Run) -> float:
@@ -90,3 +100,12 @@ def test_what_a_model_misses_is_a_share_of_the_torque_and_stands_apart(tmp_path:
     used = run.axes["turn"].torque[run.axes["turn"].used]
     assert told.model_error == pytest.approx(MODEL_ERROR * float(np.sqrt(np.mean(used**2))))
     assert told.floor == pytest.approx(float(np.hypot(told.rms, told.model_error)))
+
+
+def test_a_torque_that_steps_is_no_noise(tmp_path: Path) -> None:
+    """As friction's does where an axis turns round: its spectrum goes on above every cut-off."""
+    steps = 3.0 * np.sign(np.sin(2.0 * np.pi * 7.0 * TIME))
+    run = run_of(tmp_path, steps, noise=5.0)
+    white = run.recording.columns["turn"]["torque"] - steps
+    told = noise_of("turn", [run], [zero_phase(white, PERIOD, CUTOFF)], MODEL_ERROR)
+    assert told.channel == pytest.approx(float(np.std(white)), rel=0.05)

@@ -23,7 +23,7 @@ def test_the_bus_makes_no_difference(tmp_path: Path) -> None:
     shutil.copytree(EXAMPLE, folder)
     subprocess.run([str(COMPILER), "-std=c++17", "-o", "controller", "main.cpp"], cwd=folder, check=True, timeout=300)
     embedded = (folder / "bench.yaml").read_text(encoding="utf-8")
-    digests = set()
+    digests, logs = set(), []
     for bus in ("embedded", "vcan0"):
         bench, out = folder / f"{bus}.yaml", tmp_path / bus
         bench.write_text(embedded.replace("bus: embedded", f"bus: {bus}", 1), encoding="utf-8")
@@ -33,4 +33,6 @@ def test_the_bus_makes_no_difference(tmp_path: Path) -> None:
         assert results["bench"]["bus"] == bus
         assert [case["outcome"] for case in results["cases"]] == ["accepted"]
         digests.add(results["digest"])
+        logs.append((out / "cases" / CASE / "bus.log").read_text(encoding="ascii").splitlines())
+    assert logs[0] == logs[1]
     assert len(digests) == 1

@@ -11,7 +11,8 @@
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds SDO_TIMEOUT{5000}, TPDO_PATIENCE{1000};  // of the wall clock, which a loaded host lets run on alone
+constexpr milliseconds SDO_TIMEOUT{5000}, TPDO_TIMEOUT{5000};  // of the wall clock, which a loaded host lets run on alone
+constexpr milliseconds AGAIN{500};     // for a drive that has missed a cycle already
 constexpr int MISSED = 3;              // TPDOs in a row that are too many to miss, in lockstep
 constexpr double STALL = 0.1;          // s without TPDO that are too long on the wall clock: a loaded host stalls processes
 constexpr double SILENCE = 0.25;       // s without a heartbeat, of which one is due every 0.1 s
@@ -101,7 +102,8 @@ public:
             drive.heard = false;
         }
         bus_.send(0x080, {});
-        const auto patience = realtime_ ? Clock::duration(cycle_) : TPDO_PATIENCE;
+        const bool missing = std::any_of(drives.begin(), drives.end(), [](const Drive& drive) { return drive.missed > 0; });
+        const Clock::duration patience = realtime_ ? cycle_ : missing ? AGAIN : TPDO_TIMEOUT;
         const auto settled = [this](const Drive& one) { return one.heard || one.missed >= most_missed_; };
         wait_until([this, settled] { return all(settled); }, patience);
         for (Drive& drive : drives) {
