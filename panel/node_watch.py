@@ -108,6 +108,12 @@ class NodeWatch:
         """Whether a PDO that exists carries an object."""
         return any(field.address == address for pdo in self.pdos.values() for field in pdo.fields)
 
+    @property
+    def joint(self) -> float | None:
+        """Where the joint is, by the drive's own word [rad or m]; None where that is not known."""
+        position = self.number(POSITION)
+        return None if position is None or self.unit is None else position * self.unit
+
     def entry(self, index: int, subindex: int) -> ObjectEntry:
         """Raises UserError for an object that the drive type does not have."""
         if (found := self.entries.get((index, subindex))) is None:

@@ -18,6 +18,7 @@ from drivetwin.panel.bus_watch import BusWatch
 from drivetwin.panel.fault_desk import FaultDesk
 from drivetwin.panel.happenings import Happenings
 from drivetwin.panel.link import Link
+from drivetwin.panel.machine_model import MachineModel
 from drivetwin.panel.motion import CYCLE, Motion
 from drivetwin.panel.node_watch import Axis, NodeWatch
 from drivetwin.panel.scope.scope import ASK_EVERY, Scope
@@ -61,8 +62,12 @@ class Panel:
         motion: Motion | None = None,
         control: Path | None = None,
         machine: str | None = None,
+        model: Path | None = None,
     ) -> None:
-        """`control` is the control socket of the emulator, `machine` what it emulates; None on a bus of somebody else."""
+        """`control` is the control socket of the emulator, `machine` what it emulates and `model` its MJCF file.
+
+        None on a bus of somebody else.
+        """
         self.link = link
         self.pen = pen
         self.motion = motion
@@ -70,6 +75,7 @@ class Panel:
         self.nodes = {node_id: NodeWatch(link, node_id, profile, axes.get(node_id)) for node_id in node_ids}
         self.control = control
         self.machine = machine
+        self.model = None if model is None else MachineModel(model)
         self.time = BusTime(None if motion is None else min(node_ids))
         link.watchers.append(self.time.take)
         for node in self.nodes.values():

@@ -141,6 +141,20 @@ def test_the_scope_is_triggered_zoomed_and_saved(served: Served, theme: str, wid
             expect(page.locator("[data-is='state']")).to_have_text("runs")
 
 
+@pytest.mark.parametrize(("theme", "width"), [("light", 1280), ("dark", 390)])
+def test_the_machine_is_drawn_and_moves(served: Served, theme: str, width: int) -> None:
+    with browser_page(served.url, width=width, theme=theme) as page:
+        in_motion(page)
+        page.get_by_role("link", name="machine").click()
+        expect(page.locator("[data-is='drawn']")).to_contain_text("scara: 6 geoms")
+        axis = page.locator("[data-is='axes'] tr", has_text="rotate")
+        expect(axis).to_contain_text("rad")
+        before, drawn = axis.inner_text(), page.locator(".stage canvas").screenshot()
+        expect(axis).not_to_have_text(before)
+        assert page.locator(".stage canvas").screenshot() != drawn
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
 def test_what_the_pages_load_is_small() -> None:
     pages = Path(__file__).parents[2] / "panel" / "pages"
     assert sum(file.stat().st_size for file in pages.rglob("*") if file.is_file()) < 3_000_000
