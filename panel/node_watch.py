@@ -145,7 +145,12 @@ class NodeWatch:
                 hear(self.node_id, address, value)
 
     def refresh(self) -> None:
-        """Ask for what is stale: the PDO mapping after another master has configured the drive, vital objects of no PDO."""
+        """Ask for what is stale: the PDO mapping after another master has configured the drive, vital objects of no PDO.
+
+        Nothing is asked while another master configures the drive: two on its one SDO channel take each other's answers.
+        """
+        if self._link.quiet_for(self.node_id) < MAPPING_SETTLED:
+            return
         try:
             for address in VITAL:
                 sample = self.values.get(address)
