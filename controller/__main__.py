@@ -15,12 +15,14 @@ from typer.exceptions import Abort, TyperException
 from drivetwin.bus.channel import is_physical, open_bus
 from drivetwin.controller.limits import Limits, read_limits, within
 from drivetwin.controller.outcome import Ending, Outcome
-from drivetwin.controller.pacing import PACINGS
+from drivetwin.controller.pacing import PACINGS, Paced, Pacing
 from drivetwin.controller.perform import Place, perform
 from drivetwin.controller.tasks.file import Order, read_order
 from drivetwin.foundation.errors import InterruptedByUserError, UserError
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+CLOCKS: dict[str, type[Pacing]] = {**PACINGS, "paced": Paced}
 
 
 @app.command()
@@ -55,10 +57,10 @@ def control(
 def _do(task_file: Path, bus: str, out: Path, clock: str, log: Path | None, limits: Path | None, yes: bool) -> Outcome:
     try:
         order = read_order(task_file)
-        if clock not in PACINGS:
-            raise UserError(f"unknown clock {clock!r}; expected {' or '.join(PACINGS)}")
+        if clock not in CLOCKS:
+            raise UserError(f"unknown clock {clock!r}; expected {' or '.join(CLOCKS)}")
         order, allowed = _within_limits(order, limits, bus, clock, yes)
-        place = Place(open_bus(bus), PACINGS[clock](), allowed, out, log)
+        place = Place(open_bus(bus), CLOCKS[clock](), allowed, out, log)
         return perform(order, place)
     except InterruptedByUserError:
         raise

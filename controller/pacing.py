@@ -141,4 +141,4 @@ class Realtime(Pacing):
         return time.time()
 
 
-PACINGS: dict[str, type[Pacing]] = {"sync": Lockstep, "paced": Paced, "realtime": Realtime}
+PACINGS: dict[str, type[Pacing]] = {"sync": Lockstep, "realtime": Realtime}

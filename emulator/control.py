@@ -3,7 +3,13 @@
     {"strike": {"fault": "sto", "node": 2}, "for": 0.5}     `for` [s] may be left out: until it is ended
     {"end": {"fault": "sto", "node": 2}}
 
-The answer is {"fault": NAME, "time": SIMULATED SECONDS}, or {"error": MESSAGE}.
+    {"list": {}}                                            every fault there is, with its parameters
+    {"truth": {}}                                           what the axes truly do, for the emulator's owner
+
+The answer is {"fault": NAME, "time": SIMULATED SECONDS}, or {"error": MESSAGE}; to the list
+{"faults": {NAME: ...}} as of `drivetwin fault --list --json`, to the truth
+{"time": SIMULATED SECONDS, "axes": {AXIS: {"position": rad or m, "velocity": rad/s or m/s, "torque": the motor's, N·m or N}}},
+on the joint side.
 """
 
 from __future__ import annotations
@@ -21,7 +27,7 @@ from typing import Any
 
 from drivetwin.emulator.canopen.alarms import Alarm
 from drivetwin.emulator.faults.base import Fault, LastingFault
-from drivetwin.emulator.faults.library import read_fault
+from drivetwin.emulator.faults.library import described, library, read_fault
 from drivetwin.emulator.faults.parameter import ALL, Number
 from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.foundation.errors import UserError
@@ -44,9 +50,22 @@ class Control:
     def answer(self, line: bytes) -> bytes:
         """The answer to a line, a line too."""
         try:
-            return _line({"fault": self._obey(_request(line)).name, "time": self._virtual.now()})
+            request = _request(line)
+            if request == {"list": {}}:
+                return _line({"faults": {kind.name: described(kind) for kind in library().values()}})
+            if request == {"truth": {}}:
+                return _line({"time": self._virtual.now(), "axes": self._truth()})
+            return _line({"fault": self._obey(request).name, "time": self._virtual.now()})
         except UserError as error:
             return _line({"error": str(error)})
+
+    def _truth(self) -> dict[str, object]:
+        plant, axes = self._virtual.plant, self._virtual.machine.axes
+        each = zip(axes.items(), plant.joint_positions(), plant.joint_velocities(), plant.motor_torque, strict=True)
+        return {
+            name: {"position": float(position), "velocity": float(velocity), "torque": float(torque * axis.gear_ratio)}
+            for (name, axis), position, velocity, torque in each
+        }
 
     def _obey(self, request: dict[str, Any]) -> Fault:
         match request:
@@ -57,7 +76,10 @@ class Control:
                 self._refuse_unless_there(fault)
                 self._end(fault)
                 return fault
-        raise UserError('expected {"strike": FAULT, "for": SECONDS} or {"end": FAULT}; FAULT: {"fault": "sto", "node": 2}')
+        raise UserError(
+            'expected {"strike": FAULT, "for": SECONDS}, {"end": FAULT}, {"list": {}} or {"truth": {}}; '
+            'FAULT: {"fault": "sto", "node": 2}'
+        )
 
     def _refuse_unless_there(self, fault: Fault) -> None:
         """Raises UserError for a fault that has an end and that nobody struck, or that has ended."""

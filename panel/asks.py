@@ -10,6 +10,9 @@ from drivetwin.foundation.errors import UserError
 from drivetwin.panel.dictionary import told_objects
 from drivetwin.panel.panel import Panel
 from drivetwin.panel.power_states import COMMANDS
+from drivetwin.panel.scope.picture import Span
+from drivetwin.panel.scope.save import recording_of
+from drivetwin.panel.scope.trigger import Trigger
 from drivetwin.panel.values import Value, decode, encode
 from drivetwin.panel.words import NMT_COMMANDS
 
@@ -20,7 +23,7 @@ STORE = b"save"
 class _Ask(BaseModel):
     """`writes`: it changes something on the bus or the machine, so that the page needs the pen."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     writes: ClassVar[bool] = False
 
@@ -138,7 +141,113 @@ class Move(_Ask):
             panel.motion.stop()
 
 
-Ask = Objects | Read | Write | Store | Command | Nmt | Move
+class TriggerOn(BaseModel):
+    """As panel/scope/trigger.py has it."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    channel: str
+    kind: Literal["rises", "falls", "state"]
+    level: float = 0.0
+    state: str = ""
+
+
+class ScopeSet(_Ask):
+    """What the scope shows, and what it waits for."""
+
+    ask: Literal["scope set"]
+    channels: list[str]
+    window: float
+    pre: float
+    trigger: TriggerOn | None
+    xy: tuple[str, str] | None
+
+    def answer(self, panel: Panel) -> None:
+        trigger = None if self.trigger is None else Trigger(**self.trigger.model_dump())
+        panel.scope.set(list(dict.fromkeys(self.channels)), self.window, self.pre, trigger, self.xy)
+
+
+class ScopeRun(_Ask):
+    """Run the scope, or stop it and hold what it shows."""
+
+    ask: Literal["scope run"]
+    runs: bool
+
+    def answer(self, panel: Panel) -> None:
+        panel.scope.run(self.runs)
+
+
+class ScopeZoom(_Ask):
+    """A span of what the scope holds, as finely as a screen can show it."""
+
+    ask: Literal["scope zoom"]
+    start: float
+    end: float
+
+    def answer(self, panel: Panel) -> dict[str, object]:
+        held = panel.scope.held
+        if held is None or not self.start < self.end:
+            raise UserError("only what is held can be zoomed; press stop, or let the trigger fire")
+        return panel.scope.picture(held, Span(self.start, self.end))
+
+
+class ScopeRecording(_Ask):
+    """Whether what the scope shows makes a recording; a page asks before it fetches the file."""
+
+    ask: Literal["scope recording"]
+
+    def answer(self, panel: Panel) -> None:
+        recording_of(panel.scope.settings.channels, panel.scope.shown(), panel.machine)
+
+
+class Faults(_Ask):
+    """Every fault with its parameters."""
+
+    ask: Literal["faults"]
+
+    def answer(self, panel: Panel) -> dict[str, Any]:
+        return panel.faults.kinds()
+
+
+class Strike(_Ask):
+    """A fault, until it is ended or for some seconds of the machine's time."""
+
+    writes: ClassVar[bool] = True
+
+    ask: Literal["strike"]
+    told: dict[str, str | int | float]
+    seconds: float | None
+
+    def answer(self, panel: Panel) -> None:
+        panel.faults.strike(dict(self.told), self.seconds)
+
+
+class End(_Ask):
+    """Take a fault's cause away."""
+
+    writes: ClassVar[bool] = True
+
+    ask: Literal["end"]
+    told: dict[str, str | int | float]
+
+    def answer(self, panel: Panel) -> None:
+        panel.faults.end(dict(self.told))
+
+
+class BitRate(_Ask):
+    """Measure the load against a bus of this bit rate [bit/s]; nothing changes on the bus itself."""
+
+    ask: Literal["bit rate"]
+    bit_rate: int
+
+    def answer(self, panel: Panel) -> None:
+        panel.bus.set_bit_rate(self.bit_rate)
+
+
+_OfScope = ScopeSet | ScopeRun | ScopeZoom | ScopeRecording
+_OfFaults = Faults | Strike | End
+
+Ask = Objects | Read | Write | Store | Command | Nmt | Move | BitRate | _OfScope | _OfFaults
 
 _ASK: TypeAdapter[Ask] = TypeAdapter(Annotated[Ask, Field(discriminator="ask")])
 

@@ -34,12 +34,15 @@ ANSWER = 1.0
 class Link(canopen.Network):
     """A canopen network on an open python-can bus. `hearers` get every frame of others, in the thread of the bus.
 
+    `watchers` get these before, and the panel's own frames in the thread that sends.
+
     `lost` says why the bus has gone, None while it is there.
     """
 
     def __init__(self, bus: can.BusABC) -> None:
         super().__init__(bus)
         self.hearers: list[Hearer] = []
+        self.watchers: list[Hearer] = []
         self.lost: str | None = None
         self._wire = bus
         self._asked: dict[int, float] = {}
@@ -85,6 +88,7 @@ class Link(canopen.Network):
         try:
             with self.send_lock:
                 self._wire.send(message)
+                self._show(message)
         except can.CanError as error:
             raise UserError(str(error)) from None
 
@@ -122,7 +126,12 @@ class Link(canopen.Network):
     def _hand_on(self, message: can.Message) -> None:
         if 0x601 <= message.arbitration_id <= 0x67F and message.is_rx:
             self._asked[message.arbitration_id - 0x600] = time.monotonic()
+        self._show(message)
         for hear in self.hearers:
             hear(message)
         if not message.is_remote_frame and not message.is_extended_id:
             self.notify(message.arbitration_id, message.data, message.timestamp)
+
+    def _show(self, message: can.Message) -> None:
+        for watch in self.watchers:
+            watch(message)

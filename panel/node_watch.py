@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from math import pi
 
@@ -75,6 +75,8 @@ class NodeWatch:
         """rad or m a position unit, None where the axis is not known."""
         self.silent = ""
         """Why it does not answer by SDO; empty where it does."""
+        self.hearers: list[Callable[[int, Address, Value], None]] = []
+        """Told node-ID, object and value of whatever comes."""
         self._link = link
         self._remote = link.add(node_id)
         self._mapping_read = 0.0
@@ -96,6 +98,21 @@ class NodeWatch:
         """The last number of an object that has come, None where none has."""
         sample = self.values.get(address)
         return None if sample is None or isinstance(sample.value, str) else sample.value
+
+    @property
+    def settled(self) -> bool:
+        """Whether its PDO mapping is known and no other master has asked it by SDO for a while: one that configures it does."""
+        return bool(self._mapping_read) and self._link.quiet_for(self.node_id) >= MAPPING_SETTLED
+
+    def in_pdo(self, address: Address) -> bool:
+        """Whether a PDO that exists carries an object."""
+        return any(field.address == address for pdo in self.pdos.values() for field in pdo.fields)
+
+    @property
+    def joint(self) -> float | None:
+        """Where the joint is, by the drive's own word [rad or m]; None where that is not known."""
+        position = self.number(POSITION)
+        return None if position is None or self.unit is None else position * self.unit
 
     def entry(self, index: int, subindex: int) -> ObjectEntry:
         """Raises UserError for an object that the drive type does not have."""
@@ -124,9 +141,16 @@ class NodeWatch:
         now = time.monotonic()
         for address, value in told:
             self.values[address] = Sample(value, now)
+            for hear in self.hearers:
+                hear(self.node_id, address, value)
 
     def refresh(self) -> None:
-        """Ask for what is stale: the PDO mapping after another master has configured the drive, vital objects of no PDO."""
+        """Ask for what is stale: the PDO mapping after another master has configured the drive, vital objects of no PDO.
+
+        Nothing is asked while another master configures the drive: two on its one SDO channel take each other's answers.
+        """
+        if self._link.quiet_for(self.node_id) < MAPPING_SETTLED:
+            return
         try:
             for address in VITAL:
                 sample = self.values.get(address)

@@ -7,19 +7,23 @@ import threading
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from pathlib import Path
 from types import TracebackType
 
 from drivetwin.drive_profiles import DriveProfile
 from drivetwin.foundation.errors import UserError
 from drivetwin.panel.access import Pen
+from drivetwin.panel.bus_time import SYNC, BusTime
+from drivetwin.panel.bus_watch import BusWatch
+from drivetwin.panel.fault_desk import FaultDesk
+from drivetwin.panel.happenings import Happenings
 from drivetwin.panel.link import Link
+from drivetwin.panel.machine_model import MachineModel
 from drivetwin.panel.motion import CYCLE, Motion
 from drivetwin.panel.node_watch import Axis, NodeWatch
+from drivetwin.panel.scope.scope import ASK_EVERY, Scope
 
 logger = logging.getLogger(__name__)
-
-SYNC = 0x80
-"""Its COB-ID by default (CiA 301, 7.3.3)."""
 
 REFRESH_EVERY = 0.25
 """Pause between two rounds of questions [s]."""
@@ -56,18 +60,37 @@ class Panel:
         axes: Mapping[int, Axis],
         pen: Pen,
         motion: Motion | None = None,
+        control: Path | None = None,
+        machine: str | None = None,
+        model: Path | None = None,
     ) -> None:
+        """`control` is the control socket of the emulator, `machine` what it emulates and `model` its MJCF file.
+
+        None on a bus of somebody else.
+        """
         self.link = link
         self.pen = pen
         self.motion = motion
         self.profile = profile
         self.nodes = {node_id: NodeWatch(link, node_id, profile, axes.get(node_id)) for node_id in node_ids}
+        self.control = control
+        self.machine = machine
+        self.model = None if model is None else MachineModel(model)
+        self.time = BusTime(None if motion is None else min(node_ids))
+        link.watchers.append(self.time.take)
         for node in self.nodes.values():
             link.hearers.append(node.take)
+        self.scope = Scope(self.nodes, self.time, control)
+        self.bus = BusWatch(self.nodes, self.time)
+        link.watchers.append(self.bus.take)
+        self.happenings = Happenings(self.nodes, self.time)
+        link.hearers.append(self.happenings.take)
+        self.faults = FaultDesk(control, self.time, self.happenings)
         self._ended = threading.Event()
         self._threads = [
             threading.Thread(target=self._refresh, name="panel questions", daemon=True),
             threading.Thread(target=self._keep_time, name="panel time", daemon=True),
+            threading.Thread(target=self._ask_for_scope, name="panel scope", daemon=True),
         ]
 
     def __enter__(self) -> Panel:
@@ -91,6 +114,10 @@ class Panel:
             for node in self.nodes.values():
                 if not self._ended.is_set() and self.link.lost is None:
                     node.refresh()
+
+    def _ask_for_scope(self) -> None:
+        while not self._ended.wait(ASK_EVERY) and self.link.lost is None:
+            self.scope.ask_round()
 
     def _keep_time(self) -> None:
         """SYNC for the machine that the panel itself has emulated, while nothing moves it: else its time would stand still."""

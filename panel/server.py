@@ -7,16 +7,16 @@ import json
 import logging
 import signal
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
-from starlette.requests import HTTPConnection
+from starlette.requests import HTTPConnection, Request
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
-from starlette.routing import Mount, WebSocketRoute
+from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -25,6 +25,7 @@ from drivetwin.foundation.errors import UserError
 from drivetwin.panel.access import COOKIE, Access, RefusedError
 from drivetwin.panel.asks import read_ask
 from drivetwin.panel.panel import Panel
+from drivetwin.panel.scope.save import csv_of, recording_of, zipped
 from drivetwin.panel.views import VIEWS
 
 logger = logging.getLogger(__name__)
@@ -99,6 +100,7 @@ class Page:
         self._panel = panel
         self._wire = wire
         self._view: str | None = None
+        self._seen = asyncio.Event()
 
     async def serve(self) -> None:
         """Answer the page until it leaves; then the pen is free again."""
@@ -123,6 +125,9 @@ class Page:
         number = None
         try:
             question = _question(text)
+            if question == {"ask": "seen"}:
+                self._seen.set()
+                return
             number = question.pop("id", None)
             answer = await self._answer(question)
         except UserError as error:
@@ -144,6 +149,7 @@ class Page:
         return await asyncio.to_thread(ask.answer, self._panel)
 
     async def _tell(self) -> None:
+        """What it watches, once it has seen what it was told last: a slow page is told less often, and nothing piles up."""
         last = ""
         while True:
             await asyncio.sleep(1.0 / FRAMES)
@@ -152,7 +158,9 @@ class Page:
             told = json.dumps({"view": self._view, **self._head(), **VIEWS[self._view](self._panel)})
             if told != last:
                 last = told
+                self._seen.clear()
                 await self._wire.send_text(told)
+                await self._seen.wait()
 
     def _head(self) -> dict[str, object]:
         """What every view is told: which bus, who writes, and what moves the machine."""
@@ -184,8 +192,29 @@ def application(panel: Panel, access: Access) -> ASGIApp:
     async def live(wire: WebSocket) -> None:
         await Page(panel, wire).serve()
 
+    scope = panel.scope
+
+    def scope_csv(_: Request) -> Response:
+        return _file("scope.csv", "text/csv", lambda: csv_of(scope.settings.channels, scope.shown()).encode())
+
+    def scope_recording(_: Request) -> Response:
+        def made() -> bytes:
+            return zipped(recording_of(scope.settings.channels, scope.shown(), panel.machine))
+
+        return _file("scope.zip", "application/zip", made)
+
+    files = [Route("/scope.csv", scope_csv), Route("/scope.zip", scope_recording)]
     pages = StaticFiles(directory=PAGES, html=True)
-    return Guard(Starlette(routes=[WebSocketRoute("/live", live), Mount("/", pages)]), access)
+    return Guard(Starlette(routes=[WebSocketRoute("/live", live), *files, Mount("/", pages)]), access)
+
+
+def _file(name: str, kind: str, made: Callable[[], bytes]) -> Response:
+    """A file to keep, or why there is none."""
+    try:
+        content = made()
+    except UserError as error:
+        return PlainTextResponse(f"{error}\n", 409)
+    return Response(content, media_type=kind, headers={"content-disposition": f'attachment; filename="{name}"'})
 
 
 class _Server(uvicorn.Server):

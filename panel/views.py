@@ -22,7 +22,46 @@ def parameters(panel: Panel) -> Told:
     return {"nodes": [{"id": node.node_id, "name": node.name} for node in panel.nodes.values()]}
 
 
-VIEWS: Mapping[str, Callable[[Panel], Told]] = {"drives": drives, "parameters": parameters}
+def scope(panel: Panel) -> Told:
+    """The scope's screen, decimated."""
+    return panel.scope.told()
+
+
+def faults(panel: Panel) -> Told:
+    """What was struck, and what happened since, the last first."""
+    return {
+        **parameters(panel),
+        "emulated": panel.control is not None,
+        "struck": [vars(one) for one in panel.faults.struck],
+        "events": [vars(one) for one in panel.happenings.last_first()],
+    }
+
+
+def bus(panel: Panel) -> Told:
+    """Load, late cycles, identifiers, the last frames."""
+    return panel.bus.told()
+
+
+def machine(panel: Panel) -> Told:
+    """The machine as its model draws it, where the drives say that it is."""
+    joints = {node.axis.joint: node.joint for node in panel.nodes.values() if node.axis is not None and node.joint is not None}
+    nodes = panel.nodes.values()
+    axes = [{"name": node.name, "position": node.joint, "unit": node.axis.unit if node.axis else ""} for node in nodes]
+    if panel.model is None:
+        why = "This panel has joined a bus, and no drive tells which machine is on it; drivetwin panel --emulate scara draws."
+        return {"geoms": None, "why": why, "axes": axes}
+    panel.model.stand(joints)
+    return {"geoms": panel.model.told(), "left_out": panel.model.left_out, "machine": panel.machine, "axes": axes}
+
+
+VIEWS: Mapping[str, Callable[[Panel], Told]] = {
+    "drives": drives,
+    "parameters": parameters,
+    "scope": scope,
+    "faults": faults,
+    "bus": bus,
+    "machine": machine,
+}
 
 
 def _node(node: NodeWatch) -> Told:
@@ -30,7 +69,6 @@ def _node(node: NodeWatch) -> Told:
     state = None if word is None else power_state(int(word))
     mode = None if mode is None else int(mode)
     register = node.number(ERROR_REGISTER)
-    joint = None if position is None or node.unit is None else position * node.unit
     return {
         "id": node.node_id,
         "name": node.name,
@@ -43,7 +81,7 @@ def _node(node: NodeWatch) -> Told:
         "mode": mode,
         "mode_name": mode_name(mode),
         "position": position,
-        "joint": joint,
+        "joint": node.joint,
         "unit": node.axis.unit if node.axis is not None else "",
         "register": None if register is None else register_words(int(register)),
         "emergencies": [_emergency(emergency) for emergency in node.emergencies],

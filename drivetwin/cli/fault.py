@@ -12,7 +12,7 @@ import typer
 
 from drivetwin.cli.terminal import AsJson
 from drivetwin.emulator.faults.base import Fault, LastingFault
-from drivetwin.emulator.faults.library import library, read_fault
+from drivetwin.emulator.faults.library import described, library, read_fault
 from drivetwin.foundation.errors import UserError
 
 PATIENCE = 10.0
@@ -40,7 +40,7 @@ def fault_command(
     Start the emulator with --control out/control. docs/faults.md says what each fault does on bus and machine.
     """
     if list_ and json_:
-        print(json.dumps({kind.name: _as_json(kind) for kind in library().values()}, indent=1, ensure_ascii=False))
+        print(json.dumps({kind.name: described(kind) for kind in library().values()}, indent=1, ensure_ascii=False))
         return
     if list_:
         print("\n\n".join(_described(kind) for kind in library().values()))
@@ -89,25 +89,6 @@ def _ask(path: Path, request: dict[str, object]) -> dict[str, object]:
         raise UserError(f"the emulator at {path} has gone without an answer")
     answer: dict[str, object] = json.loads(line)
     return answer
-
-
-def _as_json(kind: type[Fault]) -> dict[str, object]:
-    """What `--list` says of a fault, for a program."""
-    defaults = {field.name: field.default for field in fields(kind)}
-    needed = {parameter.name: defaults[parameter.name] is MISSING for parameter in kind.parameters}
-    return {
-        "lasts": issubclass(kind, LastingFault),
-        "summary": " ".join((kind.__doc__ or "").split()),
-        "parameters": {
-            parameter.name: {
-                "needed": needed[parameter.name],
-                "default": None if needed[parameter.name] else defaults[parameter.name],
-                "meaning": parameter.meaning,
-                "expected": parameter.expected,
-            }
-            for parameter in kind.parameters
-        },
-    }
 
 
 def _described(kind: type[Fault]) -> str:

@@ -15,6 +15,7 @@ from drivetwin.bus.channel import is_physical, open_bus
 from drivetwin.controller.machine import load_machine
 from drivetwin.drive_profiles import load_profile
 from drivetwin.drive_profiles.eds_profile import profile_from_eds
+from drivetwin.emulator.machine import load_machine as load_plant
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.scratch import scratch
 from drivetwin.panel.access import Access, Pen, is_loopback
@@ -58,7 +59,7 @@ def panel_command(
     access, pen = Access(host, token), Pen(allowed=allow_writes)
     with listen(host, port) as where, _seen(emulate, bus, profile) as seen, Link(open_bus(seen.bus)) as link:
         node_ids = sorted(seen.axes) or find_nodes(link)
-        with Panel(link, node_ids, drive_type, seen.axes, pen, seen.motion) as panel:
+        with Panel(link, node_ids, drive_type, seen.axes, pen, seen.motion, seen.control, seen.machine, seen.model) as panel:
             if seen.motion is not None:
                 seen.motion.start()
             print(_joinable(panel, access, where.getsockname()[1]), flush=True)
@@ -72,6 +73,9 @@ class _Seen:
     bus: str
     axes: dict[int, Axis]
     motion: Motion | None
+    control: Path | None = None
+    machine: str | None = None
+    model: Path | None = None
 
 
 @contextmanager
@@ -94,7 +98,7 @@ def _seen(emulate: str | None, bus: str | None, profile: str) -> Iterator[_Seen]
             emulated.nodes[name]: Axis(name, axis.joint, axis.gear_ratio, "m" if axis.prismatic else "rad")
             for name, axis in described.axes.items()
         }
-        yield _Seen(emulated.bus, axes, motion)
+        yield _Seen(emulated.bus, axes, motion, emulated.control, machine, load_plant(machine).model_path)
 
 
 def _joinable(panel: Panel, access: Access, port: int) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from functools import cache
 
-from drivetwin.emulator.faults.base import Fault
+from drivetwin.emulator.faults.base import Fault, LastingFault
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.plugins import Plugins
 
@@ -56,3 +56,22 @@ def read_fault(given: Mapping[str, object]) -> Fault:
 def required(kind: type[Fault]) -> set[str]:
     """Names of the parameters that have no default."""
     return {field.name for field in fields(kind) if field.default is MISSING}
+
+
+def described(kind: type[Fault]) -> dict[str, object]:
+    """What a fault is and takes, for a program: as JSON's types."""
+    defaults = {field.name: field.default for field in fields(kind)}
+    needed = {parameter.name: defaults[parameter.name] is MISSING for parameter in kind.parameters}
+    return {
+        "lasts": issubclass(kind, LastingFault),
+        "summary": " ".join((kind.__doc__ or "").split()),
+        "parameters": {
+            parameter.name: {
+                "needed": needed[parameter.name],
+                "default": None if needed[parameter.name] else defaults[parameter.name],
+                "meaning": parameter.meaning,
+                "expected": parameter.expected,
+            }
+            for parameter in kind.parameters
+        },
+    }

@@ -1,10 +1,14 @@
 // The page: which view is open, what the head says, and the theme.
+import { bus } from "./bus.js";
 import { drives } from "./drives.js";
 import { element, say } from "./elements.js";
+import { faults } from "./faults.js";
+import { machine } from "./machine.js";
 import { parameters } from "./parameters.js";
+import { scope } from "./scope.js";
 import { ask, connect, hear, watch } from "./wire.js";
 
-const VIEWS = { drives, parameters };
+const VIEWS = { drives, parameters, scope, faults, bus, machine };
 
 const at = (id) => document.getElementById(id);
 let open = null;

@@ -13,7 +13,7 @@ export function connect(onState) {
   };
   socket.onmessage = (event) => {
     const told = JSON.parse(event.data);
-    if ("view" in told) for (const hear of hearers) hear(told);
+    if ("view" in told) see(told);
     else settle(told);
   };
   socket.onclose = () => {
@@ -22,6 +22,15 @@ export function connect(onState) {
     waiting.clear();
     setTimeout(() => connect(onState), 1000);
   };
+}
+
+// The panel tells more once this page has drawn what it was told.
+function see(told) {
+  try {
+    for (const hear of hearers) hear(told);
+  } finally {
+    if (socket.readyState === WebSocket.OPEN) socket.send('{"ask": "seen"}');
+  }
 }
 
 function settle(told) {

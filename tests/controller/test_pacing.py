@@ -134,7 +134,7 @@ def test_what_a_computation_refuses_is_raised() -> None:
 
 
 def test_the_names_of_the_command_line() -> None:
-    assert {"sync": Lockstep, "paced": Paced, "realtime": Realtime} == PACINGS
+    assert {"sync": Lockstep, "realtime": Realtime} == PACINGS
 
 
 def test_drives_that_keep_time_by_themselves_are_not_driven_in_lockstep() -> None:

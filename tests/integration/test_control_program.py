@@ -80,7 +80,10 @@ def _moves(log: Path) -> bool:
     [
         (("no.json", "--bus", "vcan0", "--out", "OUT"), "no task file no.json"),
         (("TASK", "--bus", "inproc", "--out", "OUT"), "inproc"),
-        (("TASK", "--bus", "vcan0", "--clock", "fast", "--out", "OUT"), "unknown clock 'fast'; expected sync or realtime"),
+        (
+            ("TASK", "--bus", "vcan0", "--clock", "fast", "--out", "OUT"),
+            "unknown clock 'fast'; expected sync or realtime or paced",
+        ),
         (("TASK", "--bus", "can0", "--out", "OUT"), "can0 may be a real machine"),
         (("TASK", "--bus", "can0", "--clock", "realtime", "--out", "OUT"), "give --limits FILE, and --yes"),
         (("TASK", "--out", "OUT"), "--bus"),

@@ -61,18 +61,24 @@ class Page:
         """The answer or the refusal."""
         self._number += 1
         self.wire.send(json.dumps({"id": self._number, "ask": what, **more}))
-        while True:
-            message: dict[str, Any] = json.loads(self.wire.recv(PATIENCE))
-            if message.get("id") == self._number:
-                return message
+        while (message := self._hear()).get("id") != self._number:
+            pass
+        return message
 
     def until(self, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
         """The first told view that is wanted."""
         for _ in range(ATTEMPTS):
-            message: dict[str, Any] = json.loads(self.wire.recv(PATIENCE))
+            message = self._hear()
             if "view" in message and wanted(message):
                 return message
         raise AssertionError("never told")
+
+    def _hear(self) -> dict[str, Any]:
+        """The next message; that a view has been seen is said."""
+        message: dict[str, Any] = json.loads(self.wire.recv(PATIENCE))
+        if "view" in message:
+            self.wire.send('{"ask": "seen"}')
+        return message
 
 
 @contextmanager
@@ -90,6 +96,8 @@ def read_by_canopen(bus: str, node: int, index: int) -> float:
         dictionary = canopen.ObjectDictionary()
         dictionary.add_object(variable := canopen.objectdictionary.ODVariable("any", index))
         variable.data_type = canopen.objectdictionary.REAL32
-        return float(network.add_node(node, dictionary).sdo[index].raw)
+        remote = network.add_node(node, dictionary)
+        remote.sdo.RESPONSE_TIMEOUT = PATIENCE  # a loaded host takes longer than its 0.3 s
+        return float(remote.sdo[index].raw)
     finally:
         network.disconnect()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from browser_bench import browser_page, needs_chromium
@@ -69,7 +70,7 @@ def test_a_drive_is_commanded_once_the_motion_has_stopped(served: Served) -> Non
 
 def test_a_parameter_is_found_written_and_read_by_a_foreign_master(served: Served) -> None:
     with browser_page(f"{served.url}#parameters") as page:
-        page.get_by_label("Search").fill("P360")
+        page.get_by_role("searchbox").fill("P360")
         gain = page.locator(f"[data-index='{0x2168}']")
         expect(gain).to_contain_text("1/min")
         expect(gain.locator(".value")).to_have_text("2400")
@@ -85,7 +86,7 @@ def test_a_parameter_is_found_written_and_read_by_a_foreign_master(served: Serve
         gain.get_by_text("write", exact=True).click()
         expect(page.locator("#said")).to_be_hidden()
         assert read_by_canopen(served.bus, 1, 0x2168) == 2400.0
-        page.get_by_label("Search").fill("no such object")
+        page.get_by_role("searchbox").fill("no such object")
         expect(page.get_by_text(re.compile("^0 of"))).to_be_visible()
 
 
@@ -94,3 +95,80 @@ def test_a_panel_that_reads_offers_nothing_else() -> None:
         in_motion(page)
         expect(page.locator("#pen")).to_contain_text("--allow-writes")
         assert page.locator("main button:enabled").count() == 0
+
+
+def add(page: Page, where: str, what: str) -> None:
+    """A channel of the scope, by the controls."""
+    page.get_by_label("Drive or truth").select_option(where)
+    page.get_by_label("Object", exact=True).fill(what)
+    page.get_by_role("button", name="Add channel").click()
+
+
+@pytest.mark.parametrize(("theme", "width"), [("light", 1280), ("dark", 390)])
+def test_the_scope_is_triggered_zoomed_and_saved(served: Served, theme: str, width: int) -> None:
+    with browser_page(served.url, width=width, theme=theme) as page:
+        in_motion(page)
+        page.get_by_role("link", name="scope").click()
+        expect(page.locator("[data-is='readings']")).to_contain_text("rotate Position actual value")
+        if width == 1280:
+            add(page, "truth:rotate", "velocity")
+            add(page, "truth:rotate", "torque")
+            expect(page.locator("[data-is='readings'] .truth")).to_have_count(2)
+            page.get_by_label("X", exact=True).select_option("truth:rotate:velocity")
+            page.get_by_label("Y", exact=True).select_option("truth:rotate:torque")
+            expect(page.get_by_label("One channel over another").locator("canvas")).to_be_visible()
+        page.get_by_label("Window").select_option("2")
+        page.get_by_label("Trigger", exact=True).select_option("rises")
+        page.get_by_label("Trigger channel").select_option("2:6064:00")
+        page.get_by_role("button", name="Set", exact=True).click()
+        expect(page.locator("[data-is='state']")).to_contain_text("triggered at")
+        over = page.locator("[aria-label='Channels over time'] .u-over")
+        box = over.bounding_box()
+        assert box is not None
+        over.click(position={"x": 0.3 * box["width"], "y": 50})
+        over.click(position={"x": 0.7 * box["width"], "y": 50})
+        expect(page.locator("[data-is='readings'] th", has_text="B − A")).to_contain_text(re.compile(r"0\.[78]\d+ s"))
+        with page.expect_download() as saved:
+            page.get_by_role("button", name="Save CSV").click()
+        assert saved.value.path().read_text(encoding="utf-8").startswith("time [s],lift Position actual value")
+        page.get_by_role("button", name="Save recording").click()
+        expect(page.locator("#said")).to_contain_text("without its torque")
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        if width == 390:
+            page.get_by_role("button", name="Run").click()
+            page.get_by_label("Trigger", exact=True).select_option("")
+            page.get_by_role("button", name="Set", exact=True).click()
+            expect(page.locator("[data-is='state']")).to_have_text("runs")
+
+
+@pytest.mark.parametrize(("theme", "width"), [("light", 1280), ("dark", 390)])
+def test_the_machine_is_drawn_and_moves(served: Served, theme: str, width: int) -> None:
+    with browser_page(served.url, width=width, theme=theme) as page:
+        in_motion(page)
+        page.get_by_role("link", name="machine").click()
+        expect(page.locator("[data-is='drawn']")).to_contain_text("scara: 6 geoms")
+        axis = page.locator("[data-is='axes'] tr", has_text="rotate")
+        expect(axis).to_contain_text("rad")
+        before, drawn = axis.inner_text(), page.locator(".stage canvas").screenshot()
+        expect(axis).not_to_have_text(before)
+        assert page.locator(".stage canvas").screenshot() != drawn
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_what_the_pages_load_is_small() -> None:
+    pages = Path(__file__).parents[2] / "panel" / "pages"
+    assert sum(file.stat().st_size for file in pages.rglob("*") if file.is_file()) < 3_000_000
+    assert all((folder / "LICENSE").is_file() for folder in (pages / "vendor").iterdir())
+
+
+@pytest.mark.parametrize(("theme", "width"), [("light", 1280), ("dark", 390)])
+def test_the_bus_names_its_frames_and_says_how_full_it_is(served: Served, theme: str, width: int) -> None:
+    with browser_page(f"{served.url}#bus", width=width, theme=theme) as page:
+        expect(page.locator("[data-is='identifiers']")).to_contain_text("TPDO of rotate")
+        expect(page.locator("[data-is='identifiers']")).to_contain_text("heartbeat of stretch")
+        expect(page.locator("[data-is='frames']")).to_contain_text("Position actual value")
+        page.get_by_label("Bit rate").select_option("125000")
+        expect(page.locator("[data-is='cycles']")).to_contain_text(re.compile(r"\d+ of [1-9]\d* cycles end late"))
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.get_by_label("Bit rate").select_option("1000000")
+        expect(page.locator("[data-is='cycles']")).to_contain_text(re.compile(r"^0 of [1-9]\d* cycles end late"))

@@ -123,6 +123,8 @@ WRITES: list[tuple[str, dict[str, object]]] = [
     ("command", {"node": 1, "name": "Shutdown"}),
     ("store", {"node": 1}),
     ("motion", {"runs": True}),
+    ("strike", {"told": {"fault": "sto", "node": 1}, "seconds": None}),
+    ("end", {"told": {"fault": "sto", "node": 1}}),
 ]
 
 
@@ -136,3 +138,61 @@ def test_a_port_in_use_is_one_line(served: Served) -> None:
 
 def test_a_physical_bus_is_not_emulated_on() -> None:
     assert "leave --emulate out" in drivetwin("panel", "--port", 0, "--emulate", "scara", "--bus", "can0").err
+
+
+def show(looking: Page, *channels: str, **more: object) -> dict[str, Any]:
+    """The answer of the scope to what it shall show."""
+    settings = {"window": 1.0, "pre": 0.5, "trigger": None, "xy": None} | more
+    return looking.ask("scope set", channels=list(channels), **settings)
+
+
+def test_the_scope_shows_bus_and_truth_alike(looking: Page) -> None:
+    """6064h of a drive by PDO, its supply voltage by SDO, and what the plant does."""
+    looking.ask("watch", view="drives")
+    looking.until(lambda told: all(streams(node) for node in told["nodes"]))
+    assert show(looking, "2:6064:00", "2:6079:00", "truth:rotate:position", "truth:rotate:velocity")["answer"] is None
+    looking.ask("watch", view="scope")
+    told = looking.until(lambda told: len(told.get("channels", ())) == 4 and all(each["last"] for each in told["channels"]))
+    assert [(each["source"], each["unit"]) for each in told["channels"]] == [
+        ("PDO", "rad"),
+        ("SDO", "mV"),
+        ("truth", "rad"),
+        ("truth", "rad/s"),
+    ]
+    assert told["channels"][0]["last"] == pytest.approx(told["channels"][2]["last"], abs=0.2)
+    assert len(told["picture"]["times"]) == len(told["picture"]["values"]["2:6064:00"])
+
+
+def test_the_scope_triggers_and_holds(served: Served, looking: Page) -> None:
+    looking.ask("watch", view="scope")
+    assert show(looking, "2:6064:00", trigger={"channel": "2:6064:00", "kind": "rises", "level": 0.0})["answer"] is None
+    held = looking.until(lambda told: told["state"] == "triggered" and told["set"]["trigger"] is not None)
+    span = held["picture"]
+    assert (span["start"], span["end"]) == pytest.approx((held["fired"] - 0.5, held["fired"] + 0.5))
+    values = [value for value in span["values"]["2:6064:00"] if value is not None]
+    assert values[0] < 0.0 < values[-1]
+    finer = looking.ask("scope zoom", start=held["fired"] - 0.01, end=held["fired"] + 0.01)["answer"]
+    assert finer["end"] - finer["start"] == pytest.approx(0.02)
+    with urllib.request.urlopen(f"{served.url}scope.csv") as answer:
+        head, *rows = answer.read().decode().splitlines()
+    assert head == "time [s],rotate Position actual value (2:6064:00) [rad]"
+    assert len(rows) == pytest.approx(250, abs=2)
+    with pytest.raises(urllib.error.HTTPError, match="409") as refused:
+        urllib.request.urlopen(f"{served.url}scope.zip")
+    assert b"without its torque" in refused.value.read()
+
+
+def test_a_scope_does_not_show_everything(looking: Page) -> None:
+    assert "a scope has 12 at most" in show(looking, *(f"1:60{number:02X}:00" for number in range(13)))["refused"]
+    assert "add it first" in show(looking, "1:6064:00", xy=("1:6064:00", "1:606C:00"))["refused"]
+
+
+def test_a_page_that_stops_reading_costs_nobody_a_frame(served: Served, looking: Page) -> None:
+    """A page that watches the scope and reads nothing: the other one is told on, in order, and answered."""
+    with page(served) as deaf:
+        deaf.wire.send('{"id": 1, "ask": "watch", "view": "scope"}')
+        show(looking, "1:6064:00", "2:6064:00", "3:6064:00", window=60.0)
+        looking.ask("watch", view="scope")
+        ends = [looking.until(lambda _: True)["picture"]["end"] for _ in range(200)]
+        assert ends == sorted(ends)
+        assert looking.ask("read", node=1, index=0x1000, subindex=0)["answer"] is not None

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from fault_bench import LIFT, ROTATE, FaultBench
+from in_process import Command
 
 from drivetwin.emulator.control import LONGEST_LINE, Control, serve_control
 from drivetwin.emulator.virtual_machine import REQUEST_WAIT
@@ -105,8 +106,8 @@ def test_values_may_be_text_as_a_command_line_has_them(path: Path) -> None:
     [
         (b"hello", "not JSON: b'hello'"),
         (b"[" * 3000, "not JSON: b'[[["),
-        (b"[]", 'expected {"strike": FAULT, "for": SECONDS} or {"end": FAULT}'),
-        (b"{}", 'expected {"strike": FAULT, "for": SECONDS} or {"end": FAULT}'),
+        (b"[]", 'expected {"strike": FAULT, "for": SECONDS}, {"end": FAULT}, {"list": {}} or {"truth": {}}'),
+        (b"{}", 'expected {"strike": FAULT, "for": SECONDS}, {"end": FAULT}, {"list": {}} or {"truth": {}}'),
         (b'{"strike": 3}', 'expected {"strike": FAULT'),
         (b'{"strike": {"fault": "sto", "node": 2}, "until": 3}', 'expected {"strike": FAULT'),
         (b'{"strike": {"fault": "fire"}}', "unknown fault 'fire'; there are bus_off"),
@@ -217,3 +218,23 @@ def test_what_has_ended_by_itself_is_not_ended_again(tmp_path: Path) -> None:
         client.connection.recv(65536)
         bench.sync(20)
         assert "error" in client.ask(end=STO)
+
+
+def test_the_owner_is_told_the_truth(path: Path) -> None:
+    with served(path) as bench:
+        told = Client(path, bench).ask(truth={})
+        plant = bench.virtual.plant
+        assert told["time"] == bench.virtual.now()
+        assert isinstance(told["axes"], dict)
+        assert [axis["position"] for axis in told["axes"].values()] == plant.joint_positions().tolist()
+        assert [axis["velocity"] for axis in told["axes"].values()] == plant.joint_velocities().tolist()
+        assert all(set(axis) == {"position", "velocity", "torque"} for axis in told["axes"].values())
+
+
+def test_a_client_is_told_which_faults_there_are(path: Path, command: Command) -> None:
+    with served(path) as bench:
+        client = Client(path, bench)
+        client.send(b'{"list": {}}\n')
+        with client.connection.makefile("rb") as lines:
+            told = json.loads(lines.readline())
+    assert told == {"faults": json.loads(command("fault", "--list", "--json").out)}
