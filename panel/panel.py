@@ -31,6 +31,9 @@ REFRESH_EVERY = 0.25
 LISTEN = 1.5
 """How long drives may take to be heard before they are asked who is there [s]; a heartbeat comes within a second."""
 
+OPERATIONAL = 5
+"""NMT state in a heartbeat (CiA 301, 7.2.8.3.2.2)."""
+
 SEARCH = 0.5
 """How long they may take to answer [s]."""
 
@@ -109,15 +112,22 @@ class Panel:
             raise UserError(f"there is no node {node_id} on {self.link.name}; there are {', '.join(map(str, self.nodes))}")
         return self.nodes[node_id]
 
+    @property
+    def configured(self) -> bool:
+        """False while the controller that the panel started brings up the drives: it needs the SDO channel of each."""
+        moved = self.motion is not None and self.motion.runs
+        return not moved or all(node.nmt == OPERATIONAL for node in self.nodes.values())
+
     def _refresh(self) -> None:
         while not self._ended.wait(REFRESH_EVERY):
             for node in self.nodes.values():
-                if not self._ended.is_set() and self.link.lost is None:
+                if not self._ended.is_set() and self.link.lost is None and self.configured:
                     node.refresh()
 
     def _ask_for_scope(self) -> None:
         while not self._ended.wait(ASK_EVERY) and self.link.lost is None:
-            self.scope.ask_round()
+            if self.configured:
+                self.scope.ask_round()
 
     def _keep_time(self) -> None:
         """SYNC for the machine that the panel itself has emulated, while nothing moves it: else its time would stand still."""

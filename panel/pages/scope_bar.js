@@ -21,7 +21,7 @@ export function scopeBar(set, runs) {
   const state = select("State");
   const apply = element("button", {}, "Set");
   const xs = select("X"), ys = select("Y");
-  let told = null, listed = "", choices = [];
+  let told = null, listed = "", choices = [], editing = false; // a trigger that is being entered stays until it is set
 
   // One after the other: `more` says, from what is set then, what changes.
   let last = Promise.resolve();
@@ -52,8 +52,10 @@ export function scopeBar(set, runs) {
   windows.addEventListener("change", () => send(() => ({ window: Number(windows.value) })));
   apply.addEventListener("click", () => {
     const trigger = kind.value === "" ? null : { channel: on.value, kind: kind.value, level: Number(level.value), state: kind.value === "state" ? state.value : "" };
+    editing = false;
     send(() => ({ trigger, pre: Number(pre.value) }));
   });
+  for (const each of [kind, on, level, state, pre]) each.addEventListener("input", () => { editing = true; });
   for (const each of [xs, ys]) each.addEventListener("change", () => {
     if (xs.value === "" && ys.value === "") send(() => ({ xy: null }));
     else if (xs.value !== "" && ys.value !== "") send(() => ({ xy: [xs.value, ys.value] }));
@@ -78,18 +80,22 @@ export function scopeBar(set, runs) {
 
   function renew() {
     const keys = told.channels.map((each) => option(each.key, each.label));
-    const { trigger, xy } = told.set;
+    const { trigger, xy } = told.set, entered = [on.value, state.value];
     on.replaceChildren(...keys.map((each) => each.cloneNode(true)));
     xs.replaceChildren(option("", "X: none"), ...keys.map((each) => each.cloneNode(true)));
     ys.replaceChildren(option("", "Y: none"), ...keys.map((each) => each.cloneNode(true)));
     [xs.value, ys.value] = xy ?? ["", ""];
     windows.replaceChildren(...told.windows.map((each) => option(each, `${each} s`)));
     windows.value = told.set.window;
-    pre.value = told.set.pre;
     state.replaceChildren(...told.states.map((each) => option(each)));
-    kind.value = trigger?.kind ?? "";
-    if (trigger !== null) [on.value, level.value, state.value] = [trigger.channel, trigger.level, trigger.state || state.value];
-    shape();
+    if (editing) {
+      if (told.channels.some((each) => each.key === entered[0])) on.value = entered[0];
+      if (told.states.includes(entered[1])) state.value = entered[1];
+    } else {
+      [kind.value, pre.value] = [trigger?.kind ?? "", told.set.pre];
+      if (trigger !== null) [on.value, level.value, state.value] = [trigger.channel, trigger.level, trigger.state || state.value];
+      shape();
+    }
     const out = (each) => element("button", { title: "take it away", onclick: () => remove(each.key) }, `${each.label} ✕`);
     chips.replaceChildren(...told.channels.map(out));
   }
