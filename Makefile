@@ -20,7 +20,7 @@ test: .venv/.installed
 	$(BIN)/pytest --numprocesses auto --dist worksteal
 
 # Tests that the type checker reads as strictly as the product.
-TYPED := conftest.py $(wildcard $(addprefix tests/,bus/*.py bus/timing/*.py drivetwin/*.py foundation/*.py motion/*.py recording/*.py \
+TYPED := tests/conftest.py $(wildcard $(addprefix tests/,bus/*.py bus/timing/*.py drivetwin/*.py foundation/*.py motion/*.py recording/*.py \
 	identification/test_*.py integration/nursery.py integration/processes.py integration/in_process.py))
 TYPED_PATH := scripts:docs/examples:tests/integration:tests/identification
 

@@ -198,8 +198,9 @@ def _import(file: Path) -> object:
 def _identified(folder: Path) -> None:
     values = {"coulomb": 1.9, "viscous": 1.15, "offset": 0.1, "static_torque": 2.4, "stribeck_velocity": 0.05}
     values |= {"coulomb_positive": 1.8, "coulomb_negative": 2.0, "viscous_positive": 1.1, "viscous_negative": 1.2}
-    stribeck = {"parameters": {name: {"value": value} for name, value in values.items()}, "direction": {"real": True}}
-    plain = {"parameters": {name: {"value": values[name]} for name in ("coulomb", "viscous")}}
+    told = {name: {"value": value, "unit": "N·m"} for name, value in values.items()}
+    stribeck = {"joint": "rotate", "parameters": told, "direction": {"real": True}}
+    plain = {"joint": "lift", "parameters": {name: told[name] for name in ("coulomb", "viscous")}}
     axes = {"rotate": stribeck, "lift": plain}
     payload = {"schema": "identified/1", "machine": "scara", "axes": axes, "settings": {"stribeck_exponent": 2.0}}
     (folder / "identified.json").write_text(json.dumps(payload, indent=1))
