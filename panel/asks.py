@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
@@ -20,16 +21,16 @@ STORE = b"save"
 """What 1010h:01 asks for (CiA 301, 7.5.2.13)."""
 
 
-class _Ask(BaseModel):
+class _Ask(BaseModel, ABC):
     """`writes`: it changes something on the bus or the machine, so that the page needs the pen."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     writes: ClassVar[bool] = False
 
+    @abstractmethod
     def answer(self, panel: Panel) -> object:
         """Raises UserError for what cannot be done."""
-        raise NotImplementedError
 
 
 class Objects(_Ask):

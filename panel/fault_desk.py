@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from drivetwin.foundation.control_socket import ask_control
 from drivetwin.foundation.errors import UserError
 from drivetwin.panel.bus_time import BusTime
-from drivetwin.panel.control import ask_control
 from drivetwin.panel.happenings import PANEL, Happenings
 
 MOST_STRUCK = 50

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import socket
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Annotated
@@ -13,12 +12,8 @@ import typer
 from drivetwin.cli.terminal import AsJson
 from drivetwin.emulator.faults.base import Fault, LastingFault
 from drivetwin.emulator.faults.library import described, library, read_fault
+from drivetwin.foundation.control_socket import ask_control
 from drivetwin.foundation.errors import UserError
-
-PATIENCE = 10.0
-"""How long to wait for the emulator's answer [s]."""
-
-LONGEST_ANSWER = 65536
 
 
 def fault_command(
@@ -51,9 +46,7 @@ def fault_command(
         raise UserError("--for is how long a fault lasts that is struck; leave it out with --end")
     told: dict[str, object] = {"fault": name, "node": node, **_parameters(context.args)}
     read_fault(told)
-    answer = _ask(on, {"end": told} if end else {"strike": told, "for": duration})
-    if "error" in answer:
-        raise UserError(str(answer["error"]))
+    answer = ask_control(on, {"end": told} if end else {"strike": told, "for": duration})
     if json_:
         print(json.dumps(answer))
         return
@@ -71,24 +64,6 @@ def _parameters(words: list[str]) -> dict[str, object]:
             raise UserError(f"{word!r} is no parameter with a value; write for example --code 0x2310")
         told[option.removeprefix("--").replace("-", "_")] = given
     return told
-
-
-def _ask(path: Path, request: dict[str, object]) -> dict[str, object]:
-    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
-        connection.settimeout(PATIENCE)
-        try:
-            connection.connect(str(path))
-            connection.sendall(json.dumps(request).encode() + b"\n")
-            with connection.makefile("rb") as lines:
-                line = lines.readline(LONGEST_ANSWER)
-        except OSError as error:
-            raise UserError(
-                f"no emulator answers at {path} ({error.strerror or error}); start one with: drivetwin emulate --control {path}"
-            ) from None
-    if not line:
-        raise UserError(f"the emulator at {path} has gone without an answer")
-    answer: dict[str, object] = json.loads(line)
-    return answer
 
 
 def _described(kind: type[Fault]) -> str:

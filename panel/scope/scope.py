@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from drivetwin.foundation.control_socket import ask_control
 from drivetwin.foundation.errors import UserError
 from drivetwin.panel.bus_time import BusTime
-from drivetwin.panel.control import ask_control
 from drivetwin.panel.node_watch import POSITION, NodeWatch
 from drivetwin.panel.pdo_reading import Address
 from drivetwin.panel.power_states import PowerState

@@ -1,4 +1,4 @@
-"""The emulator's control socket, as any other client asks it: one JSON object a line (docs/faults.md)."""
+"""A request to an emulator's control socket, as any client makes it: one JSON object a line (docs/faults.md)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,9 @@ def ask_control(path: Path, request: dict[str, object]) -> dict[str, Any]:
             with connection.makefile("rb") as lines:
                 line = lines.readline(LONGEST_ANSWER)
         except OSError as error:
-            raise UserError(f"the emulator does not answer at {path} ({error.strerror or error})") from None
+            raise UserError(
+                f"no emulator answers at {path} ({error.strerror or error}); start one with: drivetwin emulate --control {path}"
+            ) from None
     if not line:
         raise UserError(f"the emulator at {path} has gone without an answer")
     answer: dict[str, Any] = json.loads(line)
