@@ -12,7 +12,10 @@ from threadpoolctl import threadpool_limits
 
 from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.propose.drives import drive_effects
+from drivetwin.diagnosis.propose.placing import in_order
 from drivetwin.diagnosis.report.build import build
+from drivetwin.diagnosis.report.gaps import gaps_of
+from drivetwin.diagnosis.report.prediction import Patch
 from drivetwin.diagnosis.report.result import Diagnosis
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.averaging import believed, weighed
@@ -66,11 +69,13 @@ def diagnose(
     search = Search(whole, part, kinds, askew, progress)
     found = search.run()
     progress("probabilities", 0.8)
-    answers = [weighed(family, settings) for family in found.families]
+    first = refitted(found.state, search.heavier(found.state))
+    systematic = gaps_of(ready, Patch(in_order(first.effects), first.heavier), settings).systematic()
+    answers = [weighed(family, systematic, settings) for family in found.families]
     state, off = search.corrected(believed(found.state, answers))
-    answers += [weighed(family, settings) for family in off]
+    answers += [weighed(family, systematic, settings) for family in off]
     state = believed(state, answers)
-    answers.append(weighed(search.further(found, state), settings))
+    answers.append(weighed(search.further(found, state), systematic, settings))
     drives = [
         one for axis in kinds for one in drive_effects(ready.runs, axis, ready.testable[axis].kinds, settings.least_share)
     ]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from drivetwin.emulator.assembly import DrivenJoint, assemble
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import Effect, PlacedEffect
-from drivetwin.emulator.effects.model_tree import free_name
+from drivetwin.emulator.effects.model_tree import free_name, outermost
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.coupled_motion import check_axes_move_alone, friction_of_followers
 from drivetwin.motion.inverse_dynamics import Model
@@ -150,6 +150,27 @@ class Simulation:
         """Bodies with mass that a joint moves."""
         model = self.model
         return [body for body in range(1, model.nbody) if model.body_mass[body] > 0.0 and model.body_weldid[body] != 0]
+
+
+    def carrier(self, body: int) -> tuple[str, tuple[float, ...]] | None:
+        """The axis that carries a body, by its number, and the body's centre of mass (3,) where a payload of the axis is [m].
+
+        None where no recorded axis moves it.
+        """
+        data = mujoco.MjData(self.model)
+        mujoco.mj_kinematics(self.model, data)
+        joints = {self.model.joint(joint).id: axis for axis, joint in zip(self.axes, self.joints, strict=True)}
+        at = body
+        while at:
+            own = range(self.model.body_jntadr[at], self.model.body_jntadr[at] + self.model.body_jntnum[at])
+            axis = next((joints[joint] for joint in reversed(own) if joint in joints), None)
+            if axis is not None:
+                spec = self._spec
+                last = self.model.body(outermost(spec, spec.joint(self.drives[axis].joint).parent).name).id
+                place = data.xmat[last].reshape(3, 3).T @ (data.xipos[body] - data.xpos[last])
+                return axis, tuple(float(each) for each in place)
+            at = int(self.model.body_parentid[at])
+        return None
 
 
 def simulation(path: Path, axes: Mapping[str, AxisInfo]) -> Simulation:

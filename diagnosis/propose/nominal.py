@@ -13,6 +13,7 @@ from drivetwin.diagnosis.prepare.motion import AxisRun, Run
 from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.dynamics import AxisDynamics
+from drivetwin.emulator.effects import Effect, library
 from drivetwin.motion.filtering import fine_derivative
 
 Array = NDArray[np.float64]
@@ -27,9 +28,10 @@ LEAST = 0.005
 class Nominal:
     """One parameter: what a unit of deviation costs (`column`), its nominal value, and how far it may be off.
 
-    `effect` names the cause that it is if it is off: `coulomb`, `viscous`, `inertia` of an axis; None for the mass and inertia
-    together of a body, by number, in shares of its own, and for the timing of an axis [s]. `loaded_axis` is the axis that it is
-    of; of a body, the one of whose torque its mass costs the largest share.
+    `effect` names the cause that it is if it is off: `coulomb`, `viscous`, `inertia` of an axis; `payload` for the mass and
+    inertia together of a body, by number, in shares of its own; None for the timing of an axis [s]. `axis` is the one that it
+    is of, of a body the one that carries it, None if no recorded axis does. `loaded_axis` is the same, but of a body the one of
+    whose torque its mass costs the largest share.
     """
 
     effect: str | None
@@ -42,10 +44,24 @@ class Nominal:
     told: bool = True
     """Whether the model says anything of it."""
 
+    place: tuple[float, ...] = ()
+    """Of a body, its centre of mass where a payload of its axis would be (3,) [m]."""
+
     @property
     def timing(self) -> bool:
         """Whether it is of the recording and not of the model."""
         return self.effect is None and self.body is None
+
+    def off_by(self, amount: float) -> Effect | None:
+        """What it is to be off by an amount; None for the timing, and for a body that is lighter than in the model."""
+        if self.effect is None or (self.body is not None and amount <= 0.0):
+            return None
+        kind = library()[self.effect]
+        if self.body is not None:
+            values = (amount * self.value, *self.place)
+        else:
+            values = (amount if self.effect == "inertia" else max(0.0, self.value + amount),)
+        return kind(**{one.name: value for one, value in zip(kind.parameters, values, strict=True)})
 
 
 def nominal_parameters(rows: Rows, settings: Settings) -> list[Nominal]:
@@ -92,7 +108,9 @@ def _of_bodies(rows: Rows, of_axes: Sequence[Nominal], settings: Settings) -> li
         column = rows.predicted_by_heavier(body)
         if any(_differs(torque, axis, of_axes) for axis, torque in column.items()):
             loaded = max(column, key=lambda axis: _rms(column[axis]) / max(rows.size[axis], 1e-12))
-            found.append(Nominal(None, None, loaded, body, 1.0, settings.nominal_spread, column))
+            axis, place = rows.simulation.carrier(body) or (None, ())
+            mass = float(rows.simulation.model.body_mass[body])
+            found.append(Nominal("payload", axis, loaded, body, mass, settings.nominal_spread, column, place=place))
     return found
 
 

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.unknown import by_quantity
 from drivetwin.diagnosis.prepare.motion import Run
-from drivetwin.diagnosis.prepare.noise import Noise, noise_of
+from drivetwin.diagnosis.prepare.noise import Noise
 from drivetwin.diagnosis.prepare.prepared import Prepared
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.propose.drives import DriveFound
 from drivetwin.diagnosis.propose.placing import alike, in_order, placed
 from drivetwin.diagnosis.report.distinguish import sensor_that_tells, tell_apart
 from drivetwin.diagnosis.report.gap_test import NAME, GapFound, gap_of, significance
+from drivetwin.diagnosis.report.gaps import Gaps, gaps_of
 from drivetwin.diagnosis.report.patched_model import patched_xml
 from drivetwin.diagnosis.report.patterns import patterns
 from drivetwin.diagnosis.report.prediction import Patch, attributed, contributions, gap_rms, predict
@@ -52,16 +53,6 @@ EXPLAINED, PARTLY = 0.1, 0.7
 """Shares of the gap above noise, up to which what is unknown leaves it explained, and partly explained."""
 
 
-@dataclass(frozen=True)
-class _Gaps:
-    """The gap without and with a patch, on both motions, and the noise in it."""
-
-    patch: Patch
-    unseen: Sequence[Prediction]
-    fitted: Sequence[Prediction]
-    noise: Mapping[str, Noise]
-
-
 def build(
     ready: Prepared,
     values: Refitted,
@@ -73,14 +64,14 @@ def build(
     strong = [one for one in drives if _drive_matters(ready.rows, one, settings)]
     units = placed_drives(ready.rows, strong)
     patch = Patch(in_order([*values.effects, *units]), values.heavier)
-    gaps = _gaps(ready, _worth_a_name(ready, patch, settings.least_share), settings)
+    gaps = gaps_of(ready, _worth_a_name(ready, patch, settings.least_share), settings)
     tests = {
         axis: gap_of(gaps.unseen, gaps.fitted, axis, gaps.noise[axis].hides, ready.cutoff_hz) for axis in ready.simulation.axes
     }
     open_axes = [axis for axis in ready.simulation.axes if tests[axis].significant]
     kept = Patch(tuple(one for one in gaps.patch.effects if one.axis in open_axes), gaps.patch.heavier if open_axes else None)
     if kept != gaps.patch:
-        gaps = _gaps(ready, kept, settings)
+        gaps = gaps_of(ready, kept, settings)
     divided = {axis: _shares(ready, gaps, axis, settings) for axis in ready.simulation.axes}
     axes = {axis: _axis(ready, gaps, axis, tests[axis], divided[axis]) for axis in ready.simulation.axes}
     causes = _causes(ready, values, answers, strong, gaps, open_axes, divided, settings)
@@ -107,17 +98,6 @@ def placed_drives(rows: Rows, drives: Sequence[DriveFound]) -> list[PlacedEffect
 def _drive_matters(rows: Rows, one: DriveFound, settings: Settings) -> bool:
     """Whether the law gives the recorded torque better by more than chance and by more than the comparison errs by."""
     return one.gain > np.log(25.0) and one.without - one.left > (settings.model_error * rows.size[one.axis]) ** 2
-
-
-def _gaps(ready: Prepared, patch: Patch, settings: Settings) -> _Gaps:
-    unseen = [predict(ready.simulation, run, patch) for run in ready.checks]
-    fitted = [predict(ready.simulation, run, patch) for run in ready.runs]
-    noise = {}
-    for axis in ready.simulation.axes:
-        parts = [each.axes[axis] for each in (*fitted, *unseen)]
-        left = [np.where(part.used, part.measured - part.after, np.nan) for part in parts]
-        noise[axis] = noise_of(axis, [*ready.runs, *ready.checks], left, settings.model_error)
-    return _Gaps(patch, unseen, fitted, noise)
 
 
 def _worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
@@ -168,7 +148,7 @@ def _torques(ready: Prepared, runs: Sequence[Run], patch: Patch) -> list[float]:
     return found
 
 
-def _shares(ready: Prepared, gaps: _Gaps, axis: str, settings: Settings) -> tuple[tuple[PlacedEffect, ...], tuple[Share, ...]]:
+def _shares(ready: Prepared, gaps: Gaps, axis: str, settings: Settings) -> tuple[tuple[PlacedEffect, ...], tuple[Share, ...]]:
     """Effects that act on an axis, its own first, and the shares of its gap."""
     parts = [contributions(ready.simulation, run, gaps.patch) for run in ready.checks]
     named = [k for k, one in enumerate(gaps.patch.effects) if one.axis == axis]
@@ -194,7 +174,7 @@ def _shares(ready: Prepared, gaps: _Gaps, axis: str, settings: Settings) -> tupl
 
 
 def _axis(
-    ready: Prepared, gaps: _Gaps, axis: str, test: GapFound, divided: tuple[Sequence[PlacedEffect], Sequence[Share]]
+    ready: Prepared, gaps: Gaps, axis: str, test: GapFound, divided: tuple[Sequence[PlacedEffect], Sequence[Share]]
 ) -> AxisGap:
     noise, speed = gaps.noise[axis], ready.standstill[axis]
     parts = [each.axes[axis] for each in gaps.unseen]
@@ -265,7 +245,7 @@ def _causes(
     values: Refitted,
     answers: Sequence[Answer],
     drives: Sequence[DriveFound],
-    gaps: _Gaps,
+    gaps: Gaps,
     open_axes: Sequence[str],
     divided: Mapping[str, tuple[Sequence[PlacedEffect], Sequence[Share]]],
     settings: Settings,
@@ -288,7 +268,7 @@ def _causes(
     return sorted(told, key=lambda cause: -cause.probability * cause.share)
 
 
-def _weights(gaps: _Gaps, open_axes: Sequence[str]) -> dict[str, float]:
+def _weights(gaps: Gaps, open_axes: Sequence[str]) -> dict[str, float]:
     """Of each axis's gap in that of all, energies over those of their torques: axes have different units and sizes."""
     energies = {}
     for axis in open_axes:
@@ -302,7 +282,7 @@ def _selected(
     ready: Prepared,
     values: Refitted,
     answers: Sequence[Answer],
-    gaps: _Gaps,
+    gaps: Gaps,
     number: int,
     divided: tuple[Sequence[PlacedEffect], Sequence[Share]],
     settings: Settings,
@@ -341,7 +321,7 @@ def _estimates(values: Refitted, one: PlacedEffect) -> dict[str, Estimate]:
     return told
 
 
-def _closed(ready: Prepared, gaps: _Gaps, rest: Patch, axis: str, settings: Settings) -> Shrink | None:
+def _closed(ready: Prepared, gaps: Gaps, rest: Patch, axis: str, settings: Settings) -> Shrink | None:
     """What an effect adds to all others."""
     try:
         before = [predict(ready.simulation, run, rest) for run in ready.checks]
@@ -389,7 +369,7 @@ def _alternatives(
     return list(told.values())
 
 
-def _repeats(ready: Prepared, gaps: _Gaps, axis: str) -> float:
+def _repeats(ready: Prepared, gaps: Gaps, axis: str) -> float:
     """Share of what is left that goes with something, cross-validated: noise goes with nothing."""
     left = [_as_it_stands(each, axis) for each in gaps.unseen]
     unit = "N" if ready.simulation.slides(axis) else "N·m"
@@ -400,7 +380,7 @@ def _is_in(one: PlacedEffect, patch: Patch) -> bool:
     return any(alike(one, other) for other in patch.effects)
 
 
-def _unknown_cause(gaps: _Gaps, axis: str, divided: Sequence[Share], cutoff_hz: float, repeats: float, named: bool) -> Cause:
+def _unknown_cause(gaps: Gaps, axis: str, divided: Sequence[Share], cutoff_hz: float, repeats: float, named: bool) -> Cause:
     """What is left: how surely it is more than noise. Half of that is doubted of what does not repeat."""
     left = [_as_it_stands(each, axis) for each in gaps.unseen]
     share = next((one.share for one in divided if one.of == UNKNOWN), 0.0)

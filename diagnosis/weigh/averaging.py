@@ -1,12 +1,15 @@
 """From families of sets to probabilities: averaged over sets, each weighed by how well it predicts motion that was held out.
 
 Pseudo-Bayesian model averaging with the Bayesian bootstrap: Yao, Vehtari, Simpson, Gelman, Bayesian Analysis 13(3), 2018, sec.
-3.4. Blocks of contiguous time are drawn instead of samples, for neighbours tell the same.
+3.4. Blocks of contiguous time are drawn instead of samples, for neighbours tell the same. So it is decided which effects
+predict best. How probable they are is another question: a model of the wrong form errs alike in all blocks. What the blocks of
+an axis scatter by is enlarged by the design effect of a cluster (Kish, Survey Sampling, 1965, sec. 5.4), 1 + (blocks - 1) rho,
+whose intraclass correlation rho is the share of what is left that is neither noise nor what the comparison errs by.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,10 +46,14 @@ class Weighed:
 
 @dataclass(frozen=True)
 class Answer:
-    """Of one family: the chosen effect with the probability that it or one as good is there, and its members by weight."""
+    """Of one family: the chosen effect with the probability that it or one as good is there, and its members by weight.
+
+    `predicts`: whether it or one as good predicts motion that was held out better than nothing in its place.
+    """
 
     chosen: PlacedEffect | None
     probability: float
+    predicts: bool
     members: tuple[Weighed, ...]
 
     @property
@@ -57,8 +64,11 @@ class Answer:
         return tuple(dict.fromkeys(name for name in names if name != self.chosen.effect.name))
 
 
-def weighed(family: Family, settings: Settings) -> Answer:
-    """Probabilities of a family's members, and of none of them."""
+def weighed(family: Family, systematic: Mapping[str, float], settings: Settings) -> Answer:
+    """Probabilities of a family's members, and of none of them.
+
+    `systematic`: of the energy that is left on each axis, the share that is neither noise nor what the comparison errs by.
+    """
     chosen = family.chosen
     own = next((one for one in family.proposals if chosen is not None and _same(one, chosen)), None)
     least = SUBSTITUTES * own.share if own is not None else -np.inf
@@ -76,28 +86,38 @@ def weighed(family: Family, settings: Settings) -> Answer:
         ]
     )
     prior += np.array([0.0, *(one.prior for one in considered)])
-    count = told.shape[1]
-    draws = np.random.default_rng(settings.seed).dirichlet(np.ones(count), DRAWS) * count
+    draws = np.random.default_rng(settings.seed).dirichlet(np.ones(told.shape[1]), DRAWS) * told.shape[1]
     scores = draws @ told.T + prior
-    scores -= scores.max(axis=1, keepdims=True)
-    weights = np.exp(scores)
-    weights /= weights.sum(axis=1, keepdims=True)
-    mean = weights.mean(axis=0)
+    doubted = (1.0 + (draws - 1.0) * _enlarged(family, systematic)) @ told.T + prior
+    mean, plain = _weights(doubted), _weights(scores)
     place = next((k for k, one in enumerate(considered, start=1) if chosen is not None and _same(one, chosen)), None)
     members = []
     for k, one in enumerate(considered, start=1):
         better = float(np.mean(scores[:, k] > scores[:, place] - CLEARLY)) if place is not None else 0.0
         members.append(Weighed(one, min(1.0, float(mean[k])), place is not None and (k == place or better >= AS_GOOD)))
-    probability = sum(one.weight for one in members if one.as_good)
-    return Answer(chosen, min(1.0, float(probability)), tuple(sorted(members, key=lambda one: -one.weight)))
+    as_good = [k for k, one in enumerate(members, start=1) if one.as_good]
+    probability, best = (min(1.0, float(each[as_good].sum())) for each in (mean, plain))
+    return Answer(chosen, probability, best >= PROBABLE, tuple(sorted(members, key=lambda one: -one.weight)))
+
+
+def _weights(scores: Array) -> Array:
+    """Weight of nothing and of each member (M,), averaged over draws of their scores (D, M) [nats]."""
+    weights = np.exp(scores - scores.max(axis=1, keepdims=True))
+    return np.asarray((weights / weights.sum(axis=1, keepdims=True)).mean(axis=0))
+
+
+def _enlarged(family: Family, systematic: Mapping[str, float]) -> Array:
+    """Of each block of each axis (B,), by how much its scatter is enlarged: the square root of the axis's design effect."""
+    counts = {axis: int(own.blocks.max(initial=-1)) + 1 for axis, own in family.state.system.axes.items()}
+    return np.concatenate([np.full(n, np.sqrt(1.0 + (n - 1) * systematic[axis])) for axis, n in sorted(counts.items())])
 
 
 def believed(state: State, answers: Sequence[Answer]) -> State:
-    """The set without the effects that are less probable than not: the median probability model, which predicts best.
+    """The set without the effects that have less than half of the weight: the median probability model, which predicts best.
 
     Barbieri and Berger, Annals of Statistics 32(3), 2004. As it was where the others make no mechanism without them.
     """
-    doubted = [one.chosen for one in answers if one.chosen is not None and one.probability < PROBABLE]
+    doubted = [one.chosen for one in answers if one.chosen is not None and not one.predicts]
     kept = [one for one in state.effects if not any(alike(one, each) for each in doubted)]
     if len(kept) == len(state.effects):
         return state

@@ -17,7 +17,7 @@ from drivetwin.diagnosis.propose.search import BRIEFLY, REFINED, REFINED_REPLAYS
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.state import Bench, State, colours_of, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import best_together, settled_on, simpler, yields
-from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
+from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect
 from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.foundation.errors import UserError
 
@@ -119,14 +119,12 @@ class Search:
         """Nominal parameters of axes that are off by more than chance and by enough to matter, as effects of their own."""
         families: list[Family] = []
         for number, one in enumerate(self.bench.nominals):
-            if one.effect is None or one.axis is None or not self._is_off(state, number):
+            effect = one.off_by(float(state.fit.coefficients[number]))
+            if effect is None or one.axis is None or not self._is_off(state, number):
                 continue
-            kind = library()[one.effect]
-            if kind not in self.kinds.get(one.axis, ()):
+            if type(effect) not in self.kinds.get(one.axis, ()):
                 continue
-            amount = float(state.fit.coefficients[number])
-            value = amount if one.effect == "inertia" else max(0.0, one.value + amount)
-            known = self.evaluated(state, Begun(one.axis, kind(**{kind.parameters[0].name: value}), 0.0, 1))
+            known = self.evaluated(state, Begun(one.axis, effect, 0.0, 1))
             if known is None:
                 continue
             try:

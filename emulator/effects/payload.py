@@ -28,6 +28,7 @@ class Payload(ModelEffect):
     family: ClassVar[str] = "rigid body"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
     shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SHORT_MOVES})
+    of_model: ClassVar[bool] = True
     by_poses: ClassVar[bool] = True
     by_motion: ClassVar[str] = "the same moves in several poses of the machine, and under gravity"
     looks: ClassVar[frozenset[Look]] = frozenset({Look.PULL, Look.INERTIA})

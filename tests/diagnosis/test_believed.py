@@ -37,16 +37,16 @@ def state(tmp_path_factory: pytest.TempPathFactory) -> State:
     return state_of(bench, [placed(bench.rows, "turn", one) for one in (WAVE, OFFSET)], first_colours(bench))
 
 
-def answer(state: State, chosen: Effect, probability: float) -> Answer:
-    return Answer(placed(state.bench.rows, "turn", chosen), probability, ())
+def answer(state: State, chosen: Effect, *, predicts: bool) -> Answer:
+    return Answer(placed(state.bench.rows, "turn", chosen), 0.6, predicts, ())
 
 
 def names(state: State) -> list[str]:
     return sorted(one.effect.name for one in state.effects)
 
 
-def test_what_is_less_probable_than_not_is_given_up(state: State) -> None:
-    left = believed(state, [answer(state, WAVE, 0.4), answer(state, OFFSET, 0.9)])
+def test_what_predicts_no_better_than_nothing_is_given_up(state: State) -> None:
+    left = believed(state, [answer(state, WAVE, predicts=False), answer(state, OFFSET, predicts=True)])
     assert names(left) == ["torque_offset"]
 
 
