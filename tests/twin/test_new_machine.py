@@ -19,6 +19,8 @@ from drivetwin.controller.machine import load_machine
 from drivetwin.emulator.effects import read_effects
 from drivetwin.emulator.machine import load_machine as load_virtual_machine
 from drivetwin.emulator.plant import Plant
+from drivetwin.hil_tests.bench import read_bench
+from drivetwin.hil_tests.suite import CASES, find_cases
 
 GANTRY = """<mujoco model="gantry"><compiler autolimits="true"/><worldbody>
 <body name="bridge"><joint name="x" type="slide" axis="1 0 0" range="-0.3 0.3" armature="12" frictionloss="30" damping="90"/>
@@ -104,6 +106,22 @@ def test_an_actuators_force_is_the_motors(tmp_path: Path, monkeypatch: pytest.Mo
     run(monkeypatch, "machine", "new", gantry(tmp_path, 'forcerange="-100 100"'), "--out", tmp_path / "made", "-q")
     axis = load_virtual_machine(str(tmp_path / "made")).axes["z"]
     assert axis.motor.peak_torque * axis.gear_ratio == pytest.approx(100.0, rel=1e-3)
+
+
+def test_its_bench_runs_every_case_in_limits_of_the_machine(made: Path) -> None:
+    """All but the one of the wall clock; an axis may follow as far behind as a loop of 15 Hz without integral does."""
+    bench = read_bench(made / "bench.yaml")
+    assert bench.machine_place == str(made.resolve())
+    skipped = [case.identity for case in find_cases(bench, [CASES], ()) if case.skipped_because is not None]
+    assert skipped == ["09_bus.sync_jitter"]
+    (single,) = find_cases(bench, [CASES], ["04_moves.single"])
+    to = {move["axis"]: move["to"] for move in single.task.parameters["moves"]}
+    assert -0.276 < to["x"] < 0.276
+    axis = load_virtual_machine(str(made)).axes["x"]
+    behind = (load_machine(str(made)).axes["x"].max_acceleration + 30.0 / 58.0) / (2.0 * pi * 15.0 * axis.loops.position_gain)
+    told = bench.limit("tracking_error")
+    assert isinstance(told, dict)
+    assert told["x"] == pytest.approx(2.0 * behind, rel=1e-2)
 
 
 def test_it_is_identified_over_the_bus(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
