@@ -102,16 +102,16 @@ def _map(path: Path | None, eds: Path | None, nodes: list[int] | None, lockstep:
 
 def _columns() -> dict[str, ColumnMap]:
     return {
-        "position": ColumnMap(object_=(0x6064, 0), unit="user"),
-        "torque": ColumnMap(object_=(0x6077, 0), unit="permille"),
-        "velocity": ColumnMap(object_=(0x606C, 0), unit="user/s", optional=True),
+        "position": ColumnMap(object=(0x6064, 0), unit="user"),
+        "torque": ColumnMap(object=(0x6077, 0), unit="permille"),
+        "velocity": ColumnMap(object=(0x606C, 0), unit="user/s", optional=True),
     }
 
 
 def _with_demand(log: Path, import_map: ImportMap) -> ImportMap:
     """The same with that object as the demand which the log has."""
     for key in DEMANDS:
-        demand = ColumnMap(object_=key, unit="user", optional=True)
+        demand = ColumnMap(object=key, unit="user", optional=True)
         axes = {
             name: entry.model_copy(update={"columns": entry.columns | {"position_demand": demand}})
             for name, entry in import_map.axes.items()
