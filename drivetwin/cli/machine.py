@@ -45,7 +45,9 @@ class Action(StrEnum):
 
 def machine_command(
     action: Annotated[Action, typer.Argument(help="new: make one from a robot's model. check: say whether one can be used.")],
-    path: Annotated[Path, typer.Argument(metavar="ROBOT.xml|DIR|FILE.yaml", help="Of new the MJCF; of check the machine.")],
+    path: Annotated[
+        Path, typer.Argument(metavar="ROBOT.xml|DIR|FILE.yaml", help="Of new the MJCF or URDF; of check the machine.")
+    ],
     *,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="new: the machine's folder.")] = None,
     name: Annotated[str | None, typer.Option(help="new: what the machine is called; as the model, unless told.")] = None,
