@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.machine_file import MOST_AXES
 from drivetwin.motion.coupled_motion import check_axes_move_alone
+from drivetwin.motion.followers import relations_of
 from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.motion.model_file import ON_JOINT, as_mjcf, motors_of, state_motors, state_springs
 from drivetwin.twin.urdf import read_robot
@@ -84,7 +85,7 @@ def new_machine(path: Path, name: str | None, bandwidth: float) -> NewMachine:
     state_motors(spec, set(joints))
     state_springs(spec, model)
     for joint in joints:
-        _give_rotor(spec.joint(joint), rigid.inertia(joint), assumed)
+        _give_rotor(path, spec.joint(joint), rigid.inertia(joint), assumed)
     driven = spec.compile()
     needs = _needs(Model(driven, path), joints, np.array([travel[joint] for joint in joints]))
     axes = {
@@ -96,7 +97,9 @@ def new_machine(path: Path, name: str | None, bandwidth: float) -> NewMachine:
     return NewMachine(description, as_mjcf(spec, driven), tuple(assumed))
 
 
-def _give_rotor(joint: mujoco.MjsJoint, inertia: float, assumed: list[str]) -> None:
+def _give_rotor(path: Path, joint: mujoco.MjsJoint, inertia: float, assumed: list[str]) -> None:
+    if not joint.armature + inertia > 0.0:
+        raise UserError(f"{path}: joint {joint.name!r} moves no mass: give the bodies behind it their mass and inertia")
     if not joint.armature > 0.0:
         joint.armature = ROTOR * inertia
         assumed.append(f"{joint.name}: armature {joint.armature:.3g}, {ROTOR:.0%} of the axis's inertia")
@@ -106,7 +109,9 @@ def _driven(path: Path, model: mujoco.MjModel) -> list[str]:
     """Names of the joints that are axes, in the order of the model."""
     one_degree = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
     every = [number for number in range(model.njnt) if int(model.jnt_type[number]) in one_degree]
-    driven = [number for number in every if motors_of(model, number)] or (every if not model.nu else [])
+    follow = {relation.joints[0] for relation in relations_of(model)}
+    free = [number for number in every if number not in follow]
+    driven = [number for number in every if motors_of(model, number)] or (free if not model.nu else [])
     if not driven:
         raise UserError(f"{path}: no actuator drives a hinge or a slide: give the joints that a drive moves a <motor>")
     if len(driven) > MOST_AXES:

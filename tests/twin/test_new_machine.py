@@ -246,6 +246,14 @@ def test_a_urdf_is_read_by_its_limits_and_inertias_alone(tmp_path: Path, monkeyp
     assert truth["slide"]["inertia"] == pytest.approx(1.1 * 2.0)
 
 
+def test_a_joint_that_mimics_another_is_no_axis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = urdf(tmp_path)
+    mimic = '<mimic joint="shoulder" multiplier="0.1"/></joint></robot>'
+    path.write_text(path.read_text(encoding="utf-8").replace("</joint></robot>", mimic), encoding="utf-8")
+    assert run(monkeypatch, "machine", "new", path, "--out", tmp_path / "made", "-q") == 0
+    assert list(load_machine(str(tmp_path / "made")).axes) == ["shoulder"]
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
