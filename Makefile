@@ -7,7 +7,7 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 .DEFAULT_GOAL := run
 
-.PHONY: run test test-long test-vcan interoperability seeds bench wafer-handler fuzz fuzz-files blind measured accept accept-repeats mutants docs lock clean
+.PHONY: run test tutorial test-long test-vcan interoperability seeds bench wafer-handler fuzz fuzz-files blind measured accept accept-repeats mutants docs lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -18,6 +18,10 @@ test: .venv/.installed
 	MYPYPATH=$(TYPED_PATH) $(BIN)/mypy $(TYPED)
 	$(BIN)/lint-imports
 	$(BIN)/pytest --numprocesses auto --dist worksteal
+
+# The tutorial's own machine, command by command, for a gantry and a six-axis arm: out/gantry*, out/arm6*.
+tutorial: .venv/.installed
+	$(BIN)/python scripts/tutorial.py
 
 # Tests that the type checker reads as strictly as the product.
 TYPED := tests/conftest.py $(wildcard $(addprefix tests/,bus/*.py bus/timing/*.py drivetwin/*.py foundation/*.py motion/*.py recording/*.py \

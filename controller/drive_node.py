@@ -13,6 +13,7 @@ from math import inf
 
 import canopen
 import numpy as np
+from canopen.objectdictionary import ObjectDictionaryError
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 from numpy.typing import NDArray
 
@@ -25,6 +26,9 @@ from drivetwin.drive_profiles import DriveProfile, Role
 from drivetwin.foundation.errors import UserError
 
 logger = logging.getLogger(__name__)
+
+NO_ANSWER = (SdoAbortedError, SdoCommunicationError, ObjectDictionaryError)
+"""What canopen raises of an SDO transfer: aborted, without an answer, or answered by bytes that are no value of the object."""
 
 OUTPUT = struct.Struct("<Hih")
 """RPDO 1: controlword, position set-point, torque offset."""
@@ -120,7 +124,7 @@ class DriveNode:
         """
         try:
             value = self._variable(index, subindex).raw
-        except (SdoAbortedError, SdoCommunicationError) as error:
+        except NO_ANSWER as error:
             raise self._sdo_error("reading", index, subindex, error) from None
         return value.decode() if isinstance(value, bytes) else value
 
@@ -131,7 +135,7 @@ class DriveNode:
         """
         try:
             self._variable(index, subindex).raw = value
-        except (SdoAbortedError, SdoCommunicationError) as error:
+        except NO_ANSWER as error:
             raise self._sdo_error(f"writing {value} to", index, subindex, error) from None
         back = float(self.read(index, subindex))
         if abs(back - value) > 1e-6 * abs(value):
@@ -147,7 +151,7 @@ class DriveNode:
         try:
             with self._patience(STORE_TIMEOUT):
                 self._variable(0x1010, 3).raw = SAVE
-        except (SdoAbortedError, SdoCommunicationError) as error:
+        except NO_ANSWER as error:
             raise self._sdo_error("storing by", 0x1010, 3, error) from None
 
     def reset_communication(self) -> None:
@@ -176,7 +180,7 @@ class DriveNode:
             with self._patience(COMMAND_TIMEOUT):
                 self._variable(0x6040, 0).raw = controlword
                 self.statusword = int(self._variable(0x6041, 0).raw)
-        except (SdoAbortedError, SdoCommunicationError) as error:
+        except NO_ANSWER as error:
             raise self._sdo_error("commanding by", 0x6040, 0, error) from None
 
     def role(self, name: str) -> Role | None:
@@ -325,7 +329,7 @@ class DriveNode:
             pdo.enabled = True
             pdo.save()
             pdo.read()
-        except (SdoAbortedError, SdoCommunicationError) as error:
+        except NO_ANSWER as error:
             raise UserError(f"{self.where()}: mapping {pdo.name} failed: {error}") from None
         mapped = [(variable.index, variable.subindex) for variable in pdo.map]
         if mapped != objects or pdo.trans_type != transmission_type or not pdo.enabled:
@@ -339,7 +343,7 @@ class DriveNode:
             if pdo.enabled:
                 pdo.enabled = False
                 pdo.save()
-        except (SdoAbortedError, SdoCommunicationError) as error:
+        except NO_ANSWER as error:
             raise UserError(f"{self.where()}: disabling {pdo.name} failed: {error}") from None
 
     # -- scaling ------------------------------------------------------------------------------------------------------
@@ -415,6 +419,8 @@ class DriveNode:
                 f"is the drive powered, and is {self.node_id} its node-ID?",
                 self.node_id,
             )
+        if isinstance(error, ObjectDictionaryError):
+            return TroubleError(f"{self.where()}: {doing} {place(index, subindex)}: the answer is no value of it", self.node_id)
         return UserError(f"{self.where()}: {doing} {place(index, subindex)} was aborted by the drive: {error}")
 
 

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
+import can
 import mujoco
 from pydantic import Field, FiniteFloat, PositiveFloat, PositiveInt, field_validator
 
 from drivetwin.bus.channel import is_physical
 from drivetwin.drive_profiles import DriveProfile, load_profile
+from drivetwin.emulator.clock import Clock
+from drivetwin.emulator.composition import composed
 from drivetwin.emulator.effects import PlacedEffect, read_effects
-from drivetwin.emulator.machine import Machine, load_machine
-from drivetwin.emulator.plant import truth_path
+from drivetwin.emulator.machine import Machine, available_machines, load_machine
+from drivetwin.emulator.plant import Plant, truth_path
+from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.typed_yaml import Strict, read_yaml, typed
 from drivetwin.hil_tests.real_limits import check_narrower, machine_bounds
@@ -77,12 +81,14 @@ class RealDrives(Strict):
 class Bench(Strict):
     """bench.yaml, with the file it was read from.
 
-    `noise` is by how much a measured quantity differs from run to run (standard deviation), by its name, for trends.
+    `noise` is by how much a measured quantity differs from run to run (standard deviation), by its name, for trends. `needs`
+    are groups without which nobody is accepted.
     """
 
     format: Literal["bench/1"]
     machine: str
     profile: str
+    model: Path | None = None
     truth: Path | None = None
     drives: Literal["virtual", "real"] = "virtual"
     real: RealDrives = RealDrives()
@@ -96,6 +102,7 @@ class Bench(Strict):
     pdo: dict[str, OrderedPdo] = Field(default_factory=dict)
     limits: dict[str, LimitValue] = Field(default_factory=dict)
     noise: dict[str, FiniteFloat | dict[str, FiniteFloat]] = Field(default_factory=dict)
+    needs: list[str] = Field(default_factory=list)
     timeouts: Timeouts = Timeouts()
     path: Path
 
@@ -110,7 +117,19 @@ class Bench(Strict):
     @cached_property
     def virtual(self) -> Machine:
         """The machine."""
-        return load_machine(self.machine)
+        return load_machine(self.machine_place)
+
+    @property
+    def machine_place(self) -> str:
+        """The machine as a controller finds it: by its name, or one of a user's own by the path of its folder or file."""
+        beside = self.path.parent / self.machine
+        named = self.machine in available_machines() or not (beside.exists() or len(Path(self.machine).parts) > 1)
+        return self.machine if named else str(beside.resolve())
+
+    @property
+    def machine_name(self) -> str:
+        """What it is called."""
+        return self.virtual.machine
 
     @cached_property
     def drive_type(self) -> DriveProfile:
@@ -119,13 +138,24 @@ class Bench(Strict):
 
     @cached_property
     def effects(self) -> tuple[PlacedEffect, ...]:
-        """The plant's truth."""
-        return read_effects(self.effects_path)
+        """The plant's truth beside its model."""
+        joints = {name: axis.joint for name, axis in self.virtual.axes.items()}
+        return composed(read_effects(self.effects_path), (), self.model_path, joints).effects
 
     @property
     def effects_path(self) -> Path:
         """The file that it stands in."""
         return truth_path(self.virtual, None if self.truth is None else self.path.parent / self.truth)
+
+    @property
+    def model_path(self) -> Path | None:
+        """The plant's model in the place of the machine's own, which stands beside the bench."""
+        return None if self.model is None else self.path.parent / self.model
+
+    def virtual_machine(self, clock: Clock, transmit: Callable[[can.Message], None]) -> VirtualMachine:
+        """The machine with its drives, before they are switched on."""
+        plant = Plant(self.virtual, self.effects, self.model_path)
+        return VirtualMachine(self.virtual, self.drive_type, self.effects, clock, self.seed, transmit, plant=plant)
 
     @cached_property
     def units(self) -> dict[str, str]:
@@ -181,7 +211,7 @@ def read_bench(path: Path, real: bool = False, changes: Mapping[str, object] | N
     for name, value in bench.limits.items():
         if isinstance(value, dict) and (unknown := sorted(set(value) - set(axes))):
             known = ", ".join(axes)
-            raise UserError(f"{path}: limits.{name}: machine {bench.machine} has no axis {unknown[0]!r}, only {known}")
+            raise UserError(f"{path}: limits.{name}: machine {bench.machine_name} has no axis {unknown[0]!r}, only {known}")
     if bench.drives == "real":
         _check_real(bench, path)
         if not real:
@@ -211,14 +241,14 @@ def _check_real(bench: Bench, path: Path) -> None:
         )
     if bench.clock != "realtime":
         raise UserError(f"{path}: clock: real drives keep time by themselves; write clock: realtime")
-    if bench.bit_timing or bench.truth is not None:
-        wrong = "bit_timing: their wire" if bench.bit_timing else "truth: their plant"
+    if bench.bit_timing or bench.truth is not None or bench.model is not None:
+        wrong = "bit_timing: their wire" if bench.bit_timing else "truth: their plant" if bench.truth else "model: their plant"
         raise UserError(f"{path}: {wrong} is not modelled where drives are real; leave it out")
     if bench.limits_path is None:
         raise UserError(f"{path}: real.limits: name the file of travel, speed and torque that this machine may be driven at")
     if not any("{limits}" in part for part in bench.controller.command):
         raise UserError(f"{path}: controller.command: only the controller can keep to real.limits; give it {{limits}}")
-    check_narrower(bench.real_limits, machine_bounds(bench.virtual), f"machine {bench.machine}", bench.limits_path)
+    check_narrower(bench.real_limits, machine_bounds(bench.virtual), f"machine {bench.machine_name}", bench.limits_path)
     check_narrower(bench.real_limits, _told_bounds(bench), f"limits in {path.name}", bench.limits_path)
 
 

@@ -104,5 +104,5 @@ def _recording(name: str, evidence: Evidence, piece: slice) -> Recording:
         for axis, machine_axis in evidence.bench.virtual.axes.items()
     }
     period = float(np.rint((time[1] - time[0]) * 1e6)) * 1e-6
-    info = RecordingInfo(machine=evidence.bench.machine, sample_period=period, axes=axes)
+    info = RecordingInfo(machine=evidence.bench.machine_name, sample_period=period, axes=axes)
     return Recording(name=name, info=info, time=time, columns=columns)

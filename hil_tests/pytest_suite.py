@@ -11,7 +11,6 @@ import pytest
 from drivetwin.bus.channel import InprocBus
 from drivetwin.emulator.clock import SyncClock
 from drivetwin.emulator.drive.drive import Drive
-from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.foundation.errors import UserError
 from drivetwin.hil_tests.bench import Bench, read_bench
 from drivetwin.hil_tests.evidence import BusFrame
@@ -126,9 +125,7 @@ class InprocBench:
     def __init__(self, bench: Bench) -> None:
         def connect(transmit: Callable[[can.Message], None]) -> InprocBench:
             self._transmit = transmit
-            self.virtual = VirtualMachine(
-                bench.virtual, bench.drive_type, bench.effects, SyncClock(), bench.seed, self._send
-            )
+            self.virtual = bench.virtual_machine(SyncClock(), self._send)
             self.log = FrameLog(self.virtual.now, lambda: 0.0)
             self.observer = Observer(self.virtual)
             self.virtual.power_on()

@@ -27,7 +27,7 @@ def why_not_on_real_drives(
         return f"beside how the controller ends it judges what only the plant's truth tells, and here drives are real: {names}"
     for axis, position in (target for pose in targets(task) for target in pose.items()):
         if axis not in bench.real_limits:
-            return f"{axis} is to move, and machine {bench.machine} has no such axis"
+            return f"{axis} is to move, and machine {bench.machine_name} has no such axis"
         low, high = bench.real_limits[axis].travel
         if not low <= position <= high:
             return f"{axis} is to go to {position:g} {bench.units[axis]}, and its limits are {low:g} .. {high:g}"

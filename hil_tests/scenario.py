@@ -22,6 +22,7 @@ from drivetwin.hil_tests.expectations.outcome import Outcome
 from drivetwin.hil_tests.expectations.reading import expectation_kind, read_expectation
 from drivetwin.hil_tests.expectations.torque_limit_kept import TorqueLimitKept
 from drivetwin.hil_tests.real_cases import why_not_on_real_drives
+from drivetwin.hil_tests.shares import expectation_on, fault_on, task_on, why_no_payload
 from drivetwin.hil_tests.task import Task
 
 CONTROLLER_KILLED = "controller_killed"
@@ -94,7 +95,10 @@ def read_scenario(path: Path, bench: Bench) -> Scenario:
     number, group = _group(path)
     try:
         kinds = [expectation_kind(one) for one in given.expect]
-        because = _why_skipped(given, kinds, bench)
+        because = _why_not_here(given, bench)
+        if because is None:
+            given = _on_its_machine(given, kinds, bench)
+            because = _why_not_real(given, kinds, bench)
         unknown = tuple(kind.name for kind in kinds if bench.drives == "real" and kind.needs_truth) if because is None else ()
         return Scenario(
             number=number,
@@ -116,17 +120,35 @@ def read_scenario(path: Path, bench: Bench) -> Scenario:
         raise UserError(f"{path}: {error}") from None
 
 
-def _why_skipped(given: _File, kinds: Sequence[type[Expectation]], bench: Bench) -> str | None:
-    """Why a case cannot be run on this bench; None: it can."""
-    if given.machine not in (None, bench.machine):
-        return f"the case is about machine {given.machine}, and this bench has {bench.machine}"
+def _on_its_machine(given: _File, kinds: Sequence[type[Expectation]], bench: Bench) -> _File:
+    """The case in names and numbers of the bench's machine."""
+    changes = {
+        "task": task_on(given.task, bench),
+        "faults": [fault_on(fault, bench) for fault in given.faults],
+        "expect": [
+            expectation_on(one, kind, bench) if bench.drives == "virtual" or not kind.needs_truth else one
+            for one, kind in zip(given.expect, kinds, strict=True)
+        ],
+    }
+    return given.model_copy(update=changes)
+
+
+def _why_not_here(given: _File, bench: Bench) -> str | None:
+    """Why a case is not for this bench; None: it is."""
+    if given.machine not in (None, bench.machine_name):
+        return f"the case is about machine {given.machine}, and this bench has {bench.machine_name}"
     if given.clock not in (None, bench.clock):
         return f"the case is about clock {given.clock}, and this bench has clock {bench.clock}"
     if given.task.task not in bench.controller.tasks:
         return f"the controller {bench.controller.name!r} does no task {given.task.task!r} (tasks in {bench.path.name})"
-    if bench.drives == "real":
-        return why_not_on_real_drives(given.task, [str(fault.get("fault")) for fault in given.faults], kinds, bench)
-    return None
+    return why_no_payload(given.faults, bench) if bench.drives == "virtual" else None
+
+
+def _why_not_real(given: _File, kinds: Sequence[type[Expectation]], bench: Bench) -> str | None:
+    """Why a case is not run on this bench's drives, where they are real."""
+    if bench.drives == "virtual":
+        return None
+    return why_not_on_real_drives(given.task, [str(fault.get("fault")) for fault in given.faults], kinds, bench)
 
 
 def _group(path: Path) -> tuple[int, str]:
@@ -159,7 +181,7 @@ def _known(told: dict[str, Any], nodes: dict[str, int], bench: Bench) -> Fault:
     fault = read_fault(told)
     if fault.node not in ("all", *nodes, *nodes.values()):
         choice = ", ".join(f"{node} ({axis})" for axis, node in nodes.items())
-        raise UserError(f"faults: {fault.name}: {bench.machine} has no node {fault.node!r}; it has {choice}, or say all")
+        raise UserError(f"faults: {fault.name}: {bench.machine_name} has no node {fault.node!r}; it has {choice}, or say all")
     return fault
 
 

@@ -35,4 +35,4 @@ def check_targets(task: Task, bench: Bench) -> None:
     if not poses:
         raise UserError(f"a task {task.task!r} has no targets; it is for move and path")
     if unknown := [axis for pose in poses for axis in pose if axis not in bench.axes]:
-        raise UserError(f"{bench.machine} has no axis {unknown[0]!r}, only {', '.join(bench.axes)}")
+        raise UserError(f"{bench.machine_name} has no axis {unknown[0]!r}, only {', '.join(bench.axes)}")

@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.machine_file import MOST_AXES
 from drivetwin.motion.coupled_motion import check_axes_move_alone
+from drivetwin.motion.followers import relations_of
 from drivetwin.motion.inverse_dynamics import Model
-from drivetwin.motion.model_file import ON_JOINT, as_mjcf, motors_of, named_model, state_motors, state_springs
+from drivetwin.motion.model_file import ON_JOINT, as_mjcf, motors_of, state_motors, state_springs
+from drivetwin.twin.urdf import read_robot
 
 Array = NDArray[np.float64]
 
@@ -67,13 +69,14 @@ class _Needs:
 
 
 def new_machine(path: Path, name: str | None, bandwidth: float) -> NewMachine:
-    """A machine of the axes that actuators of an MJCF file drive, or of all hinges and slides where there is none.
+    """A machine of the axes that a model's actuators drive, or of all hinges and slides where there is none, as in a URDF.
 
     `name` is the model's own, or its file's, unless told; `bandwidth` [Hz] is of the velocity loops. Raises UserError where
     there is no axis, or there are too many, where one moves with what no drive moves, and where a motor of the model is too
     weak for its axis.
     """
-    spec, model = named_model(path)
+    robot = read_robot(path)
+    spec, model = robot.spec, robot.model
     joints = _driven(path, model)
     rigid = Model(model, path)
     check_axes_move_alone(rigid, {joint: joint for joint in joints})
@@ -82,11 +85,11 @@ def new_machine(path: Path, name: str | None, bandwidth: float) -> NewMachine:
     state_motors(spec, set(joints))
     state_springs(spec, model)
     for joint in joints:
-        _give_rotor(spec.joint(joint), rigid.inertia(joint), assumed)
+        _give_rotor(path, spec.joint(joint), rigid.inertia(joint), assumed)
     driven = spec.compile()
     needs = _needs(Model(driven, path), joints, np.array([travel[joint] for joint in joints]))
     axes = {
-        joint: _axis(path, driven, joint, number, travel[joint], need, bandwidth, assumed)
+        joint: _axis(path, driven, joint, number, travel[joint], robot.speed.get(joint, inf), need, bandwidth, assumed)
         for number, (joint, need) in enumerate(zip(joints, needs, strict=True), start=1)
     }
     own = path.stem if spec.modelname in ("", UNNAMED) else spec.modelname
@@ -94,7 +97,9 @@ def new_machine(path: Path, name: str | None, bandwidth: float) -> NewMachine:
     return NewMachine(description, as_mjcf(spec, driven), tuple(assumed))
 
 
-def _give_rotor(joint: mujoco.MjsJoint, inertia: float, assumed: list[str]) -> None:
+def _give_rotor(path: Path, joint: mujoco.MjsJoint, inertia: float, assumed: list[str]) -> None:
+    if not joint.armature + inertia > 0.0:
+        raise UserError(f"{path}: joint {joint.name!r} moves no mass: give the bodies behind it their mass and inertia")
     if not joint.armature > 0.0:
         joint.armature = ROTOR * inertia
         assumed.append(f"{joint.name}: armature {joint.armature:.3g}, {ROTOR:.0%} of the axis's inertia")
@@ -104,7 +109,9 @@ def _driven(path: Path, model: mujoco.MjModel) -> list[str]:
     """Names of the joints that are axes, in the order of the model."""
     one_degree = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
     every = [number for number in range(model.njnt) if int(model.jnt_type[number]) in one_degree]
-    driven = [number for number in every if motors_of(model, number)] or (every if not model.nu else [])
+    follow = {relation.joints[0] for relation in relations_of(model)}
+    free = [number for number in every if number not in follow]
+    driven = [number for number in every if motors_of(model, number)] or (free if not model.nu else [])
     if not driven:
         raise UserError(f"{path}: no actuator drives a hinge or a slide: give the joints that a drive moves a <motor>")
     if len(driven) > MOST_AXES:
@@ -154,6 +161,7 @@ def _axis(
     joint: str,
     number: int,
     travel: tuple[float, float],
+    fastest: float,
     need: _Needs,
     bandwidth: float,
     assumed: list[str],
@@ -161,7 +169,7 @@ def _axis(
     """One entry of `axes`."""
     low, high = travel
     room, slide = high - low, _slides(model, joint)
-    speed = min(room / CROSSING, FASTEST_STROKE if slide else FASTEST_TURN)
+    speed = min(room / CROSSING, FASTEST_STROKE if slide else FASTEST_TURN, fastest)
     gear, feed = _gear(model, joint, slide, assumed)
     ratio = gear[0] / gear[1] * 2.0 * pi / (feed or 2.0 * pi)
     steady = need.weight + need.level + need.slope * speed
@@ -249,8 +257,13 @@ def _strength(
 
 
 def _force_limit(model: mujoco.MjModel, joint: str) -> float:
-    """Of the actuators on a joint together, at the joint."""
+    """Of the actuators on a joint together, and what the joint bears (`actuatorfrcrange`, of a URDF `effort`), at the joint."""
     number = model.joint(joint).id
+    bears = float(np.abs(model.jnt_actfrcrange[number]).min()) if model.jnt_actfrclimited[number] else inf
+    return min(bears, _force_of_actuators(model, number))
+
+
+def _force_of_actuators(model: mujoco.MjModel, number: int) -> float:
     total = 0.0
     on_joint = {int(kind) for kind in ON_JOINT}
     for each in range(model.nu):

@@ -162,7 +162,8 @@ def is_absolute(runs: Sequence[Run], axis: str) -> bool:
     """Whether the axis's position means the same in all recordings.
 
     Not where it was integrated from velocity or said to be relative; nor where recordings begin at the same place while in full
-    motion, as an integral that begins at 0 does and no encoder.
+    motion, as an integral that begins at 0 does and no encoder. A recording in which the axis stands, while others move, says
+    nothing of that.
     """
     if len(runs) == 1:
         return True
@@ -173,6 +174,9 @@ def is_absolute(runs: Sequence[Run], axis: str) -> bool:
             return False
     motions = [run.axes[axis].motion for run in runs]
     travel = max(float(np.ptp(motion.position)) for motion in motions)
+    motions = [motion for motion in motions if np.ptp(motion.position) > LEAST_WAY * travel]
+    if len(motions) < 2:
+        return True
     begins = np.array([motion.position[0] for motion in motions])
     at_once = [abs(float(motion.velocity[0])) > 0.5 * float(np.median(np.abs(motion.velocity))) for motion in motions]
     return not (np.ptp(begins) < 0.02 * travel and sum(at_once) > 0.5 * len(motions))

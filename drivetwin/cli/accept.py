@@ -89,6 +89,7 @@ def accept_command(
         _warn(terminal(markup=False), refusal.bench, find_cases(refusal.bench, folders, select or ()))
         raise
     scenarios = find_cases(chosen, folders, select or ())
+    _tell_skipped(console, scenarios)
     before = None if baseline is None else read_results(baseline)
     if before is not None:
         check_baseline(chosen, before)
@@ -122,10 +123,17 @@ def _warn(console: Console, bench: Bench, scenarios: Sequence[Scenario]) -> None
         console.print(f"  {line}", highlight=False, soft_wrap=True)
 
 
+def _tell_skipped(console: Console, scenarios: Sequence[Scenario]) -> None:
+    """First of all what will not be judged."""
+    skipped = [case.identity for case in scenarios if case.skipped_because is not None]
+    left_out = f"; skipped, and not judged: {', '.join(skipped)}" if skipped else ""
+    console.print(f"{len(scenarios)} cases{left_out}", highlight=False, soft_wrap=True)
+
+
 def _run(console: Console, bench: Bench, scenarios: Sequence[Scenario], out: Path, jobs: int) -> list[CaseResult]:
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bars:
-        watch = _Watch(bars, bars.add_task(f"{bench.controller.name} on {bench.machine}", total=len(scenarios)))
+        watch = _Watch(bars, bars.add_task(f"{bench.controller.name} on {bench.machine_name}", total=len(scenarios)))
         return run_all(bench, scenarios, out.absolute() / "cases", jobs, watch.done)
 
 

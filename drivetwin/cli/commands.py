@@ -67,6 +67,7 @@ COMMANDS = {
         "panel:panel_command",
         "Look at drives in the browser: states, parameters, faults. Without a bus it starts the SCARA in motion.",
     ),
+    "record": Entry("record:record_command", "Record any drives that any master moves, by listening to their bus."),
     "replay": Entry(
         "replay:replay_command", "Move a model as a machine was moved, in closed loop, and say how far apart they are."
     ),

@@ -52,7 +52,7 @@ def import_command(
         for recording in recordings:
             place = staged if len(recordings) == 1 else staged / recording.name
             write_into(recording, place, inputs=recording.files)
-    console.print(_summary(recordings, import_map))
+    console.print(summary(recordings, import_map))
     what = "1 recording" if len(recordings) == 1 else f"{len(recordings)} recordings, one folder each,"
     console.print(f"{what} in {out}", highlight=False, soft_wrap=True)
 
@@ -78,7 +78,8 @@ def _import(files: list[Path], import_map: ImportMap, console: Console, *, mend:
         return import_recordings(files, import_map, mend=mend, done=done)
 
 
-def _summary(recordings: list[Recording], import_map: ImportMap) -> Table:
+def summary(recordings: list[Recording], import_map: ImportMap) -> Table:
+    """Samples, and least and most of each column."""
     table = Table(title=f"Machine {import_map.machine}")
     table.add_column("recording\naxis", overflow="fold")
     table.add_column("samples\nduration\nrate", justify="right", no_wrap=True)

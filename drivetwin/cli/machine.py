@@ -15,6 +15,7 @@ from rich.table import Table
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.controller.machine import Machine as Known
 from drivetwin.controller.machine import load_machine
+from drivetwin.controller.session import Streaming, roomy
 from drivetwin.emulator.effects import read_effects
 from drivetwin.emulator.machine import Axis, Machine
 from drivetwin.emulator.machine import load_machine as load_virtual_machine
@@ -23,10 +24,14 @@ from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import new_directory, provenance, refuse_foreign, refuse_to_replace, write_json
 from drivetwin.foundation.machine_file import FILE
 from drivetwin.motion.inverse_dynamics import load_model
+from drivetwin.twin.new_bench import FILE as BENCH
+from drivetwin.twin.new_bench import new_bench
 from drivetwin.twin.new_machine import NewMachine, new_machine
 
 LATE = 0.5
 """Phase [rad] by which current loop and speed filter may delay a velocity loop at its bandwidth."""
+BENCH_CYCLE = 0.002
+"""Shortest cycle of an acceptance [s]: heartbeats and SDO take their share of the bus besides."""
 NEGATIVE_SWITCH, POSITIVE_SWITCH = (1, 17), (2, 18)
 """Homing methods on a limit switch (CiA 402-2, 6098h)."""
 
@@ -40,7 +45,9 @@ class Action(StrEnum):
 
 def machine_command(
     action: Annotated[Action, typer.Argument(help="new: make one from a robot's model. check: say whether one can be used.")],
-    path: Annotated[Path, typer.Argument(metavar="ROBOT.xml|DIR|FILE.yaml", help="Of new the MJCF; of check the machine.")],
+    path: Annotated[
+        Path, typer.Argument(metavar="ROBOT.xml|DIR|FILE.yaml", help="Of new the MJCF or URDF; of check the machine.")
+    ],
     *,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="new: the machine's folder.")] = None,
     name: Annotated[str | None, typer.Option(help="new: what the machine is called; as the model, unless told.")] = None,
@@ -66,7 +73,7 @@ def machine_command(
         made = new_machine(path, name, bandwidth)
         with new_directory(out) as staged:
             _write(made, path, staged)
-            _checked(staged)
+            _write_bench(staged)
         for line in made.assumed:
             console.print(f"assumed: {line}", highlight=False, markup=False)
     virtual, known = _checked(path if out is None else out)
@@ -84,6 +91,18 @@ def _write(made: NewMachine, source: Path, folder: Path) -> None:
     text = yaml.safe_dump(made.description, sort_keys=False, allow_unicode=True, width=120, default_flow_style=None)
     head = "# Made by `drivetwin machine new`. Assumed, for the model does not tell:\n"
     (folder / FILE).write_text(head + assumed + text, encoding="utf-8")
+
+
+def _write_bench(folder: Path) -> None:
+    """bench.yaml of the machine that stands there, which is checked."""
+    virtual, known = _checked(folder)
+    plant = Plant(virtual, read_effects(virtual.effects_path))
+    edge_speed = {name: axis.homing.edge_speed for name, axis in known.axes.items()}
+    cycle = round(roomy(Streaming(BENCH_CYCLE), len(known.axes)).period, 6)
+    bench = new_bench(known.axes, edge_speed, virtual, plant.model, plant.truth(), cycle)
+    text = yaml.safe_dump(bench, sort_keys=False, allow_unicode=True, width=120, default_flow_style=None)
+    head = "# Made by `drivetwin machine new` for the reference controller (docs/acceptance.md); limits on the joint side.\n"
+    (folder / BENCH).write_text(head + text, encoding="utf-8")
 
 
 def _checked(path: Path) -> tuple[Machine, Known]:

@@ -87,7 +87,7 @@ def _by_axis(given: object, bench: Bench) -> dict[str, float]:
     if isinstance(given, dict):
         axes = {str(axis): _number(value, bench) for axis, value in given.items()}
         if unknown := sorted(set(axes) - set(bench.axes)):
-            raise ValueError(f"{bench.machine} has no axis {unknown[0]!r}, only {', '.join(bench.axes)}")
+            raise ValueError(f"{bench.machine_name} has no axis {unknown[0]!r}, only {', '.join(bench.axes)}")
         return axes
     return dict.fromkeys(bench.axes, _number(given, bench))
 

@@ -21,6 +21,13 @@ class Acceptance:
         return tuple(case for case in self.cases if case.outcome is outcome)
 
     @property
+    def wanting(self) -> tuple[str, ...]:
+        """Groups that the bench needs, were chosen, and of which no case was judged."""
+        judged = {case.group for case in self.cases if case.outcome is not Outcome.SKIPPED}
+        chosen = dict.fromkeys(case.group for case in self.cases)
+        return tuple(group for group in chosen if group in self.bench.needs and group not in judged)
+
+    @property
     def accepted(self) -> bool:
-        """Whether no case was rejected, and at least one was judged."""
-        return bool(self.of(Outcome.ACCEPTED)) and not self.of(Outcome.REJECTED)
+        """Whether no case was rejected, at least one was judged, and none of the groups that the bench needs is wanting."""
+        return bool(self.of(Outcome.ACCEPTED)) and not self.of(Outcome.REJECTED) and not self.wanting

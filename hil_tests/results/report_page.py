@@ -54,7 +54,7 @@ def write_report(acceptance: Acceptance, path: Path, trend: Trend | None = None)
     bench, pdos = acceptance.bench, ordered_pdos(acceptance.bench)
     title = f"Acceptance of {bench.controller.name}"
     facts = (
-        f"Machine {bench.machine}, drives {bench.profile}, bus {bench.bus} at {bench.bit_rate / 1000:g} kbit/s, "
+        f"Machine {bench.machine_name}, drives {bench.profile}, bus {bench.bus} at {bench.bit_rate / 1000:g} kbit/s, "
         f"clock {bench.clock}, cycle {quantity(bench.cycle, 's')}, seed {bench.seed}"
     )
     body = [

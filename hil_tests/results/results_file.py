@@ -38,6 +38,7 @@ class BenchPart(_Part):
     machine: str
     profile: str
     truth: str | None
+    model: str | None = None
     bus: str
     clock: str
     bit_rate: int
@@ -121,9 +122,10 @@ def write_results(acceptance: Acceptance, path: Path, inputs: Iterable[Path] = (
 
 def bench_part(bench: Bench) -> BenchPart:
     """What is kept of a bench."""
-    told = {name: getattr(bench, name) for name in BenchPart.model_fields if name not in ("controller", "truth")}
-    truth = None if bench.truth is None else bench.truth.as_posix()
-    return BenchPart(**told, controller=bench.controller.name, truth=truth)
+    otherwise = ("controller", "truth", "model", "machine")
+    told = {name: getattr(bench, name) for name in BenchPart.model_fields if name not in otherwise}
+    truth, model = (None if path is None else path.as_posix() for path in (bench.truth, bench.model))
+    return BenchPart(**told, machine=bench.machine_name, controller=bench.controller.name, truth=truth, model=model)
 
 
 def _case(case: CaseResult, beside: Path) -> CasePart:

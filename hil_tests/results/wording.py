@@ -105,15 +105,30 @@ def caveats(case: CaseResult) -> tuple[str, ...]:
     return tuple(filter(None, found))
 
 
+def skipped_words(cases: Iterable[CaseResult]) -> str:
+    """`2 of 08_faults, all of 11_soak`."""
+    found: dict[str, list[bool]] = {}
+    for case in cases:
+        found.setdefault(suite_name(case), []).append(case.outcome is Outcome.SKIPPED)
+    told = (f"{'all' if all(skipped) else sum(skipped)} of {name}" for name, skipped in found.items() if any(skipped))
+    return ", ".join(told)
+
+
 def verdict_sentence(acceptance: Acceptance, worse: int = 0) -> str:
-    """`Rejected: 2 of 31 cases failed, 3 skipped.`; `worse` figures are so than the baseline by more than noise."""
+    """`Rejected: 2 of 31 cases failed, 3 skipped (2 of 08_faults, all of 11_soak).`
+
+    `worse` figures are so than the baseline by more than noise.
+    """
     rejected, skipped = (len(acceptance.of(outcome)) for outcome in (Outcome.REJECTED, Outcome.SKIPPED))
     judged = len(acceptance.cases) - skipped
-    left_out = f", {skipped} skipped" if skipped else ""
+    left_out = f", {skipped} skipped ({skipped_words(acceptance.cases)})" if skipped else ""
     figures = f"{worse} figure{'s are' if worse > 1 else ' is'} worse than the baseline by more than noise"
     if rejected:
         return f"Rejected: {rejected} of {judged} cases failed{left_out}{f'; {figures}' if worse else ''}."
     if not judged:
         return f"Not accepted: no case was judged{left_out}."
+    if acceptance.wanting:
+        wanting = ", ".join(acceptance.wanting)
+        return f"Not accepted: the bench needs {wanting}, of which no case was judged; {judged} others passed{left_out}."
     passed = f"all of {judged} cases passed{left_out}"
     return f"Rejected: {passed}, but {figures}." if worse else f"Accepted: {passed}."

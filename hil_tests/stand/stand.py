@@ -145,8 +145,7 @@ class Stand:
         return time.monotonic() - self._switched_on if self._realtime else 0.0
 
     def _machine(self, transmit: Callable[[can.Message], None]) -> VirtualMachine:
-        bench = self._bench
-        return VirtualMachine(bench.virtual, bench.drive_type, bench.effects, self._clock, bench.seed, transmit)
+        return self._bench.virtual_machine(self._clock, transmit)
 
     def _timed_bus(self) -> TimedBus:
         """The machine behind a wire, whose frames are noted when they are whole."""
@@ -203,7 +202,7 @@ def _compile_plant(bench: Bench) -> None:
     """Step a machine on no bus: the first step is compiled, which may take longer than a controller waits for its drives."""
     clock = StandClock()
     clock.free = True
-    virtual = VirtualMachine(bench.virtual, bench.drive_type, bench.effects, clock, bench.seed, lambda _: None)
+    virtual = bench.virtual_machine(clock, lambda _: None)
     virtual.power_on()
     virtual.poll()
 

@@ -16,7 +16,7 @@ def write_task(task: Task, bench: Bench, path: Path) -> None:
     payload = {
         "format": FORMAT,
         "task": task.task,
-        "machine": bench.machine,
+        "machine": bench.machine_place,
         "profile": bench.profile,
         "cycle": bench.cycle,
         "seed": bench.seed,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from canopen.sdo.client import SdoClient
 from virtual_bench import VirtualBench
 
 from drivetwin.controller import bring_up as bring_up_module
@@ -13,6 +14,7 @@ from drivetwin.controller.bring_up import bring_up
 from drivetwin.controller.drive_node import DriveNode
 from drivetwin.controller.machine import POSITION_UNIT
 from drivetwin.controller.motion import enable_streaming
+from drivetwin.controller.trouble import TroubleError
 from drivetwin.emulator.canopen import NmtState
 from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
 from drivetwin.foundation.errors import UserError
@@ -113,6 +115,15 @@ def test_an_abort_names_axis_object_and_reason(profile: str, index: int, subinde
     bench.virtual.drives[1].dictionary[index, subindex].on_write = refuse
     with pytest.raises(UserError, match=rf"axis rotate \(node 2\): {expected}"):
         bring_up(bench.link, bench.drives, 0.001)
+
+
+def test_an_answer_of_a_wrong_length_is_trouble_of_that_node(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a bus with wrong bits makes it: three bytes for a statusword."""
+    bench = VirtualBench("scara")
+    monkeypatch.setattr(SdoClient, "upload", lambda *_: bytes(3))
+    with pytest.raises(TroubleError, match=r"axis rotate \(node 2\): reading 6041h: the answer is no value of it") as trouble:
+        bench.drives[1].read(0x6041)
+    assert trouble.value.node == 2
 
 
 def test_a_value_that_is_changed_silently_is_noticed() -> None:

@@ -99,6 +99,14 @@ def test_of_recordings_that_begin_at_0_in_full_motion_the_position_is_relative(t
     assert not refused(asked(tmp_path, *elsewhere)) & PLACES
 
 
+def test_recordings_in_which_the_axis_stands_while_others_move_leave_its_position_absolute(tmp_path: Path) -> None:
+    """A machine that is identified axis by axis: this one stands where it began, and its encoder flickers."""
+    rng = np.random.default_rng(5)
+    standing = [recording({"turn": 0.0 * TIME}, {"turn": 1e-7 * rng.standard_normal(len(TIME))}, name=f"{n}") for n in range(6)]
+    moving = moved(0.6 - 0.6 * np.cos(1.7 * TIME))  # from rest, and from where the others stand
+    assert not refused(asked(tmp_path, moving, *standing)) & PLACES
+
+
 def test_a_drift_needs_time_that_is_told(tmp_path: Path) -> None:
     long = np.arange(round(25.0 / PERIOD)) * PERIOD
     whole = moved(0.6 * np.sin(1.7 * long))

@@ -26,6 +26,7 @@ LIMITS: dict[str, Any] = {
     "sync_jitter": 0.01,
     "heartbeat_period": 0.2,
     "frames_per_cycle": 4,
+    "apart": 0.01,
 }
 
 

@@ -23,6 +23,7 @@ from drivetwin.hil_tests.evidence import Ending
 from drivetwin.hil_tests.expectations.base import LIMIT
 from drivetwin.hil_tests.expectations.library import library
 from drivetwin.hil_tests.scenario import _File, read_scenario
+from drivetwin.hil_tests.shares import PAYLOAD
 from drivetwin.hil_tests.suite import CASES, find_cases
 from drivetwin.hil_tests.task import TaskName
 
@@ -64,7 +65,7 @@ def test_the_groups_are_those_of_the_cases() -> None:
 
 
 def test_the_keys_of_a_bench_are_told() -> None:
-    told = [key for key in rows("bench.yaml (bench/1)") if key not in named_limits()]
+    told = [key for key in rows("bench.yaml (bench/1)") if key not in {*named_limits(), PAYLOAD}]
     assert sorted(told) == sorted(set(keys(Bench)) - {"path"})
 
 
@@ -76,8 +77,8 @@ def named_limits() -> set[str]:
 def test_the_limits_are_those_that_expectations_take() -> None:
     table = section("bench.yaml (bench/1)").partition("| limit |")[2]
     told = re.findall(r"\| `(\w+)` (?=\|)", table)
-    assert sorted(told) == sorted(named_limits())
-    assert named_limits() == set(read_bench(BENCH).limits)
+    assert sorted(told) == sorted({*named_limits(), PAYLOAD})
+    assert {*named_limits(), PAYLOAD} == set(read_bench(BENCH).limits)
 
 
 def test_the_tasks_and_their_parameters_are_told() -> None:

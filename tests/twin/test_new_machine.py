@@ -19,6 +19,8 @@ from drivetwin.controller.machine import load_machine
 from drivetwin.emulator.effects import read_effects
 from drivetwin.emulator.machine import load_machine as load_virtual_machine
 from drivetwin.emulator.plant import Plant
+from drivetwin.hil_tests.bench import read_bench
+from drivetwin.hil_tests.suite import CASES, find_cases
 
 GANTRY = """<mujoco model="gantry"><compiler autolimits="true"/><worldbody>
 <body name="bridge"><joint name="x" type="slide" axis="1 0 0" range="-0.3 0.3" armature="12" frictionloss="30" damping="90"/>
@@ -104,6 +106,22 @@ def test_an_actuators_force_is_the_motors(tmp_path: Path, monkeypatch: pytest.Mo
     run(monkeypatch, "machine", "new", gantry(tmp_path, 'forcerange="-100 100"'), "--out", tmp_path / "made", "-q")
     axis = load_virtual_machine(str(tmp_path / "made")).axes["z"]
     assert axis.motor.peak_torque * axis.gear_ratio == pytest.approx(100.0, rel=1e-3)
+
+
+def test_its_bench_runs_every_case_in_limits_of_the_machine(made: Path) -> None:
+    """All but the one of the wall clock; an axis may follow as far behind as a loop of 15 Hz without integral does."""
+    bench = read_bench(made / "bench.yaml")
+    assert bench.machine_place == str(made.resolve())
+    skipped = [case.identity for case in find_cases(bench, [CASES], ()) if case.skipped_because is not None]
+    assert skipped == ["09_bus.sync_jitter"]
+    (single,) = find_cases(bench, [CASES], ["04_moves.single"])
+    to = {move["axis"]: move["to"] for move in single.task.parameters["moves"]}
+    assert -0.276 < to["x"] < 0.276
+    axis = load_virtual_machine(str(made)).axes["x"]
+    behind = (load_machine(str(made)).axes["x"].max_acceleration + 30.0 / 58.0) / (2.0 * pi * 15.0 * axis.loops.position_gain)
+    told = bench.limit("tracking_error")
+    assert isinstance(told, dict)
+    assert told["x"] == pytest.approx(2.0 * behind, rel=1e-2)
 
 
 def test_it_is_identified_over_the_bus(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -195,6 +213,63 @@ def test_more_than_twelve_axes_are_refused(
     path.write_text(f"<mujoco><worldbody>{''.join(map(one.format, range(13)))}</worldbody></mujoco>", encoding="utf-8")
     assert run(monkeypatch, "machine", "new", path, "--out", tmp_path / "made") == 2
     assert "13 joints are driven, a machine has 12 axes at most" in capsys.readouterr().err
+
+
+LINK = '<link name="{0}">{1}<collision><geometry><mesh filename="package://none/{0}.stl"/></geometry></collision></link>'
+MASS = '<inertial><mass value="{0}"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>'
+URDF = """<robot name="two">{base}{upper}{rail}<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
+<axis xyz="0 0 1"/><limit lower="-1.5" upper="1.5" effort="60" velocity="{speed}"/>
+<dynamics damping="2" friction="1.5"/></joint>
+<joint name="slide" type="prismatic"><parent link="upper"/><child link="rail"/><axis xyz="1 0 0"/>
+<limit lower="0" upper="0.4" effort="200" velocity="0.3"/></joint></robot>"""
+
+
+def urdf(folder: Path, rail: str = MASS.format(2), speed: str = "1.2") -> Path:
+    """A hinge and a slide; no file of a shape is there, as with most that are downloaded."""
+    path = folder / "two.urdf"
+    masses = {"base": MASS.format(5), "upper": MASS.format(4), "rail": rail}
+    links = {name: LINK.format(name, mass) for name, mass in masses.items()}
+    path.write_text(URDF.format(**links, speed=speed), encoding="utf-8")
+    return path
+
+
+def test_a_urdf_is_read_by_its_limits_and_inertias_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert run(monkeypatch, "machine", "new", urdf(tmp_path), "--out", tmp_path / "made", "-q") == 0
+    virtual, known = load_virtual_machine(str(tmp_path / "made")), load_machine(str(tmp_path / "made"))
+    assert known.machine == "two"
+    assert (known.axes["shoulder"].max_speed, known.axes["slide"].max_speed) == (1.2, 0.3)
+    assert known.axes["slide"].travel == pytest.approx((0.016, 0.384))
+    shoulder = virtual.axes["shoulder"]
+    assert shoulder.motor.peak_torque * shoulder.gear_ratio == pytest.approx(60.0, rel=1e-3)
+    truth = Plant(virtual, read_effects(virtual.effects_path)).truth()
+    assert (truth["shoulder"]["coulomb"], truth["shoulder"]["viscous"]) == (1.5, 2.0)
+    assert truth["slide"]["inertia"] == pytest.approx(1.1 * 2.0)
+
+
+def test_a_joint_that_mimics_another_is_no_axis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = urdf(tmp_path)
+    mimic = '<mimic joint="shoulder" multiplier="0.1"/></joint></robot>'
+    path.write_text(path.read_text(encoding="utf-8").replace("</joint></robot>", mimic), encoding="utf-8")
+    assert run(monkeypatch, "machine", "new", path, "--out", tmp_path / "made", "-q") == 0
+    assert list(load_machine(str(tmp_path / "made")).axes) == ["shoulder"]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"rail": ""}, "two.urdf is not a MuJoCo model: Error: mass and inertia of moving bodies must be larger"),
+        ({"speed": "fast"}, "two.urdf: joint 'shoulder': limit velocity 'fast' is no number"),
+    ],
+)
+def test_a_urdf_that_cannot_be_used_is_one_line(
+    change: dict[str, str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, "machine", "new", urdf(tmp_path, **change), "--out", tmp_path / "made", "-q") == 2
+    err = capsys.readouterr().err
+    assert said in err
+    assert str(tmp_path / "two.urdf") in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "made").exists()
 
 
 def test_a_name_is_still_a_name(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

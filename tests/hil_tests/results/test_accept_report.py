@@ -65,7 +65,7 @@ def traces_of(folder: Path) -> Traces:
 
 def test_what_failed_stands_on_the_page_with_its_evidence(tmp_path: Path) -> None:
     page = page_of(tmp_path, BOOT, with_files(FAULT, tmp_path), SOAK)
-    assert "Rejected: 1 of 2 cases failed, 1 skipped." in page.text
+    assert "Rejected: 1 of 2 cases failed, 1 skipped (" in page.text
     assert "Machine scara, drives servoone, bus embedded at 1000 kbit/s, clock sync, cycle 1 ms, seed 0" in page.text
     assert "still moves <0.3 s> after the fault" in page.text
     assert "1.062 s" in page.text
