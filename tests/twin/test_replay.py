@@ -220,6 +220,9 @@ def test_the_command_writes_figures_signals_and_a_page(tmp_path: Path, monkeypat
     assert set(report["inputs"]) >= {str(model), str(tmp_path / "effects.json")}
     page = (out / "replay.html").read_text(encoding="utf-8")
     assert "position actuator turn of the model" in page
+    picture = page.partition("<h2>Machine</h2>")[2].partition("</section>")[0]
+    assert "</svg>" in picture
+    assert ">turn</text>" in picture
     assert "http://" not in page.split("<script id=")[0]
 
 
