@@ -20,7 +20,7 @@ SCHEMA = "replay/1"
 def write_replay(
     comparisons: Sequence[Comparison], picture: str, inputs: Sequence[Path], directory: Path, *, html: bool = True
 ) -> None:
-    """Write replay.json, signals/NAME.parquet and, with `html`, replay.html with the `picture` (SVG) into an existing folder."""
+    """Write replay.json, signals/NAME.parquet and, with `html`, replay.html with its `picture` (SVG) into `directory`."""
     made_by = provenance(0, inputs, directory)
     write_json(directory / "replay.json", payload(comparisons) | made_by)
     (directory / "signals").mkdir()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import subprocess
@@ -13,6 +12,7 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 from packaging.utils import canonicalize_name
+from repeats import LONG
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -72,7 +72,7 @@ def test_what_is_not_sent_to_the_builder_is_not_in_the_wheel() -> None:
     assert {".git", ".venv", "out"} <= set(left_out)
 
 
-@pytest.mark.skipif("DRIVETWIN_LONG" not in os.environ, reason="minutes, and the builder downloads: make test-long")
+@pytest.mark.skipif(not LONG, reason="minutes, and the builder downloads: make test-long")
 def test_it_builds_and_answers() -> None:
     builder = next((name for name in BUILDERS if shutil.which(name) and answers(name)), None)
     if builder is None:

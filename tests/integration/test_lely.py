@@ -142,7 +142,7 @@ def configuration(folder: Path, eds: Path, period: int, drive: str = DRIVE, node
     bus = f'options:\n  dcf_path: "{folder}"\n{own}{drives}'
     (folder / "bus.yml").write_text(bus, encoding="utf-8")
     shutil.copy(eds, folder / "drive.eds")
-    dcfgen = [installed("dcf-tools/bin/dcfgen"), "-r", "bus.yml"]
+    dcfgen: list[str | Path] = [installed("dcf-tools/bin/dcfgen"), "-r", "bus.yml"]
     done = subprocess.run(dcfgen, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 0, done.stderr
     return folder / "master.dcf"
