@@ -1,4 +1,4 @@
-"""Drives that are enabled and stream: move them, capture what they do."""
+"""Enabled, streaming drives: move them and capture their motion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stopping in an emergency: quick-stop and disable whatever answers, whatever else has gone wrong."""
+"""Emergency stop: quick-stops and disables every drive that answers, whatever else has failed."""
 
 from __future__ import annotations
 

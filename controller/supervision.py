@@ -1,4 +1,4 @@
-"""What the controller watches in every cycle, from SYNC to SYNC. Each check says what is wrong with one drive, once."""
+"""What the controller checks in every cycle, from SYNC to SYNC. Each check reports one fault of one drive, once."""
 
 from __future__ import annotations
 

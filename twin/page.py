@@ -1,4 +1,4 @@
-"""replay.html: how the model moves beside the machine. Figures first, then pictures, opened where they are furthest apart."""
+"""replay.html: model and machine side by side. Figures first, then plots, opened where the difference is largest."""
 
 from __future__ import annotations
 

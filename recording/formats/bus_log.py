@@ -1,4 +1,4 @@
-"""Bus logs as signals: what the PDOs carried, on the grid of the SYNC.
+"""Bus logs as signals: the contents of PDOs, on the grid of SYNC.
 
 The mapping is what the EDS or DCF says and what the log's own SDO transfers set (CiA 301, 7.2.4 and 7.5.2.35 ff.);
 so are the factor group (608Fh, 6091h, 6092h) and the rated torque (6076h, CiA 402-2).
