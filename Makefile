@@ -23,7 +23,7 @@ check: .venv/.installed
 	MYPYPATH=$(TYPED_PATH) $(BIN)/mypy $(TYPED)
 	$(BIN)/lint-imports
 
-# The same tests with every branch of the product counted that they take: out/coverage; fails below the share in pyproject.toml.
+# The same tests with every branch of the product counted that they take, printed by file: out/coverage.
 coverage: .venv/.installed
 	rm -rf out/coverage && mkdir -p out/coverage
 	$(BIN)/coverage run -m $(TESTS)
