@@ -183,8 +183,8 @@ def rms(values: Array) -> float:
 def draw_world(seed: int, machine: Machine) -> World:
     """Everything about a case but its effects.
 
-    Presliding 10 um to 1 mm or 0.1 to 10 mrad, but at most a two-hundredth of the travel. Friction of `gms` remembers a higher level
-    for 1 to 50 ms (Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994, table of the integrated model).
+    Presliding 10 um to 1 mm or 0.1 to 10 mrad, but at most a two-hundredth of the travel. Friction of `gms` remembers a higher
+    level for 1 to 50 ms (Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994, table of the integrated model).
     """
     draw = np.random.default_rng([seed, 2])
     n = len(machine.links)
