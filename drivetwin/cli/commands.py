@@ -68,7 +68,7 @@ COMMANDS = {
         "Look at drives in the browser: states, parameters, faults. Without a bus it starts the SCARA in motion.",
     ),
     "replay": Entry(
-        "replay:replay_command", "Move a model as a machine was moved, in closed loop, and say how far apart they are."
+        "replay:replay_command", "Move a model as a machine was moved, in closed loop, and report the differences."
     ),
     "snapshot": Entry(
         "snapshot:snapshot_command",

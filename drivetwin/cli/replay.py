@@ -42,12 +42,12 @@ def replay_command(
     quiet: Quiet = False,
     json_: AsJson = False,
 ) -> None:
-    """Move a model as a machine was moved, in closed loop, and say how far apart they are.
+    """Move a model as a machine was moved, in closed loop, and report the differences.
 
     Example: drivetwin replay out/emps_twin.xml out/emps out/emps_pulses --effects out/emps_twin.effects.json --out out/replay
 
     The drive's loops are those of `drive` in recording.json, or else the model's own position or velocity actuators.
-    docs/replay.md tells what is compared, and how.
+    docs/replay.md describes what is compared, and how.
     """
     console = terminal(silent=quiet or json_)
     if not cutoff > 0.0:

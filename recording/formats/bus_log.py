@@ -308,7 +308,7 @@ def _grid(file: Path, layout: BusLayout, syncs: list[float], nodes: list[Node]) 
         if not abs(span) < _MOST_CYCLES * period:
             raise UserError(
                 f"{file}: the time stamps of the SYNCs go from {stamps[0]:g} to {stamps[-1]:g} s with a period of "
-                f"{period:g} s; cut the log where they leap, or give bus.sync_period in the map"
+                f"{period:g} s; cut the log where they jump, or give bus.sync_period in the map"
             )
         steps = np.diff(stamps) / period
         # Time stamps of a host jitter, the producer does not: a step is as many cycles as fit best, at least one.
@@ -366,7 +366,7 @@ def _absent(file: Path, signal: _Signal) -> str:
     mapped = sorted({object_name(key) for pdo in signal.node.pdos() for key, _, _ in signal.node.fields(pdo)})
     return (
         f"{file}: no object {object_name(signal.key)} of node {signal.node.number} for {signal.axis}.{signal.column}; "
-        f"the PDOs of that node carry: {', '.join(mapped) or 'nothing that the log or an EDS tells'}; give the "
+        f"the PDOs of that node carry: {', '.join(mapped) or 'nothing that the log or an EDS states'}; give the "
         "EDS or DCF that says the mapping (`eds:`), correct `object`, or log the start of the bus"
     )
 
