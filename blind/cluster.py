@@ -1,4 +1,4 @@
-"""The workers of a blind test: a Dask cluster of this machine, on loopback, or one that is running already."""
+"""The workers of a blind test: a Dask cluster started on loopback, or a cluster that is already running."""
 
 from __future__ import annotations
 

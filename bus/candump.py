@@ -1,4 +1,4 @@
-"""A frame as a line of `candump -L`: what every log of the product is written as."""
+"""A frame as a line of `candump -L`, the format of every log that the product writes."""
 
 from __future__ import annotations
 

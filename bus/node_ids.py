@@ -1,4 +1,4 @@
-"""Node-IDs of a machine's axes, as controller and emulator each describe them: no two drives answer to the same one."""
+"""Node-IDs of a machine's axes: controller and emulator both check that no two drives have the same one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The controller as a program that is told one task: `python -m drivetwin.controller task.json --bus vcan0 --out out`."""
+"""The controller as a program that performs one task: `python -m drivetwin.controller task.json --bus vcan0 --out out`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every frame that the controller sends and receives, as a candump log: what an engineer reads before believing a figure."""
+"""Every frame that the controller sends and receives, as a candump log, so that an engineer can check any figure."""
 
 from __future__ import annotations
 

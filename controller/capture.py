@@ -1,4 +1,4 @@
-"""From streamed samples to a recording: SI units on the joint side, with what the drives say of themselves."""
+"""Streamed samples to a recording: SI units on the joint side, with the drives' own description of themselves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The communication cycle: set-points out, SYNC, actual values in, a look at each drive; the same on every bus and clock."""
+"""The communication cycle: set-points out, SYNC, actual values in, a check of each drive; the same on every bus and clock."""
 
 from __future__ import annotations
 

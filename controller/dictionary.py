@@ -10,7 +10,7 @@ from drivetwin.drive_profiles import DriveProfile, ObjectEntry
 
 def object_dictionary(profile: DriveProfile) -> canopen.ObjectDictionary:
     """What canopen needs to know of a drive to talk to it by SDO and to map its PDOs."""
-    dictionary = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]  # canopen
+    dictionary = canopen.ObjectDictionary()
     records: dict[int, list[ObjectEntry]] = {}
     for entry in profile.objects:
         records.setdefault(entry.index, []).append(entry)

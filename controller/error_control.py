@@ -1,4 +1,4 @@
-"""Who notices when somebody falls silent: the drives' heartbeats for the controller, its own or its SYNC for the drives."""
+"""Error control both ways: drives' heartbeats for the controller, the controller's heartbeat or SYNC for the drives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An identified friction law into a drive's own friction table, so that the drive gives the torque before an error asks for it.
+"""Writes an identified friction law into a drive's friction table, so that the drive compensates it before an error builds up.
 
 On a ServoOne 2182h in per cent of the motor's rated torque at 2183h in rpm, CON_SCON_TFric and CON_SCON_TFricSpeed. P388
 (2184h), a constant torque, stays as it is: a load is no friction.

@@ -1,4 +1,4 @@
-"""The friction table of a ServoOne that is closest to an identified friction law.
+"""The ServoOne friction table that approximates an identified friction law best.
 
 P386 CON_SCON_TFric (2182h) are torques at the speeds P387 CON_SCON_TFricSpeed (2183h). Points 1 to 3 always act; points 4 and 5
 act only while the axis accelerates, which friction does not depend on: they are 0, unused.

@@ -1,4 +1,4 @@
-"""Ctrl-C, SIGTERM and a closed terminal while a machine is moving: noted at once, raised where nothing is left half done."""
+"""Ctrl-C, SIGTERM and a closed terminal during motion: noted at once, raised where nothing is left half done."""
 
 from __future__ import annotations
 

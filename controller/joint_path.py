@@ -1,4 +1,4 @@
-"""What is streamed to the drives: joint positions, and their derivatives for the feed-forward, one row a cycle."""
+"""What is streamed to the drives: joint positions and, for feed-forward, their derivatives, one row per cycle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a controller may do on a bus that may be physical: travel, speed and torque of every axis, from a file."""
+"""What a controller may do on a bus that may be physical: travel, speed and torque of each axis, from a limits file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The controller's end of the bus: one thread that sends, receives and hands each frame to whom it is for."""
+"""The controller's end of the bus: one thread that sends, receives and dispatches each frame to its receiver."""
 
 from __future__ import annotations
 

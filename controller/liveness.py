@@ -1,4 +1,4 @@
-"""Whether a node is there, and in which NMT state: what its boot-up messages and heartbeats tell (CiA 301, 7.2.8.3.2.2)."""
+"""Whether a node is alive, and its NMT state, from boot-up messages and heartbeats (CiA 301, 7.2.8.3.2.2)."""
 
 from __future__ import annotations
 

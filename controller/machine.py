@@ -1,4 +1,4 @@
-"""The controller's own description of a machine (axes.yaml): nodes, gears, travel, speeds, how to home, its nominal model."""
+"""The controller's description of a machine (axes.yaml): nodes, gears, travel, speeds, homing, nominal model."""
 
 from __future__ import annotations
 

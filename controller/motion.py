@@ -1,4 +1,4 @@
-"""Moving the drives: enable, home, stream set-points, stop. Every wait is counted in cycles, never in wall-clock."""
+"""Moving the drives: enable, home, stream set-points, stop. Every timeout is counted in cycles, never in wall-clock time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is this the machine? The motors that the drives were commissioned with, against those of the controller's own description."""
+"""Is this the right machine? Compares the motors configured in the drives with the controller's own description."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a task ended, for whoever told it: exit status and controller.json."""
+"""How a task ended, for the program that started it: exit status and controller.json."""
 
 from __future__ import annotations
 

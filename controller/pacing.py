@@ -1,4 +1,4 @@
-"""When the next cycle starts: at once where SYNC drives the plant, on the wall clock where time is real."""
+"""When the next cycle starts: at once where SYNC drives the plant, by the wall clock in real time."""
 
 from __future__ import annotations
 

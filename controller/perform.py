@@ -1,4 +1,4 @@
-"""Does an order on a bus, wholly: from drives that have power to drives that are disabled again."""
+"""Performs one task on a bus completely: from powered drives to disabled drives."""
 
 from __future__ import annotations
 

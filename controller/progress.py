@@ -1,4 +1,4 @@
-"""Where a procedure on the machine says how far it is."""
+"""The interface by which a procedure reports its progress."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Going on after trouble that can be cleared: nodes that are back are configured, faults reset; nothing is enabled here."""
+"""Recovery from trouble that can be cleared: returning nodes are configured, faults are reset; nothing is enabled here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Friction without PDOs: the drive moves by itself (profile velocity) and torque is polled by SDO, as a second witness."""
+"""Friction without PDOs, as a cross-check: the drive moves by itself (profile velocity), torque is polled by SDO."""
 
 from __future__ import annotations
 

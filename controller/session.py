@@ -1,4 +1,4 @@
-"""Drives that are enabled and stream: move them, capture what they do."""
+"""Enabled, streaming drives: move them and capture their motion."""
 
 from __future__ import annotations
 
@@ -227,7 +227,7 @@ class Session:
             if abs(begins - stands) > 1.01 * drive.axis.max_speed * self.cycle.period + drive.unit:
                 raise UserError(
                     f"'{name}' begins at {begins:.6g} on {drive.where()}, which stands at {stands:.6g}: "
-                    "move it there first, a set-point must not leap"
+                    "move it there first, a set-point must not jump"
                 )
 
     def _advance(self, cycles: int) -> None:

@@ -1,4 +1,4 @@
-"""Every object of a live drive by SDO upload, whether the drive gives it or refuses it."""
+"""Every object of a live drive by SDO upload: its value, or the abort code with which the drive refused it."""
 
 from __future__ import annotations
 

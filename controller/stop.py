@@ -1,4 +1,4 @@
-"""Stopping in an emergency: quick-stop and disable whatever answers, whatever else has gone wrong."""
+"""Emergency stop: quick-stops and disables every drive that answers, whatever else has failed."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def _still_moving(cycle: Cycle, drives: Sequence[DriveNode]) -> list[DriveNode]:
 
 
 def _stands(drive: DriveNode, was: int, seconds: float) -> bool:
-    """Whether the axis is where it was so many seconds ago, or not further than its encoder tells apart."""
+    """Whether the axis is where it was so many seconds ago, or within what its encoder resolves."""
     way = abs(drive.position - was) * drive.unit
     return way <= max(drive.unit, REST_SPEED * drive.axis.max_speed * seconds)
 

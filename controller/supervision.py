@@ -1,4 +1,4 @@
-"""What the controller watches in every cycle, from SYNC to SYNC. Each check says what is wrong with one drive, once."""
+"""What the controller checks in every cycle, from SYNC to SYNC. Each check reports one fault of one drive, once."""
 
 from __future__ import annotations
 
@@ -200,7 +200,7 @@ def jump(watch: Watch) -> TroubleError | None:
     drive.streaming = drive.homed = False
     return _trouble(
         drive,
-        f"tells a position {way:.4g} from where it was {watch.age * 1e3:.3g} ms before, and cannot have got there: "
+        f"tells a position {way:.4g} from where it was {watch.age * 1e3:.3g} ms before, and cannot have moved that far: "
         "is its encoder sound?",
     )
 

@@ -1,4 +1,4 @@
-"""What goes wrong on a machine or its bus while axes may move: every axis has to stop, and somebody asks whose it is."""
+"""Everything that can go wrong on a machine or its bus during motion: every axis must stop, and the cause is named."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an EDS or DCF says of a device's objects (CiA 306-1, 4.6), as vendors ship it.
+"""Reads the objects of a device from an EDS or DCF (CiA 306-1, 4.6), including common deviations of vendors' files.
 
 A missing ParameterName, wrong counts, trailing lines and the like are warned of and read on. What a value means on a
 drive is decided by who asks: `eds_profile` for the emulator, `drivetwin.recording.bus_log` for a recording.

@@ -1,4 +1,4 @@
-"""EDS and DCF files as sections of keys and values (CiA 306-1, 4.2), read as tolerantly as vendors write them."""
+"""EDS and DCF files as sections of keys and values (CiA 306-1, 4.2), read tolerantly."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A drive type's Modbus registers as data: drive_profiles/<name>/modbus.yaml says which object stands at which address.
+"""A drive type's Modbus registers as data: drive_profiles/<name>/modbus.yaml maps addresses to objects.
 
 What an object is (type, access, limits) stays in objects.csv; this file only gives it an address.
 """

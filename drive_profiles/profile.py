@@ -78,7 +78,7 @@ TEXT_TYPES = frozenset({DataType.VSTR, DataType.OSTR, DataType.USTR, DataType.DO
 """
 
 BYTE_TYPES = frozenset({DataType.OSTR, DataType.DOMAIN})
-"""Those of them that an EDS spells as hexadecimal bytes (CiA 306, 4.6.3)."""
+"""Those that an EDS writes as hexadecimal bytes (CiA 306, 4.6.3)."""
 
 
 class Quirk(StrEnum):

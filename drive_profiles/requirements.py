@@ -1,4 +1,4 @@
-"""Which objects a drive type cannot be without, and which the virtual drive's behaviour goes by though a type may lack them.
+"""Objects that a drive type must have, and objects that the virtual drive uses if the type has them.
 
 An object that is mandatory (CiA 301, CiA 402-2) has to be there. One that is optional and missing is not on the bus, but the
 behaviour still goes by its default (`DriveProfile.implicit`). tests/drive_profiles/test_requirements.py runs drives of either

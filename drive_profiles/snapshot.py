@@ -1,4 +1,4 @@
-"""What a live drive's object dictionary held: the file that `drivetwin snapshot` writes and `drivetwin emulate` loads."""
+"""The contents of a live drive's object dictionary: the file that `drivetwin snapshot` writes and `drivetwin emulate` loads."""
 
 from __future__ import annotations
 

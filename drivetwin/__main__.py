@@ -1,4 +1,4 @@
-"""`python -m drivetwin`: the command line, where the command itself is not on the path."""
+"""`python -m drivetwin`: the command line for environments in which `drivetwin` is not on the path."""
 
 from drivetwin.cli import main
 

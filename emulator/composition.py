@@ -1,4 +1,4 @@
-"""A machine's own effects with others added, and with a model in the place of its own; what gives way is said, never silent."""
+"""A machine's effects combined with others, or its model replaced; what is overridden is reported, never dropped silently."""
 
 from __future__ import annotations
 

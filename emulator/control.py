@@ -1,4 +1,4 @@
-"""Faults by hand: a Unix socket on which a running virtual machine is told what goes wrong, one JSON object a line.
+"""The control socket: injects faults into a running virtual machine, one JSON object per line.
 
     {"strike": {"fault": "sto", "node": 2}, "for": 0.5}     `for` [s] may be left out: until it is ended
     {"end": {"fault": "sto", "node": 2}}

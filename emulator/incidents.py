@@ -1,4 +1,4 @@
-"""What befalls a mechanism while it runs: friction that rises, a load that is suddenly there, an encoder's wrong sample."""
+"""Events that strike a mechanism while it runs: rising friction, a sudden load, a wrong encoder sample."""
 
 from __future__ import annotations
 

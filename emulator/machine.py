@@ -1,4 +1,4 @@
-"""A machine as configured: its MuJoCo model, and what stands on the motor side of each axis (machine.yaml)."""
+"""A machine's configuration: its MuJoCo model, and the motor side of each axis (machine.yaml)."""
 
 from __future__ import annotations
 

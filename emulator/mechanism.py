@@ -1,4 +1,4 @@
-"""A MuJoCo model whose motor-driven axes have the effects of the library: motor torques in, motor angles out, step by step."""
+"""A MuJoCo model whose driven axes have effects of the library: motor torques in, motor angles out, step by step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A real drive's dictionary in a virtual drive: what `drivetwin snapshot` read becomes what the drive has stored."""
+"""Loads a real drive's dictionary, read by `drivetwin snapshot`, as the stored parameters of a virtual drive."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long it is from a SYNC to the next: what 1006h tells, or what the wall clock measures where 1006h tells nothing."""
+"""The time from one SYNC to the next: from 1006h, or measured by the wall clock where 1006h is 0."""
 
 from __future__ import annotations
 

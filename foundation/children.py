@@ -1,4 +1,4 @@
-"""Child processes that end with their parent, even if it is killed: Linux sends them a signal (prctl(2), PR_SET_PDEATHSIG)."""
+"""Child processes that end with their parent, even if it is killed: Linux signals them (prctl(2), PR_SET_PDEATHSIG)."""
 
 from __future__ import annotations
 

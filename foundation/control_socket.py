@@ -1,4 +1,4 @@
-"""A request to an emulator's control socket, as any client makes it: one JSON object a line (docs/faults.md)."""
+"""A client's request to an emulator's control socket: one JSON object per line (docs/faults.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a report's pictures look (plotly): colours, size, buttons."""
+"""The style of a report's figures (plotly): colours, size, buttons."""
 
 from __future__ import annotations
 

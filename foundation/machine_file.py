@@ -1,4 +1,4 @@
-"""A machine of one's own as one file (machine/1): which one `--machine` names, read and checked; each room takes its half."""
+"""A user's machine as one file (machine/1): `--machine` names it; emulator and controller each read their half."""
 
 from __future__ import annotations
 

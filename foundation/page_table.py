@@ -1,4 +1,4 @@
-"""Tables and figures of a report, so set that nobody scrolls sideways on a phone."""
+"""Tables and figures of a report, laid out so that a phone needs no sideways scrolling."""
 
 from __future__ import annotations
 

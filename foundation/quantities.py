@@ -1,4 +1,4 @@
-"""A quantity as a person reads it: in the unit that fits its size, with the digits that its interval supports."""
+"""A quantity for a reader: in the unit that fits its size, with the digits that its interval supports."""
 
 from __future__ import annotations
 

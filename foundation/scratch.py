@@ -1,4 +1,4 @@
-"""Temporary folders: removed at the end of the work, or, if it was killed, at the next start of the same work."""
+"""Temporary folders, removed at the end of the work or, if it was killed, at the next start of the same work."""
 
 from __future__ import annotations
 

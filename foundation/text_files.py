@@ -1,4 +1,4 @@
-"""JSON and YAML that somebody wrote: a value, or the parser's own error, whatever the text is."""
+"""JSON and YAML files that users write: a value, or the parser's error, whatever the text is."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""JSON files that a command of ours writes: read into typed values, and whatever is wrong is told by file and key."""
+"""JSON files that a command of the product wrote, read into typed values; errors name the file and the key."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""YAML files that a person writes: read into typed values, and whatever is wrong is told by file and key."""
+"""YAML files that a person wrote, read into typed values; errors name the file and the key."""
 
 from __future__ import annotations
 

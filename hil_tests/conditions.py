@@ -1,4 +1,4 @@
-"""When a fault strikes: at a time, or once the machine moves, has homed, is in a state, has had so many SYNCs."""
+"""When a fault strikes: at a time, when the machine moves, after homing, in a state, or after a number of SYNCs."""
 
 from __future__ import annotations
 

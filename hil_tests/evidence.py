@@ -1,4 +1,4 @@
-"""What a case leaves for its judges: the frames, the plant's truth, the drives' states, how the controller ended.
+"""The evidence of a case for its judges: frames, the plant's truth, the drives' states, how the controller ended.
 
 Times are simulated, from power on of a virtual machine; of real drives they are those of the wall clock since the case began.
 """

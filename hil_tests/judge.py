@@ -1,4 +1,4 @@
-"""From a case's evidence to its verdict: every expectation is asked, and what no scenario has to say is expected too."""
+"""A case's evidence to its verdict: asks every expectation, including those that every scenario implies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What will move on a real machine and how far, said before anything starts."""
+"""What will move on a real machine, and how far, stated before anything starts."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ def why_not_on_real_drives(
         return "resume lets a controller reset a drive's fault and enable it again by itself, and here drives are real"
     if not any(not kind.needs_truth and kind is not Outcome for kind in expected):
         names = ", ".join(kind.name for kind in expected if kind.needs_truth) or "nothing"
-        return f"beside how the controller ends it judges what only the plant's truth tells, and here drives are real: {names}"
+        return f"apart from the controller's outcome it judges what only a plant's truth shows; these drives are real: {names}"
     for axis, position in (target for pose in targets(task) for target in pose.items()):
         if axis not in bench.real_limits:
             return f"{axis} is to move, and machine {bench.machine_name} has no such axis"

@@ -1,4 +1,4 @@
-"""How far, fast and hard real axes may be driven on a bench: what the machine bears, and that limits are narrower."""
+"""How far, fast and hard real axes may be driven: checks that a bench's limits are within the machine's."""
 
 from __future__ import annotations
 

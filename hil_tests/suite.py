@@ -1,4 +1,4 @@
-"""The cases of a suite: those that the product has, those of a user's own folder, and which of them are chosen."""
+"""The cases of a suite: the product's, those of a user's folder, and the selection from them."""
 
 from __future__ import annotations
 

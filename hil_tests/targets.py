@@ -1,4 +1,4 @@
-"""Where the axes of a task `move` or `path` go, one pose after the other."""
+"""The target positions of a task `move` or `path`, one pose after the other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the controller is told to do."""
+"""The task that a scenario gives the controller."""
 
 from __future__ import annotations
 

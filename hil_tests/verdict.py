@@ -1,4 +1,4 @@
-"""What a case says of a controller: accepted, rejected or skipped; which requirement failed, when, on which axis, how much."""
+"""The verdict of a case: accepted, rejected or skipped; which requirement failed, when, on which axis, by how much."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Covariance of the estimate that stays honest where neighbouring residuals resemble each other.
+"""Covariance of the estimate that remains valid where neighbouring residuals are correlated.
 
     Cov = A^-1 B A^-1,   A = X' W X,   B = long-run covariance of the scores w x e
 

@@ -1,4 +1,4 @@
-"""What a term is worth on data that it was not fitted on: energy of 0.5 s means, 5 folds of alternating blocks.
+"""The value of a term on data it was not fitted on: energy of 0.5 s means, 5 folds of alternating blocks.
 
 A friction law is about the mean torque at a speed, not about ripple; hence the means.
 """

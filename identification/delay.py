@@ -1,4 +1,4 @@
-"""The torque and the position of a recording are not always of the same instant: the delay between them.
+"""The delay between torque and position of a recording, which are not always sampled at the same instant.
 
 A drive holds a set-point torque for a cycle, samples its current before its encoder, filters one and not the other. A
 torque that stands a time d earlier in the recording than the motion it makes,

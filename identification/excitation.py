@@ -1,4 +1,4 @@
-"""Is there anything in the motion that shows the inertia?"""
+"""Does the motion contain anything that shows the inertia?"""
 
 from __future__ import annotations
 

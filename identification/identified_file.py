@@ -1,4 +1,4 @@
-"""identified.json (identified/1) as `identify` and `fit` write it, as far as anyone reads it back: its one typed form."""
+"""identified.json (identified/1) as `identify` and `fit` write it: the one typed form in which it is read back."""
 
 from __future__ import annotations
 

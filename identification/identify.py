@@ -243,14 +243,14 @@ def _direction_test(fit: Fit, settings: Settings) -> Test:
     real = p_value < settings.significance and gain >= settings.direction_gain
     offset = fit.combination({Term.OFFSET: 1.0}, "", settings.confidence)
     load = (
-        "In this fit the Coulomb torques differ, which is the same thing as an offset: a load, or gravity that the model lacks"
+        "The Coulomb torques of this fit differ, which is equivalent to an offset: a load, or gravity that the model lacks"
         if offset.interval[0] * offset.interval[1] > 0
-        else "In this fit the Coulomb torques do not differ"
+        else "The Coulomb torques of this fit do not differ"
     )
     verdict = (
-        "friction depends on the direction: the viscous coefficients differ beyond doubt"
+        "friction depends on the direction: the viscous coefficients differ significantly"
         if real
-        else "no proof that friction depends on the direction: one viscous coefficient does for both"
+        else "no evidence that friction depends on the direction: one viscous coefficient fits both"
     )
     return Test(
         real=real,

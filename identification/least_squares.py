@@ -1,4 +1,4 @@
-"""Weighted linear least squares, and which parameters the data can tell at all."""
+"""Weighted linear least squares, and which parameters the data can determine."""
 
 from __future__ import annotations
 

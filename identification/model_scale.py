@@ -1,4 +1,4 @@
-"""How right is the rest of the model: one scale on all its torque besides friction and the inertia at qpos0.
+"""How accurate is the rest of the model? One scale on all its torque except friction and the inertia at qpos0.
 
     tau = inertia a + model_scale tau_rest + friction,    tau_rest = model torque - (inertia of the model at qpos0) a
 

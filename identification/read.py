@@ -1,4 +1,4 @@
-"""identified.json read back: the friction law of every axis, for whoever uses what was identified."""
+"""Reads identified.json back: the friction law of every axis."""
 
 from __future__ import annotations
 

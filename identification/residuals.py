@@ -1,4 +1,4 @@
-"""What a fit leaves over, recording by recording, and its size."""
+"""What a fit leaves, recording by recording, and its size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Does the friction rise towards low speed, and how: the Stribeck term, and what is known of its exponent."""
+"""Does friction rise towards low speed? The Stribeck term, and what the data say about its exponent."""
 
 from __future__ import annotations
 

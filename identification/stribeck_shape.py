@@ -1,4 +1,4 @@
-"""The search for the shape of the Stribeck rise, its velocity and its exponent.
+"""Searches for the shape of the Stribeck curve: its velocity and its exponent.
 
 The regression is linear but for these two, which variable projection takes out (Golub and Pereyra 1973): for each trial
 shape the linear parameters are solved for, and the shape with the least squares wins.

@@ -1,4 +1,4 @@
-"""Steady-state strokes: the stretches of constant speed, each a measured point of the torque-speed curve."""
+"""Steady-state strokes: the stretches of constant speed, each one point of the torque-speed curve."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plant's true friction, where an emulator was asked for it: for comparison only, after the fit."""
+"""The plant's true friction, if an emulator can be asked for it: for comparison only, after the fit."""
 
 from __future__ import annotations
 

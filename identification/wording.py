@@ -88,17 +88,23 @@ def headline(identification: Identification, truth: Truth) -> str:
     errors = _errors(identification, truth, SIZES)
     if not errors:
         return ""
-    intervals = [
-        parameter.interval[0] <= true <= parameter.interval[1]
-        for name, axis in identification.axes.items()
-        for key in (*SIZES, *SHAPE)
-        if (parameter := axis.parameters.get(key)) and (true := true_value(truth.get(name, {}), key)) is not None
-    ]
+    shape = _held(identification, truth, SHAPE)
+    held = _held(identification, truth, SIZES) + shape
     return (
         f"Errors of inertia and friction: {median(errors):.2f} % in the median, {max(errors):.2f} % at most. "
-        f"{sum(intervals)} of {len(intervals)} intervals at {100 * identification.confidence:.0f} % hold the true value, "
-        "those of the Stribeck curve's shape included."
+        f"{sum(held)} of {len(held)} intervals at {100 * identification.confidence:.0f} % contain the true value"
+        f"{', including those of the shape of the Stribeck curve' if shape else ''}."
     )
+
+
+def _held(identification: Identification, truth: Truth, names: tuple[str, ...]) -> list[bool]:
+    """Of each of these parameters whose truth is known, on all axes: whether its interval contains it."""
+    return [
+        parameter.interval[0] <= true <= parameter.interval[1]
+        for name, axis in identification.axes.items()
+        for key in names
+        if (parameter := axis.parameters.get(key)) and (true := true_value(truth.get(name, {}), key)) is not None
+    ]
 
 
 def _errors(identification: Identification, truth: Truth, names: tuple[str, ...]) -> list[float]:

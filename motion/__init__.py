@@ -1,1 +1,1 @@
-"""What every judge of a recording needs: the one low-pass filter, and the torque that a measured motion needs."""
+"""What all analyses of recordings share: one low-pass filter, and the torque that a measured motion needs."""

@@ -1,4 +1,4 @@
-"""Whether MuJoCo makes a model of a file: asked in a process of its own, for a file may hang MuJoCo, or end it."""
+"""Whether MuJoCo compiles a file: asked in a separate process, because a file may hang or crash MuJoCo."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a model moves with the recorded axes: refused where no recording says how, and its friction where one does."""
+"""What moves together with the recorded axes: refused where no recording describes it; its friction where one does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one low-pass filter: measured torque and every regressor go through it, so that neither lags the other.
+"""The one low-pass filter: measured torque and every regressor pass it, so that neither lags the other.
 
 Zero-phase 4th-order Butterworth, forward and backward (Gautier 1997; Janot, Vandanjon, Gautier 2014: "parallel
 filtering" of the inverse dynamic identification model).

@@ -1,4 +1,4 @@
-"""The limits file: travel, speed, torque, acceleration and jerk of axes, as a person writes it; read here and nowhere else.
+"""The limits file: travel, speed, torque, acceleration and jerk of axes, as a person writes it; the only place that reads it.
 
 `axes: {name: {travel: [low, high], speed: ..., torque: ..., acceleration: ..., jerk: ...}}`, joint side, SI. Who reads it says
 what an axis needs, so one file can serve a controller, a bench and an exciting motion.

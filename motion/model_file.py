@@ -1,4 +1,4 @@
-"""An MJCF file to work on: named, inertia and friction told outright, without what has no torque; and written again."""
+"""An MJCF file prepared for work: named, with explicit inertia and friction, without what has no torque; and written again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A recording with gaps as the pieces that the filter can work on; a short one says nothing and is left out."""
+"""A recording with gaps as pieces that the filter can work on; pieces that are too short are left out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One field of the table: a mutant in a case, as the judge says; kept on disk, so that a run goes on where it ended."""
+"""One cell of the table: the verdict on a mutant in a case; kept on disk, so that a run resumes where it ended."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every mutant there is, by its module's name: one a file of mutants/broken, and those of packages.
+"""All mutants by module name: one file each in mutants/broken, and those of packages.
 
 Only the one that is asked for is imported.
 """

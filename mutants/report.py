@@ -1,4 +1,4 @@
-"""The table of mutants as data and as Markdown: who is caught where, by which expectation."""
+"""The table of mutants as data and as Markdown: which mutant is caught where, by which expectation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a mutant gets at the controller: one attribute replaced, an axis described wrongly, checks left out."""
+"""How a mutant modifies the controller: one attribute replaced, an axis described wrongly, checks removed."""
 
 from __future__ import annotations
 

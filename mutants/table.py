@@ -1,4 +1,4 @@
-"""Runs every mutant through the acceptance suite, says who is caught: `python -m drivetwin.mutants.table --out out/mutants`."""
+"""Runs every mutant through the acceptance suite; says who is caught: `python -m drivetwin.mutants.table --out out/mutants`."""
 
 from __future__ import annotations
 

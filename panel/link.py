@@ -66,7 +66,7 @@ class Link(canopen.Network):
 
     def add(self, node_id: int) -> canopen.RemoteNode:
         """A node to ask by SDO; its objects are asked for by their address alone."""
-        nothing = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]  # canopen
+        nothing = canopen.ObjectDictionary()
         node = canopen.RemoteNode(node_id, nothing)
         node.sdo.RESPONSE_TIMEOUT = ANSWER
         self.add_node(node)

@@ -1,4 +1,4 @@
-"""What the contract refuses: each check names the file, the column and the row, and says what to do."""
+"""The checks of the recording contract: each names the file, the column and the row, and says what to do."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The process in which files are read by libraries that may crash, hang or ask for all memory on a broken one.
+"""The process that reads foreign files with libraries that may crash, hang or exhaust memory on a broken file.
 
 Run as `python -P child.py KIND FILE DIR CPU_SECONDS BYTES`: DIR then holds `arrays.npz` and `names.json`, or `error.txt`.
 Nothing of the project is imported here: what the process needs is a library and NumPy.

@@ -1,4 +1,4 @@
-"""Foreign files into recordings: what their format reads, on equal steps, with the contract's checks."""
+"""Foreign files to recordings: what their format reads, resampled to equal steps, checked by the contract."""
 
 from __future__ import annotations
 

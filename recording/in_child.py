@@ -1,4 +1,4 @@
-"""What a library makes of a foreign file, read in a child process: bounded time and memory, and no crash of this one."""
+"""Reads a foreign file by a library in a child process: bounded time and memory, and no crash of this process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings from disk: read what the contract allows, refuse the rest by file, column and row."""
+"""Reads recordings from disk; refuses what the contract does not allow, by file, column and row."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A recording in memory: the samples of each axis and what is known of it (contract recording/2)."""
+"""A recording in memory: the samples of each axis and its description (contract recording/2)."""
 
 from __future__ import annotations
 

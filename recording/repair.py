@@ -1,4 +1,4 @@
-"""What `drivetwin import --repair` sets right: rows exported twice, and single samples that are missing."""
+"""What `drivetwin import --repair` corrects: rows exported twice, and single missing samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Units that drives export, as factors to SI; what each column of a recording may be given in."""
+"""Units that drives export, as factors to SI; the units allowed for each column of a recording."""
 
 from __future__ import annotations
 

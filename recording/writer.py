@@ -1,4 +1,4 @@
-"""Recordings to disk, whole or not at all."""
+"""Writes recordings to disk, completely or not at all."""
 
 from __future__ import annotations
 

@@ -162,9 +162,12 @@ class Run:
             cycle.start()
             home(cycle, drives)
             enable_streaming(cycle, drives)
-            middles = [0.5 * sum(axis.travel) for axis in known.axes.values()]
-            starts = positions_now(drives)
-            ways = [move(start, middle, 0.2, 0.5, cycle.period) for start, middle in zip(starts, middles, strict=True)]
+            axes = known.axes.values()
+            middles = [0.5 * sum(axis.travel) for axis in axes]
+            ways = [
+                move(start, middle, 0.5 * axis.max_speed, 0.5 * axis.max_acceleration, cycle.period)
+                for start, middle, axis in zip(positions_now(drives), middles, axes, strict=True)
+            ]
             stream(cycle, drives, side_by_side(ways))
             cycle.run_for(0.3)
             reached = self.target.virtual.plant.joint_positions()

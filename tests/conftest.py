@@ -7,6 +7,7 @@ from importlib import import_module
 
 import mujoco
 import pytest
+from hypothesis import settings
 from in_process import Command, exit_status
 from processes import Ended
 
@@ -14,6 +15,9 @@ from drivetwin.motion import compilation
 from drivetwin.motion.mjcf_fault import fault
 
 _wrong_with = compilation._wrong_with
+
+settings.register_profile("patient", deadline=None)
+settings.load_profile("patient")  # a busy computer makes no property wrong
 
 
 @pytest.fixture(autouse=True)

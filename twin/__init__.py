@@ -1,1 +1,1 @@
-"""A model as the twin of a machine: what was found of the machine written into it, and the model moved as the machine was."""
+"""A model as the twin of a machine: what was found about the machine is written into it, and it moves as the machine moved."""

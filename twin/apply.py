@@ -1,4 +1,4 @@
-"""Writes effects into a model: what MJCF can hold becomes the model's own, the rest stays an effect beside it."""
+"""Writes effects into a model: what MJCF can express becomes part of the model, the rest stays a separate effect."""
 
 from __future__ import annotations
 

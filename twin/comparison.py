@@ -1,4 +1,4 @@
-"""A replay held against its recording: each signal of each axis, measured and simulated, and how far they are apart."""
+"""A replay compared with its recording: each signal of each axis, measured and simulated, and their difference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A file of findings, identified.json or effects.json, applied to a model: by what the file says that it is."""
+"""A file of findings, identified.json or effects.json, applied to a model; the file's schema decides which it is."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""identified.json as effects: what turns a model into the one that was identified, axis by axis."""
+"""identified.json as effects, axis by axis: added to a model, they make it the identified one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A machine of one's own from a robot's model: what can be derived of drives and motion, and what had to be assumed."""
+"""A machine from a robot's model: what can be derived about drives and motion, and what had to be assumed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""replay.html: how the model moves beside the machine. Figures first, then pictures, opened where they are furthest apart."""
+"""replay.html: model and machine side by side. Figures first, then plots, opened where the difference is largest."""
 
 from __future__ import annotations
 
@@ -27,12 +27,13 @@ NAMES = {MODEL: "model", WITH_EFFECTS: "with effects"}
 _COLOURS = {MODEL: BEFORE, WITH_EFFECTS: AFTER}
 
 
-def write_replay_page(comparisons: Sequence[Comparison], inputs: Mapping[str, str], path: Path) -> None:
-    """Write the page to `path`, whole or not at all; `inputs` are sha256 by path."""
+def write_replay_page(comparisons: Sequence[Comparison], picture: str, inputs: Mapping[str, str], path: Path) -> None:
+    """Write the page to `path`, whole or not at all; `picture` is the machine as SVG, `inputs` are sha256 by path."""
     recordings = ", ".join(each.recording for each in comparisons)
     body = [
         f"{page_table.STYLE}<header><h1>{_TITLE}</h1><p>{escape(recordings)}</p></header>",
         _figures(comparisons),
+        f"<section><h2>Machine</h2>{picture}</section>" if picture else "",
         *(_pictures(comparison, axis) for comparison, axis in worst(comparisons)),
         _method(comparisons),
         _inputs(inputs),

@@ -1,4 +1,4 @@
-"""The recordings that a model is moved by: read, on joints that the model has, each by a name of its own."""
+"""The recordings that move a model: read, on joints that the model has, with unique names."""
 
 from __future__ import annotations
 

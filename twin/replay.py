@@ -1,4 +1,4 @@
-"""Moves a model as a machine was moved: from the recorded start, by the recorded demand, through the drive's loops."""
+"""Moves a model as a machine moved: from the recorded start, by the recorded demand, through the drive's loops."""
 
 from __future__ import annotations
 

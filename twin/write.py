@@ -17,15 +17,17 @@ from drivetwin.twin.page import write_replay_page
 SCHEMA = "replay/1"
 
 
-def write_replay(comparisons: Sequence[Comparison], inputs: Sequence[Path], directory: Path, *, html: bool = True) -> None:
-    """Write replay.json, signals/NAME.parquet and, with `html`, replay.html into `directory`, which exists."""
+def write_replay(
+    comparisons: Sequence[Comparison], picture: str, inputs: Sequence[Path], directory: Path, *, html: bool = True
+) -> None:
+    """Write replay.json, signals/NAME.parquet and, with `html`, replay.html with its `picture` (SVG) into `directory`."""
     made_by = provenance(0, inputs, directory)
     write_json(directory / "replay.json", payload(comparisons) | made_by)
     (directory / "signals").mkdir()
     for comparison in comparisons:
         pq.write_table(_table(comparison), directory / "signals" / f"{comparison.recording}.parquet")
     if html:
-        write_replay_page(comparisons, made_by["inputs"], directory / "replay.html")
+        write_replay_page(comparisons, picture, made_by["inputs"], directory / "replay.html")
 
 
 def payload(comparisons: Sequence[Comparison]) -> dict[str, Any]:

@@ -30,7 +30,7 @@ class WithheldPlant(Plant):
     ) -> None:
         """`axes` (n,) as `withheld_axes` makes them; `bodies` with the rotors of the axes whose transmission is rigid.
 
-        `foreign`: what else acts, and on the how manyeth axis.
+        `foreign`: what else acts, each with the index of its axis.
         """
         count = len(axes)
         self._axes = axes

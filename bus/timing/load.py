@@ -1,4 +1,4 @@
-"""How full the wire is: the bits of any window of time, and the cycles that ask for more than the wire has."""
+"""Bus load: the bits in any interval of time, and the cycles that ask for more bits than the bus can carry."""
 
 from __future__ import annotations
 

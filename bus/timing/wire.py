@@ -1,4 +1,4 @@
-"""The physical bus that nodes share: one frame at a time, the lowest identifier first; all others wait."""
+"""The physical bus that nodes share: one frame at a time, lowest identifier first; every other frame waits."""
 
 from __future__ import annotations
 

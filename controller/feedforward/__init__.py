@@ -1,1 +1,1 @@
-"""Torque told to the drives beside the motion: from the identified model, and learned over repetitions."""
+"""Torque feed-forward: from the identified model, and learned over repetitions."""

@@ -1,4 +1,4 @@
-"""From the torque that a motion needs to the torque offsets that a drive must be sent: when, and less what its loops add."""
+"""Required torque to torque offsets: shifted in time to when the drive needs them, minus what its loops add by themselves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The experiment on the drives: the same move with more and more fed forward, and again with what was learned."""
+"""The experiment on the drives: one move with increasing feed-forward, then repeated with what was learned."""
 
 from __future__ import annotations
 

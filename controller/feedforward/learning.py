@@ -1,4 +1,4 @@
-"""Learning from repetition: what was left of the tracking difference becomes torque in the next run.
+"""Learning from repetition: the remaining tracking difference becomes torque in the next run.
 
     u_next = Q[u + L e],   L e = J e'' + K (w + 1/Ti int w),   w = e' + Kp e
 

@@ -1,4 +1,4 @@
-"""How well a move was followed: settling and deceleration time as the paper has them, and the greatest error."""
+"""How well a move was followed: settling and deceleration time as defined in the paper, and the largest error."""
 
 from __future__ import annotations
 

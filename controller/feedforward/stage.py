@@ -1,4 +1,4 @@
-"""What is fed forward to the drives: nothing, the velocity, or the velocity and the torque."""
+"""What is fed forward to the drives: nothing, velocity, or velocity and torque."""
 
 from __future__ import annotations
 

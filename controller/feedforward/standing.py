@@ -1,4 +1,4 @@
-"""What the drives' loops hold while the axes stand: the torque that a feed-forward must not tell them again."""
+"""The torque that the drives' loops hold at standstill, which a feed-forward must not add a second time."""
 
 from __future__ import annotations
 

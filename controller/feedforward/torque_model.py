@@ -1,4 +1,4 @@
-"""The torque that a planned motion needs: the nominal model's, corrected by what one run of that motion took."""
+"""The torque that a planned motion needs: the nominal model's, corrected by the torque of one run of that motion."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What a controller knows of a machine before it meets it: drawings, limits, its own model. None of it is measured."""
+"""What a controller knows of a machine in advance: drawings, limits, a nominal model. None of it is measured."""

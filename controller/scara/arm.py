@@ -1,4 +1,4 @@
-"""The arm that moves are planned for: its geometry, and what axes.yaml says of its axes."""
+"""The arm for which moves are planned: its geometry, and its axes from axes.yaml."""
 
 from __future__ import annotations
 

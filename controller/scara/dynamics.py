@@ -1,4 +1,4 @@
-"""The torque that a motion of the arm takes, in closed form: docs/wafer-handler.md, "Dynamics" (the paper's eq. 13 and 14).
+"""The arm's inverse dynamics in closed form: docs/wafer-handler.md, "Dynamics" (the paper's eq. 13 and 14).
 
 Joints are (lift [m], rotate = theta2 [rad], stretch = theta3 [rad]), torques (N, N·m, N·m) on the joint side; belts are rigid.
 Upper arm, forearm and blade turn at theta2' + theta3', theta2' - theta3' and theta2', so

@@ -1,4 +1,4 @@
-"""Motion that tells the arm's base parameters: all axes at once, about several poses of the arm."""
+"""Motion that identifies the arm's base parameters: all axes at once, at several poses of the arm."""
 
 from __future__ import annotations
 

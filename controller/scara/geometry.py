@@ -1,4 +1,4 @@
-"""The arm's lengths by its drawing (geometry.yaml), the belts, and how far the axes travel."""
+"""The arm's lengths from its drawing (geometry.yaml), its belts, and the travel of its axes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A wafer lies on the blade's pads by nothing but its weight: how near a motion comes to its slipping."""
+"""A wafer rests on the blade's pads by its weight alone: how close a motion comes to making it slip."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What the controller can be told to do, one task a file (task/1)."""
+"""The tasks of the controller, one per file (task/1)."""

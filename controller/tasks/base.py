@@ -1,4 +1,4 @@
-"""What every task is: parameters that are checked before anything moves, and what is done with a machine that is brought up."""
+"""The base of every task: parameters that are checked before anything moves, and what is done with a configured machine."""
 
 from __future__ import annotations
 

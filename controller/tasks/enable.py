@@ -1,4 +1,4 @@
-"""enable: every axis enabled where it stands, held, disabled; not homed."""
+"""enable: every axis enabled at its position, held, disabled; no homing."""
 
 from __future__ import annotations
 

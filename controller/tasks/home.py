@@ -1,4 +1,4 @@
-"""home: every axis finds its zero, and goes to the end of its travel beside it."""
+"""home: every axis finds its zero, then moves to the nearer end of its travel."""
 
 from __future__ import annotations
 

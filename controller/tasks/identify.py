@@ -1,4 +1,4 @@
-"""identify: friction and inertia of every axis, written as identified.json; the method is the one of `drivetwin identify`."""
+"""identify: friction and inertia of every axis into identified.json, by the method of `drivetwin identify`."""
 
 from __future__ import annotations
 

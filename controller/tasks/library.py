@@ -1,4 +1,4 @@
-"""Finds the tasks of this folder by their files' names; only the one that is asked for is imported."""
+"""Finds the tasks of this folder by file name, and imports only the one that is requested."""
 
 from __future__ import annotations
 

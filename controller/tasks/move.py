@@ -1,4 +1,4 @@
-"""move: single axes to absolute positions, one after the other."""
+"""move: one axis at a time to absolute positions."""
 
 from __future__ import annotations
 

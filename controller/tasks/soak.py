@@ -1,4 +1,4 @@
-"""soak: all axes to and fro together, for a long time."""
+"""soak: all axes back and forth together, for a long time."""
 
 from __future__ import annotations
 

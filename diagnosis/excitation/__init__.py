@@ -1,1 +1,1 @@
-"""Motions that tell apart what a recording could not: one a file, chosen by what a report left open."""
+"""Motions that distinguish what a recording could not: one per file, chosen by what a report left open."""

@@ -236,7 +236,7 @@ def _kinematics(simulation: Simulation, recording: Recording, cutoff: float) -> 
 
 
 def _narrow(simulation: Simulation, recording: Recording, cutoff_hz: float) -> dict[str, AxisMotion]:
-    """The motion through the filter of the comparison, by which moving and standing are told apart."""
+    """The motion through the filter of the comparison, by which motion and standstill are distinguished."""
     period = recording.info.sample_period
     cutoff = effective_cutoff(period, cutoff_hz)
     found = {}

@@ -1,4 +1,4 @@
-"""`drivetwin blind`: is the diagnosis right, on machines whose true effects are withheld from it."""
+"""`drivetwin blind`: tests the diagnosis on machines whose true effects are withheld from it."""
 
 from __future__ import annotations
 

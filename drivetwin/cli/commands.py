@@ -69,7 +69,7 @@ COMMANDS = {
     ),
     "record": Entry("record:record_command", "Record any drives that any master moves, by listening to their bus."),
     "replay": Entry(
-        "replay:replay_command", "Move a model as a machine was moved, in closed loop, and say how far apart they are."
+        "replay:replay_command", "Move a model as a machine was moved, in closed loop, and report the differences."
     ),
     "snapshot": Entry(
         "snapshot:snapshot_command",

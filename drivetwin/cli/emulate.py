@@ -48,10 +48,10 @@ def emulate_command(
     bus: Annotated[str, typer.Option(help="vcan0, can0 or ws://127.0.0.1:PORT (port 0: a free one).")] = "ws://127.0.0.1:54701",
     clock: Annotated[str, typer.Option(help="realtime follows the wall clock; sync advances only with SYNC.")] = "realtime",
     truth: Annotated[
-        Path | None, typer.Option(help="True effects of the plant (effects/1), in the place of all of the machine's own.")
+        Path | None, typer.Option(help="True effects of the plant (effects/1); replaces all of the machine's own.")
     ] = None,
     model: Annotated[
-        Path | None, typer.Option(metavar="MODEL.xml", help="MuJoCo model (MJCF) in the place of the machine's own.")
+        Path | None, typer.Option(metavar="MODEL.xml", help="MuJoCo model (MJCF); replaces the machine's own.")
     ] = None,
     effects: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Effects (effects/1) to add to the machine's own.")
@@ -87,7 +87,7 @@ def emulate_command(
     3 stretch), or those that LSS has stored. Ctrl-C ends it.
 
     With a model of your own (same joints): drivetwin emulate --machine stage --model twin.xml --effects twin.effects.json. What
-    is added acts beside the machine's own friction; where both say one quantity, the added one acts, and a line says so.
+    is added acts in addition to the machine's own friction, or replaces it where both give the same quantity; a line says so.
     """
     if clock not in CLOCKS:
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(CLOCKS)}")

@@ -46,11 +46,11 @@ class Action(StrEnum):
 def machine_command(
     action: Annotated[Action, typer.Argument(help="new: make one from a robot's model. check: say whether one can be used.")],
     path: Annotated[
-        Path, typer.Argument(metavar="ROBOT.xml|DIR|FILE.yaml", help="Of new the MJCF or URDF; of check the machine.")
+        Path, typer.Argument(metavar="ROBOT.xml|DIR|FILE.yaml", help="new: the MJCF or URDF file; check: the machine.")
     ],
     *,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="new: the machine's folder.")] = None,
-    name: Annotated[str | None, typer.Option(help="new: what the machine is called; as the model, unless told.")] = None,
+    name: Annotated[str | None, typer.Option(help="new: the machine's name; default: the model's.")] = None,
     bandwidth: Annotated[float, typer.Option(metavar="HZ", help="new: bandwidth of the velocity loops.")] = 15.0,
     quiet: Quiet = False,
     json_: AsJson = False,
@@ -60,7 +60,7 @@ def machine_command(
     Example: drivetwin machine new robot.xml --out out/robot, then drivetwin emulate --machine out/robot
 
     The folder holds machine.yaml (docs/machines.md), model.xml and effects.json. What could not be derived from the model is
-    assumed, and said.
+    assumed and listed.
     """
     console = terminal(silent=quiet or json_)
     if action is Action.NEW:

@@ -39,7 +39,7 @@ def panel_command(
         typer.Option(help="Join this bus; with --emulate, where the machine is: vcan0, unix:PATH, ws://127.0.0.1:PORT."),
     ] = None,
     profile: Annotated[str, typer.Option(help="Drive type: servoone, cia402-full or dryve_d1.")] = "servoone",
-    eds: Annotated[Path | None, typer.Option(help="A drive's own EDS or DCF, in the place of the profile's objects.")] = None,
+    eds: Annotated[Path | None, typer.Option(help="A drive's own EDS or DCF; replaces the profile's objects.")] = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0: a free one.")] = 8402,
     host: Annotated[
         str, typer.Option(help="Address of the page; one that others reach needs the token that is printed.")

@@ -15,7 +15,10 @@ from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.emulator.effects import read_effects
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace
+from drivetwin.foundation.machine_picture import machine_picture
 from drivetwin.foundation.page_table import DASH
+from drivetwin.motion.inverse_dynamics import read_mjcf
+from drivetwin.recording.recording import Recording
 from drivetwin.twin.comparison import SIGNALS, Comparison, compared
 from drivetwin.twin.page import NAMES, relative
 from drivetwin.twin.recordings import read_for
@@ -39,12 +42,12 @@ def replay_command(
     quiet: Quiet = False,
     json_: AsJson = False,
 ) -> None:
-    """Move a model as a machine was moved, in closed loop, and say how far apart they are.
+    """Move a model as a machine was moved, in closed loop, and report the differences.
 
     Example: drivetwin replay out/emps_twin.xml out/emps out/emps_pulses --effects out/emps_twin.effects.json --out out/replay
 
     The drive's loops are those of `drive` in recording.json, or else the model's own position or velocity actuators.
-    docs/replay.md tells what is compared, and how.
+    docs/replay.md describes what is compared, and how.
     """
     console = terminal(silent=quiet or json_)
     if not cutoff > 0.0:
@@ -65,12 +68,17 @@ def replay_command(
             found.append(compared(model, recording, placed, cutoff))
             bars.advance(task)
         with new_directory(out) as staged:
-            write_replay(found, list(dict.fromkeys(files)), staged, html=not no_html)
+            write_replay(found, _picture(model, read), list(dict.fromkeys(files)), staged, html=not no_html)
     console.print(_table(found))
     written = [*([] if no_html else ["replay.html"]), "replay.json"]
     console.print("  ".join(str(out / name) for name in written), highlight=False, soft_wrap=True)
     if json_:
         print((out / "replay.json").read_text(encoding="utf-8"), end="")
+
+
+def _picture(model: Path, recordings: Sequence[Recording]) -> str:
+    """The model as SVG, its recorded joints marked."""
+    return machine_picture(read_mjcf(model), {axis.joint for each in recordings for axis in each.info.axes.values()})
 
 
 def _table(found: Sequence[Comparison]) -> Table:

@@ -1,4 +1,4 @@
-"""What a drive keeps while it has no power: one file a drive, which is old or new but never half written."""
+"""What a drive keeps without power: one file per drive, always completely old or completely new."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The beat that all nodes share: SYNC, consumed and produced (CiA 301, 7.2.5; 1005h, 1006h, 1007h, 1019h)."""
+"""SYNC, consumed and produced: the common cycle of all nodes (CiA 301, 7.2.5; 1005h, 1006h, 1007h, 1019h)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bus supervision by SYNC, of drive types that have no heartbeat consumer: P2061 and P2062 of a ServoOne.
+"""Supervision of the bus by SYNC, for drive types without a heartbeat consumer: P2061 and P2062 of a ServoOne.
 
 Known are the names, COM_CAN_TIMEOUT_TYPE and COM_CAN_TIMEOUT_VALUE, and that both are UNSIGNED16. The rest is a reading: type 0
 is off, type 1 wants a SYNC within VALUE milliseconds of the one before, from the first one on; no other type is accepted.

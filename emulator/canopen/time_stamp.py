@@ -1,4 +1,4 @@
-"""The time of day that one node tells the others: TIME, consumed and produced (CiA 301, 7.2.6, 1012h)."""
+"""TIME, the time of day, consumed and produced (CiA 301, 7.2.6, 1012h)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Holds any effect against what an effect is: its plant, its prediction, its search, its file; for those of others too."""
+"""Checks an effect, built-in or external, against the contract of effects: plant, prediction, search, file."""
 
 from drivetwin.emulator.conformance.findings import Finding, findings
 

@@ -1,4 +1,4 @@
-"""A plant of one axis moved back and forth by a loop of its own, and what a judge makes of its recording."""
+"""A plant of one axis, moved back and forth by its own control loop, and the recording that a check uses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two hinges in a chain, at states drawn by chance: what effects on the rigid bodies cost both."""
+"""Two hinges in a chain at random states: the torque that effects on rigid bodies cause on both."""
 
 from __future__ import annotations
 

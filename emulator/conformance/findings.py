@@ -1,4 +1,4 @@
-"""What an effect says of itself, each statement held against a plant, a search, a file or another statement."""
+"""The claims of an effect, each checked against a plant, a search, a file or another claim."""
 
 from __future__ import annotations
 

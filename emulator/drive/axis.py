@@ -1,4 +1,4 @@
-"""What a mode of operation works with: the drive's dictionary, loops, factor group, hardware; one axis."""
+"""What a mode of operation works with, for one axis: object dictionary, loops, factor group, hardware."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Faults that a drive finds by itself: error code of 603Fh and EMCY, error register 1001h, and whether a ramp is possible.
+"""Faults that a drive detects: error code for 603Fh and EMCY, error register 1001h, and whether a ramp is possible.
 
 Codes are those of the DS402 list (CiA 402-2 / IEC 61800-7-201, table 'Error codes'; bits of 1001h: CiA 301, 7.5.2.2), which
 are those of DRIVECOM. The list has no code for a limit switch and none for safe torque off. It has 5440h 'contacts' with

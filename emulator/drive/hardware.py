@@ -1,4 +1,4 @@
-"""What stands around the drive's electronics: switches, probe inputs, supply, safety, encoder; a bench may disturb it."""
+"""The drive's surroundings: switches, probe inputs, supply, safety, encoder; a test bench may disturb them."""
 
 from __future__ import annotations
 

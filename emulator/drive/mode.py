@@ -1,4 +1,4 @@
-"""What a mode of operation is: it plans the demand of a cycle, looks at what came of it, and owns statusword bits."""
+"""The base of a mode of operation: it plans a cycle's demand, evaluates the result, and owns its statusword bits."""
 
 from __future__ import annotations
 

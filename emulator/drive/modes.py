@@ -1,4 +1,4 @@
-"""Every mode of operation there is: one a file of this folder, and those of packages."""
+"""All modes of operation: one file each in this folder, and those of installed packages."""
 
 from __future__ import annotations
 

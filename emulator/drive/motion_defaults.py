@@ -1,4 +1,4 @@
-"""Speeds and ramps of a drive that nobody has set up yet: parts of what its axis bears, so that a first try moves."""
+"""Default speeds and ramps of a drive that is not configured yet: fractions of the axis's limits, so that it can move."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which object of the dictionary is which quantity of the drive: hooks that read the loops and act on what is written."""
+"""Connects dictionary objects to quantities of the drive: hooks that read the loops and act on writes."""
 
 from __future__ import annotations
 

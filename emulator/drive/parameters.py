@@ -1,4 +1,4 @@
-"""The loops' parameters in the dictionary: what a master writes acts in the loops, by the roles of the drive type."""
+"""The loops' parameters in the dictionary: what a master writes takes effect in the loops, by the drive type's roles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a drive type holds at power-on: what the profile says, and what the axis decides that the drive is commissioned for."""
+"""The dictionary at power-on: the profile's values, and those that follow from the axis that the drive controls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Positioning profiles: trapezoidal (6086h = 0) and jerk-limited in seven segments (6086h = 3), from any state of motion.
+"""Positioning profiles, trapezoidal (6086h = 0) and jerk-limited in seven segments (6086h = 3), from any initial motion.
 
 A profile is a chain of segments of constant jerk. It is a change of speed to a peak, a cruise, and a change of speed to
 zero; the peak is solved for so that the way is right. Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines

@@ -1,4 +1,4 @@
-"""Profile position mode (1): the drive plans the way to 607Ah by itself (CiA 402-2, clause 'Profile position mode')."""
+"""Profile position mode (1): the drive plans the motion to 607Ah (CiA 402-2, clause 'Profile position mode')."""
 
 from __future__ import annotations
 

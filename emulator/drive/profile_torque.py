@@ -1,4 +1,4 @@
-"""Profile torque mode (4): the torque goes to 6071h by the slope 6087h (CiA 402-2, clause 'Profile torque mode')."""
+"""Profile torque mode (4): torque ramps to 6071h with the slope 6087h (CiA 402-2, clause 'Profile torque mode')."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Profile velocity mode (3): the drive ramps to 60FFh by itself (CiA 402-2, clause 'Profile velocity mode')."""
+"""Profile velocity mode (3): the drive ramps its speed to 60FFh (CiA 402-2, clause 'Profile velocity mode')."""
 
 from __future__ import annotations
 

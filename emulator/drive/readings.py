@@ -1,4 +1,4 @@
-"""Objects that answer with what the drive measures or demands now, in user units."""
+"""Objects that return what the drive measures or demands at this moment, in user units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The drives' loops: position P, velocity PI, current lag, as they run every 125 us, all axes of a machine side by side.
+"""The drives' loops: position P, velocity PI, current lag, every 125 us, all axes of a machine in parallel.
 
 Everything here is on the motor shaft: rad, rad/s, N·m. The cascade is that of CiA 402-2 (IEC 61800-7-201), 'position control
 function': velocity demand = position_gain * following error + velocity_feedforward * demand velocity + 60B1h, torque demand =

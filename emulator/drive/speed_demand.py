@@ -1,4 +1,4 @@
-"""The demanded speed of modes 2, 3 and 9: it begins at the axis' own, keeps the limits, and goes on where a cycle has ended."""
+"""Speed demand of modes 2, 3 and 9: starts at the axis's speed, obeys the limits, and continues from the previous cycle."""
 
 from __future__ import annotations
 

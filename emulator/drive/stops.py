@@ -1,4 +1,4 @@
-"""Coming to a standstill: by 6084h, by 6085h or at the current limit, as the option codes 605Ah..605Eh say, or coasting."""
+"""Stopping: by 6084h, by 6085h, at the current limit, as the option codes 605Ah..605Eh select, or coasting."""
 
 from __future__ import annotations
 

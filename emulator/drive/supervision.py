@@ -1,4 +1,4 @@
-"""What a drive watches: following error, current, I2t, speed, DC link, safe torque off, encoder, limit switches."""
+"""What a drive supervises: following error, current, I2t, speed, DC link, safe torque off, encoder, limit switches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Torque that is added before the current loop: the friction table of a ServoOne, its constant torque, its additive torque.
+"""Torque added ahead of the current loop: the friction table, constant torque and additive torque of a ServoOne.
 
 P386 CON_SCON_TFric[0..4] is in per cent of the motor's rated torque, P387 CON_SCON_TFricSpeed[0..4] in rpm, P388
 CON_SCON_TConst acts in one direction whatever the speed. Entries 3 and 4 act only while the axis accelerates. How the drive

@@ -1,4 +1,4 @@
-"""Windows with a time: reached is what has been within a window for long enough (6067h/6068h, 606Dh/606Eh, 606Fh/6070h)."""
+"""Windows with a time: a target counts as reached after long enough within its window (6067h/6068h, 606Dh to 6070h)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One driven axis between motor torque and encoder: a typed record a part, and compiled code that acts by it each period."""
+"""One driven axis between motor torque and encoder: one typed record per part, and compiled code that uses it each period."""
 
 from drivetwin.emulator.dynamics.axis import AxisDynamics
 from drivetwin.emulator.dynamics.friction import FrictionLaw

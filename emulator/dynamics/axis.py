@@ -1,4 +1,4 @@
-"""What one driven axis is, beyond what its MuJoCo model says: a record for each part that torque and motion pass."""
+"""One driven axis beyond its MuJoCo model: a record for each part that torque and motion pass through."""
 
 from __future__ import annotations
 

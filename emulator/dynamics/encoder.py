@@ -1,4 +1,4 @@
-"""The encoder as it is: where its disc sits on the shaft, and when its reading arrives."""
+"""The real encoder: the eccentricity of its disc on the shaft, and the delay of its reading."""
 
 from __future__ import annotations
 

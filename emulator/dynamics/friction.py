@@ -1,4 +1,4 @@
-"""Friction of a joint: its law, and how it acts in MuJoCo, whose own constraint does the sticking."""
+"""Friction of a joint: its law, and how it acts in MuJoCo, whose own constraint models stiction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A torque on a joint that depends on its position alone: weight that the model lacks."""
+"""A torque on a joint that depends on its position alone: a weight that the model lacks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A measured motion of one axis, as the effects whose torque follows from it need it."""
+"""A measured motion of one axis, with the quantities that effects derive their torque from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The motor as it is, against what its drive takes it for: torque by current, cogging, and what the power stage gives."""
+"""The real motor, compared with what its drive assumes: torque constant, cogging, and limits of the power stage."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where an axis stands in MuJoCo's arrays, for the compiled code that acts on them."""
+"""The indices of an axis in MuJoCo's arrays, for compiled code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frozen dataclasses of numbers, side by side in the record array that compiled code reads."""
+"""Frozen dataclasses of numbers as rows of the record array that compiled code reads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an axis costs its motor for a measured motion: the motor moves as measured, and what hangs on it follows."""
+"""The motor torque of a measured motion: the motor moves as measured, and what it drives follows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Torques on a joint by an equation of its state that is written in Python: effects that no compiled part knows."""
+"""Torques on a joint by an equation of state written in Python: effects without a compiled part."""
 
 from __future__ import annotations
 

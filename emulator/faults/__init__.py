@@ -1,1 +1,1 @@
-"""What goes wrong with drives, bus and machine, on request: one fault a file, found by `drivetwin.emulator.faults.library`."""
+"""Faults of drives, bus and machine, on request: one fault per file, found by `drivetwin.emulator.faults.library`."""

@@ -1,4 +1,4 @@
-"""What a fault is: a name, parameters, and what striking it does to a virtual machine, and ending it where it lasts."""
+"""The base of a fault: a name, parameters, how it strikes a virtual machine, and how it ends if it lasts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What faults of single frames have in common: of whom, in which direction, which COB-ID, and how many of them."""
+"""What faults of single frames have in common: sender, direction, COB-ID, and how many frames they hit."""
 
 from __future__ import annotations
 

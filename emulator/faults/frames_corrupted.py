@@ -1,4 +1,4 @@
-"""Frames whose data are wrong although their CRC is right: what a CAN controller cannot see, as it happens before it."""
+"""Frames with wrong data but a valid CRC, corrupted before the CAN controller, which therefore cannot detect it."""
 
 from __future__ import annotations
 

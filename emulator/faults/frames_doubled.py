@@ -1,4 +1,4 @@
-"""Frames that arrive twice: a gateway that repeats, a sender that takes a missed acknowledgement for a loss."""
+"""Frames that arrive twice: a repeating gateway, or a sender that missed an acknowledgement."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A bearing that dies: its friction rises while the machine runs."""
+"""A failing bearing: its friction rises while the machine runs."""
 
 from __future__ import annotations
 

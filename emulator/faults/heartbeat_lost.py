@@ -1,4 +1,4 @@
-"""A node that works but is no longer heard to live."""
+"""A node that works but whose heartbeat is missing."""
 
 from __future__ import annotations
 

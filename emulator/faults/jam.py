@@ -1,4 +1,4 @@
-"""An axis that is blocked: a part fallen into its guide."""
+"""A blocked axis: a part has fallen into its guide."""
 
 from __future__ import annotations
 

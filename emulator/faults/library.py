@@ -1,4 +1,4 @@
-"""Every fault there is, one a file of this folder and those of packages; and reading one of a scenario or a command line."""
+"""All faults, one file each in this folder and those of packages; and how a scenario or a command line names one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A limit switch that is actuated although the axis is not there: a broken wire of a normally closed contact."""
+"""A limit switch that is active although the axis is not there: a broken wire of a normally closed contact."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A drive that returns as somebody else: exchanged by one whose node-ID was not set."""
+"""A drive that returns with another node-ID: a replacement whose node-ID was not set."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A drive that is gone for good: its control supply has failed."""
+"""A drive that fails permanently: its control supply is gone."""
 
 from __future__ import annotations
 

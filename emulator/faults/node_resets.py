@@ -1,4 +1,4 @@
-"""A drive that starts anew by itself: a watchdog, a dip of its 24 V."""
+"""A drive that restarts by itself: a watchdog, or a dip of its 24 V supply."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fault is told: its parameters, each with what it means, its unit and the values that make sense."""
+"""The parameters of a fault, each with its meaning, its unit and its valid values."""
 
 from __future__ import annotations
 

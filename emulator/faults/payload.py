@@ -1,4 +1,4 @@
-"""A mass that is suddenly there: a workpiece taken up, or forgotten."""
+"""A mass that appears suddenly: a workpiece picked up, or forgotten."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The machine's main switch, or one drive's plug: off and on again."""
+"""The machine's main switch or one drive's plug: off and on again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A touch probe's input that is actuated: a work piece, or a wire that touches another."""
+"""An active touch-probe input: a workpiece, or a short circuit to another wire."""
 
 from __future__ import annotations
 

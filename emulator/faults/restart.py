@@ -1,4 +1,4 @@
-"""A drive without power for a time: off now, on again by the simulated clock."""
+"""A drive without power for a time: off now, on again after some simulated time."""
 
 from __future__ import annotations
 

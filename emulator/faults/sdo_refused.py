@@ -1,4 +1,4 @@
-"""A drive that refuses to be told the value of an object."""
+"""A drive that refuses to write an object."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A drive that streams but no longer takes requests."""
+"""A drive that still streams but no longer answers SDO requests."""
 
 from __future__ import annotations
 

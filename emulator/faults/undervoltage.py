@@ -1,4 +1,4 @@
-"""A supply that gives way: the DC link falls."""
+"""A weak supply: the DC-link voltage drops."""
 
 from __future__ import annotations
 

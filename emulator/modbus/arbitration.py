@@ -1,4 +1,4 @@
-"""One drive, two masters: who may command it now.
+"""One drive, two masters: decides which one may command it.
 
 Whoever brings a drive to 'operation enabled' has control of it until its power stage is off again. Meanwhile the other
 master reads everything, may write quick stop and disable voltage, and is refused the rest of 6040h, the mode and the

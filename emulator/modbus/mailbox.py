@@ -1,4 +1,4 @@
-"""From the threads of the ports to the one that owns the machine, and back: requests wait here until they are answered."""
+"""Passes requests from the threads of the ports to the thread that owns the machine, and answers back."""
 
 from __future__ import annotations
 

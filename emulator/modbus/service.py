@@ -1,4 +1,4 @@
-"""A request of Modbus to the drives of a machine: which drive it is for, what it asks, what is answered.
+"""A Modbus request to the drives of a machine: which drive it addresses, what it asks, what is answered.
 
 No sockets and no threads are here: a PDU goes in, a PDU comes out.
 """

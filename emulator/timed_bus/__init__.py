@@ -1,4 +1,4 @@
-"""The virtual machine's bus with bit timing: its frames arbitrate, take their length, queue, and are late."""
+"""The virtual machine's bus with bit timing: its frames arbitrate, take time, queue, and arrive late."""
 
 from drivetwin.emulator.timed_bus.bus import TimedBus, Watch
 from drivetwin.emulator.timed_bus.lockstep import LockstepBus

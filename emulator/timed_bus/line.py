@@ -1,4 +1,4 @@
-"""A machine at one end of a wire and its controllers at the other: who hands in what, and who gets what is whole."""
+"""A machine at one end of a wire and its controllers at the other: who sends each frame, and who receives it complete."""
 
 from __future__ import annotations
 

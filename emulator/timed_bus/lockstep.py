@@ -1,4 +1,4 @@
-"""Bit timing where only SYNC moves the plant: a cycle of the wire is a cycle of the plant, and the rest comes later."""
+"""Bit timing in lockstep: a cycle of the wire is a cycle of the plant, and frames that do not fit come later."""
 
 from __future__ import annotations
 

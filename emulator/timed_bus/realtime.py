@@ -1,4 +1,4 @@
-"""Bit timing on the wall clock: a frame is given when it would be whole by now, whoever waits for it."""
+"""Bit timing on the wall clock: a frame is delivered when its last bit would have been sent."""
 
 from __future__ import annotations
 

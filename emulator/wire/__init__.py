@@ -1,1 +1,1 @@
-"""The wire between one drive and the bus: frames, and who may disturb them."""
+"""The wire between one drive and the bus: frames, and the faults that disturb them."""

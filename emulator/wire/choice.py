@@ -1,4 +1,4 @@
-"""Which of the frames that a fault may touch it does touch."""
+"""Selects the frames that a fault hits."""
 
 from __future__ import annotations
 

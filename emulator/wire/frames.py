@@ -1,4 +1,4 @@
-"""A frame on its way between a drive and the bus, and what may happen to it there."""
+"""A frame between a drive and the bus, and what a fault may do to it."""
 
 from __future__ import annotations
 

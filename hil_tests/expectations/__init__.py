@@ -1,1 +1,1 @@
-"""What a scenario may expect, one kind a file: of the bus, of the plant, of time."""
+"""What a scenario may expect of the bus, the plant and of time; one kind per file."""

@@ -1,4 +1,4 @@
-"""What an expectation is: its parameters, of which some are limits of the bench, and what it says of a case's evidence."""
+"""The base of an expectation: its parameters, some of them limits of the bench, and its verdict on a case's evidence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The load of the frames on a physical bus stays below its capacity in any interval."""
+"""The bus load on a physical bus stays below its capacity in any interval."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When the controller ends every axis rests and no drive is enabled."""
+"""When the controller ends, every axis is at rest and no drive is enabled."""
 
 from __future__ import annotations
 

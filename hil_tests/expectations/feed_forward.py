@@ -1,4 +1,4 @@
-"""Feed-forward of torque brings what it brought in the last release: one motion without and with it, by the plant's truth."""
+"""Torque feed-forward is as effective as in the last release: one motion without and with it, by the plant's truth."""
 
 from __future__ import annotations
 

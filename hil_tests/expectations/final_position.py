@@ -1,4 +1,4 @@
-"""Every axis truly goes where the task says, in its order, and stands there."""
+"""Every axis truly moves where the task says, in the ordered sequence, and stops there."""
 
 from __future__ import annotations
 

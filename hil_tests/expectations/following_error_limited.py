@@ -1,4 +1,4 @@
-"""Every drive has a limit of its following error: it stops by itself where the axis does not follow."""
+"""Every drive has a limit on its following error: it stops by itself if the axis does not follow."""
 
 from __future__ import annotations
 

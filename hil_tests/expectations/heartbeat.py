@@ -1,4 +1,4 @@
-"""Every node produces a heartbeat, and notices when its master has gone."""
+"""Every node produces a heartbeat, and detects the loss of its master."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every axis is enabled for a time, and stands."""
+"""Every axis is enabled for a time, and does not move."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every axis is homed: the drive's zero lies where the machine's truly is."""
+"""Every axis is homed: the drive's zero is the machine's true zero."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every real drive has homed in this case: what stands in for `homed` where the plant does not tell where its zero is."""
+"""Every real drive has completed homing in this case; replaces `homed` where the true zero is unknown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The friction that the controller identified is the plant's."""
+"""The friction that the controller identified is the plant's true friction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The machine works for as long as it is told, and all axes do."""
+"""The machine works as long as ordered, on all axes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every expectation there is: one a file of this folder, and those of packages."""
+"""All expectations: one file each in this folder, and those of installed packages."""
 
 from __future__ import annotations
 

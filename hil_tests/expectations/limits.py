@@ -1,4 +1,4 @@
-"""Every axis keeps the machine's limits: travel, speed and torque, as the plant truly has them."""
+"""Every axis stays within the machine's limits of travel, speed and torque, by the plant's truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The controller says which node it was."""
+"""The controller names the node that caused the stop."""
 
 from __future__ import annotations
 

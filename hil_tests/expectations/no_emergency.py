@@ -1,4 +1,4 @@
-"""No drive tells an emergency."""
+"""No drive sends an emergency message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""No SDO abort is ignored: what a drive refused is written after all, or nothing moves."""
+"""No SDO abort is ignored: the refused object is written later, or nothing moves."""
 
 from __future__ import annotations
 

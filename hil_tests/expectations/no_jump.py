@@ -1,4 +1,4 @@
-"""No demand leaps: not when a drive is enabled, not when it changes its mode, not while it moves."""
+"""No demand jumps: not when a drive is enabled, not at a change of mode, not in motion."""
 
 from __future__ import annotations
 

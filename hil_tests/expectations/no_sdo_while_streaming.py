@@ -1,4 +1,4 @@
-"""While set-points are streamed and axes move, no SDO comes in between: it would take the cycle's time."""
+"""No SDO is sent while axes follow streamed set-points: it would cost time in the cycle."""
 
 from __future__ import annotations
 

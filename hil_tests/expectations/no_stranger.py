@@ -1,4 +1,4 @@
-"""A node that is none of the machine's is left alone: nobody knows what it moves."""
+"""A node that does not belong to the machine is left alone: what it moves is unknown."""
 
 from __future__ import annotations
 

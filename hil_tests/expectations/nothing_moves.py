@@ -1,4 +1,4 @@
-"""No axis moves, and none is enabled: the controller only looks."""
+"""No axis moves, and none is enabled: the controller only observes."""
 
 from __future__ import annotations
 

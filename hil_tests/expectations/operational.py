@@ -1,4 +1,4 @@
-"""Every node is operational when the controller has done its task, and was never told to be anything less meanwhile."""
+"""Every node is operational at the end of the task, and was never set to a lower state meanwhile."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the controller ends: done, stopped because of a fault, or refused; anything else is no sound controller."""
+"""How the controller ends: done, stopped by a fault, or refused; any other end is an error of the controller."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""No axis goes beyond its target."""
+"""No axis moves beyond its target."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The PDOs of every node are mapped as the bench orders them, and no other PDO exists."""
+"""The PDOs of every node are mapped as the bench requires, and there are no others."""
 
 from __future__ import annotations
 

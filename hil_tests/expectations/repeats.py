@@ -1,4 +1,4 @@
-"""A motion that is made again and again turns at the same places, at its end as at its beginning."""
+"""A repeated motion turns at the same positions at its end as at its beginning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A drive that follows set-points gets one in every cycle, before the SYNC at which it takes effect."""
+"""A drive that follows set-points receives one in every cycle, before the SYNC at which it takes effect."""
 
 from __future__ import annotations
 

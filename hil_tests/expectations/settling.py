@@ -1,4 +1,4 @@
-"""After each move the axis is in its band in time, and stays in it."""
+"""After each move the axis reaches its band in time, and stays in it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drives are enabled step by step, as CiA 402 has its states, and none was in a fault unless one was injected."""
+"""Drives are enabled step by step through the states of CiA 402, and none has a fault unless one was injected."""
 
 from __future__ import annotations
 

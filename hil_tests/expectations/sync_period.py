@@ -1,4 +1,4 @@
-"""SYNC comes at the cycle that was ordered; in real time, how evenly."""
+"""SYNC has the ordered period; in real time, with limited jitter."""
 
 from __future__ import annotations
 

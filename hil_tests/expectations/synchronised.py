@@ -1,4 +1,4 @@
-"""Axes that move together are together all the way: on the straight line between two poses."""
+"""Axes that move together stay together: on the straight line between two poses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When the controller has gone each drive tells that it is not enabled; one that tells nothing does not."""
+"""After the controller has ended, each drive reports that it is not enabled; a silent drive fails."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""No real drive may give more than the limits file that the controller was handed: 6072h says so, not the controller."""
+"""6072h limits each real drive's torque to the limits file given to the controller; the drive's value counts."""
 
 from __future__ import annotations
 

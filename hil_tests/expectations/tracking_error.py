@@ -1,4 +1,4 @@
-"""How far an axis truly is from where its drive wants it, while it follows positions."""
+"""The true distance of an axis from its drive's demand, while it follows positions."""
 
 from __future__ import annotations
 

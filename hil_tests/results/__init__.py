@@ -1,4 +1,4 @@
-"""What a CI and a person get of an acceptance: JUnit XML, an HTML report, results.json, the trend since an earlier one."""
+"""The results of an acceptance for CI and readers: JUnit XML, an HTML report, results.json, the trend since a release."""
 
 from drivetwin.hil_tests.results.acceptance import Acceptance
 from drivetwin.hil_tests.results.junit import write_junit

@@ -1,4 +1,4 @@
-"""The frames of a bus log around an instant, decoded: which service of which node, and what it says."""
+"""The frames of a bus log around an instant, decoded: service, node and content."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""By how much the quantities of an acceptance differ from seed to seed, as the `noise` of a bench says it."""
+"""How much an acceptance's quantities vary between seeds, in the form of a bench's `noise`."""
 
 from __future__ import annotations
 

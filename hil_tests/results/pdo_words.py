@@ -1,4 +1,4 @@
-"""What a PDO says, by the mapping that the bench orders and the data types of the drive type's objects."""
+"""The content of a PDO in words, by the bench's mapping and the data types of the drive type's objects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How near a figure is to its limit, as a number and as a bar."""
+"""How close a figure is to its limit, as a number and as a bar."""
 
 from __future__ import annotations
 

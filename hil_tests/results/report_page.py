@@ -1,4 +1,4 @@
-"""report.html: one file that a browser shows without a network; what was rejected stands open, what was accepted is folded."""
+"""report.html: one file that needs no network; rejected cases are open, accepted cases are folded."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a difference of two figures has to reach to be one: a step of what the drives measure, a digit of what is shown."""
+"""The smallest meaningful difference of two figures: the drives' measuring resolution, or the last displayed digit."""
 
 from __future__ import annotations
 

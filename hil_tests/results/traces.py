@@ -1,4 +1,4 @@
-"""What a case's folder tells of its motion: the truth of every axis, the drives' states, the faults that struck."""
+"""A case's folder as traces: the truth of every axis, the drives' states, the faults that struck."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What has changed since an earlier acceptance, and what of it is worse by more than noise and resolution of the quantity."""
+"""What changed since an earlier acceptance, and which changes exceed noise and resolution for the worse."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How results are said in words: case names, quantities with units, failures; the same in every file."""
+"""Results in words: case names, quantities with units, failures; the same in every file."""
 
 from __future__ import annotations
 

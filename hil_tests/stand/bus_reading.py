@@ -1,4 +1,4 @@
-"""What frames say of real drives: states, how nodes are configured, and whether they are operational."""
+"""What frames reveal about real drives: states, configuration, and whether they are operational."""
 
 from __future__ import annotations
 

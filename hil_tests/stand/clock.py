@@ -1,4 +1,4 @@
-"""The clock of a case in lockstep: SYNC moves time while the controller is there, afterwards it goes on by itself."""
+"""The clock of a case in lockstep: SYNC advances time while the controller runs; afterwards time advances by itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a node is configured, read of a dictionary: the drive's own, or what of it was said on the bus."""
+"""A node's configuration, read from its dictionary, or from what was written to it on the bus."""
 
 from __future__ import annotations
 

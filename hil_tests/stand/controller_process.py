@@ -1,4 +1,4 @@
-"""The controller as a process of its own, in a group of its own: started, watched, ended with all that it started."""
+"""The controller as a process in a process group of its own: started, watched, and ended with all its children."""
 
 from __future__ import annotations
 

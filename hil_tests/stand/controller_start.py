@@ -1,4 +1,4 @@
-"""One start of the controller: its task written, its process watched until it has gone, what became of it."""
+"""One start of the controller: writes its task, watches the process until it ends, keeps the outcome."""
 
 from __future__ import annotations
 

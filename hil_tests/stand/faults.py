@@ -1,4 +1,4 @@
-"""Lets the faults of a scenario strike when their time has come, and end."""
+"""Starts and ends the faults of a scenario at their times."""
 
 from __future__ import annotations
 

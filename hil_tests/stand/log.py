@@ -1,4 +1,4 @@
-"""Every frame of a case, in its order: for the judges, and as a candump log for people."""
+"""Every frame of a case in order: for the judges, and as a candump log for readers."""
 
 from __future__ import annotations
 

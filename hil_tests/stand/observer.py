@@ -1,4 +1,4 @@
-"""Looks at the plant and the drives from inside: their truth after every cycle, and each change of state."""
+"""Observes plant and drives from inside: the truth after every cycle, and each change of state."""
 
 from __future__ import annotations
 

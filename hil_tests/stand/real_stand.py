@@ -1,4 +1,4 @@
-"""One case on real drives: the stand listens on their bus, sends nothing, and lets the controller do its task."""
+"""A case on real drives: the stand listens on their bus, sends nothing, and lets the controller do its task."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Notes where the stand itself stood still in real time: its host did not run it, and its drives were late with everything."""
+"""Records in real time when the stand itself stalled: the host did not run it, so its drives were late."""
 
 from __future__ import annotations
 

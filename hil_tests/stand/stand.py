@@ -1,4 +1,4 @@
-"""One case: a virtual machine is switched on, the controller started on its bus, and everything noted until after its end."""
+"""One case: switches a virtual machine on, starts the controller on its bus, and records everything until after its end."""
 
 from __future__ import annotations
 

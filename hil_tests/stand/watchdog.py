@@ -1,4 +1,4 @@
-"""Sees that a controller does not hang, flood the bus or go on for ever: by the wall clock only where it says nothing."""
+"""Ends a controller that hangs, floods the bus or never finishes; by the wall clock only while it is silent."""
 
 from __future__ import annotations
 

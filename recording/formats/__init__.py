@@ -1,1 +1,1 @@
-"""What foreign files are imported from: one format a file."""
+"""The formats of foreign files, one per file."""

@@ -1,4 +1,4 @@
-"""What a format of foreign files is: a name, the endings of its files, and the signals that one of them holds."""
+"""The base of a foreign format: a name, file endings, and the signals that a file contains."""
 
 from __future__ import annotations
 

@@ -1,12 +1,10 @@
-"""Bus logs as signals: what the PDOs carried, on the grid of the SYNC.
+"""Bus logs as signals: the contents of PDOs, on the grid of SYNC.
 
-The mapping is what the EDS or DCF says and what the log's own SDO transfers set (CiA 301, 7.2.4 and 7.5.2.35 ff.);
-so are the factor group (608Fh, 6091h, 6092h) and the rated torque (6076h, CiA 402-2).
+The mapping is what the EDS or DCF says and what the log's own SDO transfers set (`bus_node.py`).
 """
 
 from __future__ import annotations
 
-import itertools
 import logging
 import struct
 from collections.abc import Callable, Iterator
@@ -16,8 +14,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from drivetwin.drive_profiles.eds_reader import parse_number, read_eds
 from drivetwin.foundation.errors import UserError
+from drivetwin.recording.bus_node import Node, Pdo, follow_sdo, node_from_eds, object_name, unconfirmed, with_constants
 from drivetwin.recording.checks import GAP_FACTOR, TOLERANCE
 from drivetwin.recording.formats.base import ImportFormat, Signals
 from drivetwin.recording.import_map import AxisMap, BusLayout, ColumnMap, ImportMap, ObjectKey
@@ -37,9 +35,6 @@ _CODES = {
     "float32": "f",
     "float64": "d",
 }
-# CiA 301 table 44: data type index to the type's name here.
-_EDS_TYPES = {2: "int8", 3: "int16", 4: "int32", 5: "uint8", 6: "uint16", 7: "uint32", 8: "float32", 0x11: "float64"}
-_INTEGERS = frozenset({1, 2, 3, 4, 5, 6, 7, 0x10, *range(0x12, 0x1C)})
 # CiA 402-2 objects that a recording is made of, for logs that come without an EDS.
 _STANDARD_TYPES = {
     0x6062: "int32",
@@ -57,63 +52,6 @@ _STANDARD_TYPES = {
 }
 
 _SYNC_PERIOD = (0x1006, 0)
-_RATED_TORQUE = (0x6076, 0)
-_ENCODER = ((0x608F, 1), (0x608F, 2))
-_GEAR = ((0x6091, 1), (0x6091, 2))
-_FEED = ((0x6092, 1), (0x6092, 2))
-_NOT_VALID = 1 << 31
-
-
-@dataclass
-class _Pdo:
-    """One PDO as it stands: COB-ID, transmission type, and where it takes its values from."""
-
-    communication: int
-    mapping: int
-    transmit: bool
-
-
-@dataclass
-class Node:
-    """What is known of one node's objects, from its EDS or DCF and from the log so far.
-
-    `defaults`: those whose value only an EDS tells, as the drive was shipped.
-    """
-
-    number: int
-    types: dict[ObjectKey, str] = field(default_factory=dict)
-    values: dict[ObjectKey, int] = field(default_factory=dict)
-    defaults: set[ObjectKey] = field(default_factory=set)
-    pending: tuple[ObjectKey, int] | None = None
-
-    def value(self, key: ObjectKey, default: int) -> int:
-        """The object's value as last written or read on the bus, else from the EDS, else `default`."""
-        return self.values.get(key, default)
-
-    def pdos(self) -> Iterator[_Pdo]:
-        """The PDOs for which anything is known, RPDOs first."""
-        for base, transmit in ((0x1400, False), (0x1800, True)):
-            known = {
-                key[0] & 0x1FF for key in self.values if key[0] & ~0x1FF == base or key[0] & ~0x1FF == base + 0x200
-            }
-            for number in sorted(known):
-                yield _Pdo(base + number, base + 0x200 + number, transmit)
-
-    def cob_id(self, pdo: _Pdo) -> int | None:
-        """The COB-ID, by the predefined connection set where it was never said; None where the PDO is switched off."""
-        number = pdo.communication & 0x1FF
-        predefined = (0x180 if pdo.transmit else 0x200) + 0x100 * number + self.number if number < 4 else _NOT_VALID
-        cob_id = self.value((pdo.communication, 1), predefined)
-        return None if cob_id & _NOT_VALID else cob_id & 0x7FF
-
-    def fields(self, pdo: _Pdo) -> list[tuple[ObjectKey, int, int]]:
-        """(object, first bit, bits) of everything the PDO carries."""
-        entries = [self.value((pdo.mapping, sub), 0) for sub in range(1, self.value((pdo.mapping, 0), 0) + 1)]
-        starts = itertools.accumulate((entry & 0xFF for entry in entries), initial=0)
-        return [
-            ((entry >> 16, entry >> 8 & 0xFF), start, entry & 0xFF)
-            for entry, start in zip(entries, starts, strict=False)
-        ]
 
 
 @dataclass
@@ -210,11 +148,11 @@ def read_bus_log(file: Path, import_map: ImportMap) -> BusSignals:
         elif not column.optional:
             raise UserError(_absent(file, signal))
     kept = _complete(file, raw, import_map)
-    axes = {axis: _with_log(entry, nodes[axis]) for axis, entry in import_map.axes.items()}
+    axes = {axis: with_constants(entry, nodes[axis]) for axis, entry in import_map.axes.items()}
     used = tuple(dict.fromkeys(path for path in eds_files.values() if path is not None))
     trimmed = {axis: {name: values[kept] for name, values in named.items()} for axis, named in raw.items()}
-    unconfirmed = {axis: _unconfirmed(entry, nodes[axis]) for axis, entry in import_map.axes.items()}
-    return BusSignals(cycles[kept] * period, trimmed, axes, unconfirmed, used)
+    unconfirmed_of = {axis: unconfirmed(entry, nodes[axis]) for axis, entry in import_map.axes.items()}
+    return BusSignals(cycles[kept] * period, trimmed, axes, unconfirmed_of, used)
 
 
 def _object(file: Path, axis: str, name: str, column: ColumnMap) -> ObjectKey:
@@ -230,7 +168,7 @@ def _type(file: Path, axis: str, name: str, column: ColumnMap, node: Node) -> st
     found = column.type_ or node.types.get(key) or _STANDARD_TYPES.get(key[0])
     if found is None:
         raise UserError(
-            f"{file}: axes.{axis}.columns.{name}: the type of object {_spell(key)} is not known; give its EDS (`eds:`) "
+            f"{file}: axes.{axis}.columns.{name}: the type of object {object_name(key)} is not known; give its EDS (`eds:`) "
             "or `type: int32` (int8 to uint32, float32, float64) in the map"
         )
     return found
@@ -250,28 +188,9 @@ def _nodes(import_map: ImportMap, eds_files: dict[str, Path | None]) -> dict[str
                 f"{import_map.path}: axes.{axis}.node is missing; a bus log needs the axis' node ID (1 to 127)"
             )
         if entry.node not in by_number:
-            by_number[entry.node] = _from_eds(eds_files[axis], entry.node)
+            by_number[entry.node] = node_from_eds(eds_files[axis], entry.node)
         nodes[axis] = by_number[entry.node]
     return nodes
-
-
-def _from_eds(file: Path | None, node_id: int) -> Node:
-    """Types and defaults (a DCF's values before them) of an EDS or DCF."""
-    node = Node(node_id)
-    if file is None:
-        return node
-    for entry in read_eds(file).objects:
-        key = (entry.index, entry.subindex)
-        type_ = _EDS_TYPES.get(entry.data_type or 0)
-        if type_ is not None:
-            node.types[key] = type_
-        set_to = parse_number(entry.value)
-        told = set_to or parse_number(entry.default)
-        if told is not None and entry.data_type in _INTEGERS:
-            node.values[key] = told.of_node(node.number)
-            if set_to is None:
-                node.defaults.add(key)
-    return node
 
 
 @dataclass(frozen=True)
@@ -332,7 +251,7 @@ class _Follower:
         if identifier == self._sync_id:
             self.syncs.append(frame.time)
         elif identifier & ~0x7F in (0x580, 0x600) and identifier & 0x7F in self._nodes:
-            if _follow_sdo(self._nodes[identifier & 0x7F], data, from_server=identifier < 0x600):
+            if follow_sdo(self._nodes[identifier & 0x7F], data, from_server=identifier < 0x600):
                 self._map()
         else:
             for decode in self._decoders.get(identifier, ()):
@@ -349,7 +268,7 @@ class _Follower:
                         self._decoders.setdefault(cob_id, []).append(_decoder(signal, pdo, start, bits))
 
 
-def _decoder(signal: _Signal, pdo: _Pdo, start: int, bits: int) -> Callable[[bytes, int], None]:
+def _decoder(signal: _Signal, pdo: Pdo, start: int, bits: int) -> Callable[[bytes, int], None]:
     """Take the value out of a frame and note the cycle from which it holds."""
     code = "<" + _CODES[signal.type_]
     size = struct.calcsize(code)
@@ -374,30 +293,6 @@ def _decoder(signal: _Signal, pdo: _Pdo, start: int, bits: int) -> Callable[[byt
 _FOREVER = 1 << 62
 
 
-def _follow_sdo(node: Node, data: bytes, *, from_server: bool) -> bool:
-    """Note an expedited transfer (CiA 301, 7.2.4.3); True where a PDO's parameters changed."""
-    if len(data) < 8:
-        return False
-    command, key = data[0], (data[1] | data[2] << 8, data[3])
-    expedited = command & 0x02
-    size = 4 - (command >> 2 & 3) if command & 0x01 else 4
-    value = int.from_bytes(data[4 : 4 + size], "little")
-    if not from_server:
-        # A download holds once the drive has confirmed it; one it aborts never does.
-        node.pending = (key, value) if command & 0xE0 == 0x20 and expedited else None
-        return False
-    if command & 0xE0 == 0x60 and node.pending is not None and node.pending[0] == key:
-        value = node.pending[1]
-    elif not (command & 0xE0 == 0x40 and expedited):
-        node.pending = None
-        return False
-    node.pending = None
-    changed = node.values.get(key) != value
-    node.values[key] = value
-    node.defaults.discard(key)
-    return changed and 0x1400 <= key[0] <= 0x1BFF
-
-
 def _grid(file: Path, layout: BusLayout, syncs: list[float], nodes: list[Node]) -> tuple[np.ndarray[Any, Any], float]:
     """Number of each SYNC on the grid, counting those that were lost, and the grid's step [s].
 
@@ -413,7 +308,7 @@ def _grid(file: Path, layout: BusLayout, syncs: list[float], nodes: list[Node]) 
         if not abs(span) < _MOST_CYCLES * period:
             raise UserError(
                 f"{file}: the time stamps of the SYNCs go from {stamps[0]:g} to {stamps[-1]:g} s with a period of "
-                f"{period:g} s; cut the log where they leap, or give bus.sync_period in the map"
+                f"{period:g} s; cut the log where they jump, or give bus.sync_period in the map"
             )
         steps = np.diff(stamps) / period
         # Time stamps of a host jitter, the producer does not: a step is as many cycles as fit best, at least one.
@@ -468,50 +363,11 @@ def _complete(file: Path, raw: dict[str, dict[str, Samples]], import_map: Import
 
 
 def _absent(file: Path, signal: _Signal) -> str:
-    mapped = sorted({_spell(key) for pdo in signal.node.pdos() for key, _, _ in signal.node.fields(pdo)})
+    mapped = sorted({object_name(key) for pdo in signal.node.pdos() for key, _, _ in signal.node.fields(pdo)})
     return (
-        f"{file}: no object {_spell(signal.key)} of node {signal.node.number} for {signal.axis}.{signal.column}; "
-        f"the PDOs of that node carry: {', '.join(mapped) or 'nothing that the log or an EDS tells'}; give the "
+        f"{file}: no object {object_name(signal.key)} of node {signal.node.number} for {signal.axis}.{signal.column}; "
+        f"the PDOs of that node carry: {', '.join(mapped) or 'nothing that the log or an EDS states'}; give the "
         "EDS or DCF that says the mapping (`eds:`), correct `object`, or log the start of the bus"
     )
 
 
-def _spell(key: ObjectKey) -> str:
-    return f"{key[0]:04X}h" + (f":{key[1]}" if key[1] else "")
-
-
-def _with_log(axis: AxisMap, node: Node) -> AxisMap:
-    """The axis with the constants that the map leaves out, as the drive's objects have them (CiA 402-2).
-
-    What a drive was shipped with is no constant of this machine: an EDS default counts only where the log confirms it.
-    """
-    found: dict[str, float] = {}
-    turns = _ratio(node, _GEAR)
-    increments = _ratio(node, _ENCODER)
-    feed = _ratio(node, _FEED)
-    if turns is not None and axis.joint_type == "hinge":
-        found["gear_ratio"] = turns
-    if increments is not None:
-        found["encoder_increments"] = increments
-    if feed is not None and not node.defaults & set(_GEAR):
-        found["user_units_per_motor_turn"] = feed / (turns or 1.0)
-    if axis.rated_torque is None and node.values.get(_RATED_TORQUE) and _RATED_TORQUE not in node.defaults:
-        found["motor_rated_torque"] = node.values[_RATED_TORQUE] * 1e-3
-    return axis.model_copy(update={name: value for name, value in found.items() if getattr(axis, name) is None})
-
-
-def _ratio(node: Node, keys: tuple[ObjectKey, ObjectKey]) -> float | None:
-    """Numerator over denominator of a factor, None where the numerator was never told, or a part is an EDS default."""
-    numerator = node.values.get(keys[0])
-    return numerator / (node.values.get(keys[1]) or 1) if numerator and not node.defaults & set(keys) else None
-
-
-def _unconfirmed(axis: AxisMap, node: Node) -> tuple[str, ...]:
-    factors = {
-        "encoder_increments": _ENCODER,
-        "gear_ratio": _GEAR,
-        "user_units_per_motor_turn": (*_GEAR, *_FEED),
-        "motor_rated_torque": (_RATED_TORQUE,) if axis.rated_torque is None else (),
-    }
-    keys = {key for name, keys in factors.items() if getattr(axis, name) is None for key in keys}
-    return tuple(sorted({f"{index:04X}h" for index, _ in keys & node.defaults}))

@@ -1,4 +1,4 @@
-"""Text tables of any layout: delimiter, decimal sign, header, units row and encoding are found or told."""
+"""Text tables of any layout: delimiter, decimal sign, header, units row and encoding are detected or given."""
 
 from __future__ import annotations
 

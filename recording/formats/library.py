@@ -1,4 +1,4 @@
-"""Every format there is, one a file of this folder and those of packages; and which of them a file has."""
+"""All foreign formats, one file each in this folder and those of packages; and which of them fits a file."""
 
 from __future__ import annotations
 

@@ -23,18 +23,18 @@ CYCLE = 0.001
 SCALE = Scale(torque=0.2, axis_torque=1.0, friction=0.4, room=3.0, acceleration=4.0)
 
 
-def along(effect: Foreign, position: np.ndarray) -> list[Influence]:  # type: ignore[type-arg]
+def along(effect: Foreign, position: np.ndarray) -> list[Influence]:
     """What an effect does along positions (n,), a cycle each."""
     velocity = np.gradient(position, CYCLE)
     return [effect.act(Axis(q, v, k * CYCLE, CYCLE)) for k, (q, v) in enumerate(zip(position, velocity, strict=True))]
 
 
-def pulls(effect: Foreign, position: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+def pulls(effect: Foreign, position: np.ndarray) -> np.ndarray:
     """Its torques (n,)."""
     return np.array([influence.pull for influence in along(effect, position)])
 
 
-def time(seconds: float) -> np.ndarray:  # type: ignore[type-arg]
+def time(seconds: float) -> np.ndarray:
     """Of the cycles."""
     return np.arange(round(seconds / CYCLE)) * CYCLE
 
@@ -112,7 +112,7 @@ def test_wind_is_a_correlated_torque() -> None:
     assert _correlation(torque, 200) == pytest.approx(1.0 / np.e, abs=0.12)
 
 
-def _correlation(values: np.ndarray, lag: int) -> float:  # type: ignore[type-arg]
+def _correlation(values: np.ndarray, lag: int) -> float:
     return float(np.corrcoef(values[:-lag], values[lag:])[0, 1])
 
 

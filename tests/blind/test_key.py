@@ -6,6 +6,7 @@ import hashlib
 import json
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,7 +20,7 @@ CASES = (
 )
 
 
-def changed(**values: object) -> tuple[Case, ...]:
+def changed(**values: Any) -> tuple[Case, ...]:
     return (CASES[0], replace(CASES[1], **values))
 
 

@@ -76,7 +76,7 @@ class Bench:
             return gain * error + integral
 
         self.push(law, seconds)
-        return tuple(np.mean(seen[-len(seen) // 5 :], axis=0))  # type: ignore[return-value]
+        return tuple(np.mean(seen[-len(seen) // 5 :], axis=0))
 
 
 @pytest.mark.parametrize("family", FAMILIES)

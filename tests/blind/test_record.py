@@ -144,7 +144,7 @@ def test_a_clean_machine_is_its_model_within_noise(tmp_path: Path, family: str) 
                 assert abs(np.mean(gap[sliding])) < 0.002 * axis.rated_torque
 
 
-def _away_from_reversals(speed: np.ndarray, least: float) -> np.ndarray:  # type: ignore[type-arg]
+def _away_from_reversals(speed: np.ndarray, least: float) -> np.ndarray:
     """Samples that are 0.04 s from any at less than `least`: farther than the filter reaches."""
     slow = np.convolve(np.abs(speed) < least, np.ones(81), mode="same") > 0.0
     slow[:100] = slow[-100:] = True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -31,7 +32,8 @@ def case(*causes: Cause, kind: str | None = None, number: int = 0) -> Case:
 def cause(effect: str, axis: str | None = "slide", p: float = 1.0, step: int = 1, **more: object) -> dict[str, object]:
     shrink = {"validation": 0.9, "ci90": (0.8, 0.95), "of_explainable": 0.92}
     named = effect not in ("unknown", "none")
-    filled = {"parameters": {}, "gap_closed": shrink if named else None, "indistinguishable_from": [], "tell_apart_by": ""}
+    filled: dict[str, Any] = {"parameters": {}, "gap_closed": shrink if named else None}
+    filled |= {"indistinguishable_from": [], "tell_apart_by": ""}
     return {"step": step, "effect": effect, "axis": axis, "probability": p, **filled, **more}
 
 
@@ -53,7 +55,7 @@ def report(*causes: dict[str, object], selected: tuple[tuple[str, str], ...] = (
     )
 
 
-def judged(truth: Case, told: Told | None, nominal: str = "exact", **gaps: Gap) -> Judged:
+def judged(truth: Case, told: Told | None, nominal: str = "exact", /, **gaps: Gap) -> Judged:
     return Judged(truth, Answer(told, gaps, {}, None if told else "died"), nominal)
 
 
@@ -69,7 +71,7 @@ def test_single_effect_is_right_where_it_is_named_first_on_its_axis() -> None:
 
 
 def test_indistinguishable_effect_counts_on_the_same_axis() -> None:
-    alike = {"indistinguishable_from": ["stribeck"]}
+    alike: dict[str, Any] = {"indistinguishable_from": ["stribeck"]}
     assert judged(case(STRIBECK), report(cause("coulomb", **alike))).right
     assert not judged(case(STRIBECK), report(cause("coulomb", "turn", **alike))).right
 

@@ -85,7 +85,7 @@ def test_a_captured_move_is_a_recording(tmp_path: Path) -> None:
 def test_the_resolution_is_that_of_the_values() -> None:
     axes = describe(VirtualBench().up().drives)
     quantum = 0.37
-    steps = np.random.default_rng(0).integers(-50, 50, 400)
+    steps = np.random.default_rng(0).integers(-50, 50, 400).astype(np.float64)
     samples = Samples(position=np.zeros((400, 1)), torque=quantum * steps[:, None])
     found = record("x", "stage", 0.001, axes, np.zeros((400, 1)), samples).info.axes["slide"].torque_resolution
     assert found == pytest.approx(quantum)

@@ -223,7 +223,7 @@ def test_a_bus_that_is_lost_is_told_as_such() -> None:
         def lost(*_: object) -> None:
             raise UserError("the bus has gone")
 
-        bench.link.send = lost  # type: ignore[method-assign]
+        bench.link.send = lost  # type: ignore[method-assign, assignment]
 
     with pytest.raises(UserError, match=r"the bus has gone; NOT KNOWN TO BE STOPPED: .*lift.*rotate.*stretch"):
         strike(bench, lose)

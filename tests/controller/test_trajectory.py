@@ -90,7 +90,7 @@ def test_the_exciting_move_stays_inside_and_excites(seed: int) -> None:
     assert np.abs(v).max() <= 2.0
     assert np.abs(a).max() <= 15.0
     assert path[-1] == pytest.approx(0.2, abs=1e-12)
-    # regressors of inertia, viscous and Coulomb friction and an offset are told apart
+    # regressors of inertia, viscous and Coulomb friction and an offset are distinguishable
     moving = np.abs(v[1:]) > 0.02
     regressors = np.column_stack([a, v[1:], np.sign(v[1:]), np.ones(len(a))])[moving]
     scaled = regressors / np.linalg.norm(regressors, axis=0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields
+from functools import cache
 
 import numpy as np
 from scipy import signal
@@ -33,15 +34,22 @@ PERIOD, CUTOFF, STANDSTILL = 1e-3, 48.0, 0.002
 
 def time_of(seconds: float) -> Array:
     """Sample times [s] at 1 kHz."""
-    return np.arange(round(seconds / PERIOD)) * PERIOD
+    return np.arange(round(seconds / PERIOD), dtype=np.float64) * PERIOD
 
 
 def coloured_noise(rng: np.random.Generator, count: int, rms: float) -> Array:
     """White noise through the filter that torque and prediction go through, of this expected rms."""
+    sections, gain = _colour()
+    noise = signal.sosfiltfilt(sections, rng.standard_normal(count + 2000))[1000:-1000]
+    return np.asarray(rms * noise / gain, dtype=np.float64)
+
+
+@cache
+def _colour() -> tuple[Array, float]:
+    """The filter's sections, and the rms that it leaves of white noise of 1, there and back."""
     sections = signal.butter(4, CUTOFF, fs=1.0 / PERIOD, output="sos")
     _, response = signal.sosfreqz(sections, 8192)
-    noise = signal.sosfiltfilt(sections, rng.standard_normal(count + 2000))[1000:-1000]
-    return np.asarray(rms * noise / np.sqrt(np.mean(np.abs(response) ** 4)), dtype=np.float64)
+    return sections, float(np.sqrt(np.mean(np.abs(response) ** 4)))
 
 
 def swinging(time: Array, amplitude: float = 1.0, frequency: float = 0.25) -> tuple[Array, Array, Array]:

@@ -43,7 +43,7 @@ class Machine:
     def recording(self, seed: int, seconds: float, name: str, begin: float = 0.0) -> Recording:
         """Swings whose frequencies and phases follow from the seed."""
         rng = np.random.default_rng(seed)
-        time = np.arange(round(seconds / PERIOD)) * PERIOD
+        time = np.arange(round(seconds / PERIOD), dtype=np.float64) * PERIOD
         speeds, phases = rng.uniform([0.9, 2.2, 4.0], [1.3, 2.9, 6.0]), rng.uniform(0.0, 6.0, 3)
         swings = list(zip((0.8, 0.35, 0.1), speeds, phases, strict=True))
         position = _sum(a * np.sin(w * time + p) for a, w, p in swings)

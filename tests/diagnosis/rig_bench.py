@@ -57,7 +57,7 @@ Torques = Mapping[str, Callable[[Swing], Array]]
 def swing(seed: int, seconds: float, travel: float, most: float) -> Swing:
     """Strokes there and back, each a polynomial of fifth degree; one of six has a tenth of the acceleration of the others."""
     rng = np.random.default_rng(seed)
-    time = np.arange(round(seconds / PERIOD)) * PERIOD
+    time = np.arange(round(seconds / PERIOD), dtype=np.float64) * PERIOD
     position, velocity, acceleration = np.zeros((3, len(time)))
     stroke, begin, here = 0, 0.0, 0.0
     while begin < seconds:
@@ -99,7 +99,7 @@ def recording(
         quantum = RESOLUTION[axis]
         told = np.round(torque / quantum + noise * rng.standard_normal(len(torque))) * quantum
         columns[axis] = {"position": np.round(seen[axis] / 1e-7) * 1e-7, "torque": told}
-    time = np.arange(len(seen["turn"])) * PERIOD
+    time = np.arange(len(seen["turn"]), dtype=np.float64) * PERIOD
     known = {"position_resolution": 1e-7, "gear_ratio": GEAR}
     axes = {axis: {"joint": axis, "actuator": axis, "torque_resolution": RESOLUTION[axis], **known} for axis in torques}
     info = RecordingInfo.model_validate({"schema": "recording/1", "machine": "column", "sample_period": PERIOD, "axes": axes})

@@ -145,7 +145,7 @@ def test_friction_of_what_follows_is_the_axiss(tmp_path: Path) -> None:
     """elbow = -2 shoulder: by its power the elbow's friction is 2 times its level, and 4 times its damping, on the shoulder."""
     tail = '<equality><joint joint1="elbow" joint2="shoulder" polycoef="0 -2 0 0 0"/></equality>'
     law = twin_of(written(tmp_path, Form(tail=tail)), ["shoulder"]).dynamics()["shoulder"].friction
-    assert (law.coulomb, law.viscous) == (pytest.approx(0.7 + 2 * 0.2), pytest.approx(0.4 + 4 * 0.1))
+    assert (law.coulomb, law.viscous) == pytest.approx((0.7 + 2 * 0.2, 0.4 + 4 * 0.1))
 
 
 def test_a_tendon_s_friction_is_that_of_the_one_axis_that_pulls_it(tmp_path: Path) -> None:
@@ -204,7 +204,7 @@ def test_a_base_that_moves_as_nobody_recorded(base: str, expected: str, tmp_path
 
 def test_fit_refuses_it_as_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     path = written(tmp_path / "model", Form(tail='<equality><connect name="bar" body1="upper" anchor="0.3 0 0"/></equality>'))
-    time = np.arange(2000) * 1e-3
+    time = np.arange(2000, dtype=np.float64) * 1e-3
     columns = {"shoulder": {"position": np.sin(9.0 * time), "torque": np.zeros(2000)}}
     axes = {"shoulder": {"joint": "shoulder"}}
     info = RecordingInfo.model_validate({"schema": "recording/1", "machine": "arm", "sample_period": 1e-3, "axes": axes})

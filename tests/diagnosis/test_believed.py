@@ -63,9 +63,9 @@ def test_no_search_makes_friction_that_pushes(state: State, effect: CoulombAsymm
     """Beyond its bound an effect would be no proposal at all, and no alternative to what fits as well."""
     rows = state.bench.rows
     _, most = effect.bounds(state.rows.motion["turn"], rows.simulation.dynamics(())["turn"])["asymmetry"]
-    rows.simulation.dynamics([placed(rows, "turn", replace(effect, asymmetry=most))])
+    rows.simulation.dynamics((placed(rows, "turn", replace(effect, asymmetry=most)),))
     with pytest.raises(UserError, match="it would push"):
-        rows.simulation.dynamics([placed(rows, "turn", replace(effect, asymmetry=1.001 * most))])
+        rows.simulation.dynamics((placed(rows, "turn", replace(effect, asymmetry=1.001 * most)),))
 
 
 @pytest.mark.parametrize("effect", [CoulombAsymmetry(0.1), ViscousAsymmetry(0.1)])

@@ -31,7 +31,7 @@ MODEL = f"""<mujoco model="carts"><option gravity="0 0 -10"/><worldbody>
 <body><joint name="upper" type="slide" axis="1 0 0" armature="{MOTOR}" damping="{VISCOUS}"/>
 <inertial pos="0 0 0" mass="{UPPER}" diaginertia="1 1 1"/></body></body></worldbody>
 <actuator><motor name="lower" joint="lower"/><motor name="upper" joint="upper" gear="{GEAR}"/></actuator></mujoco>"""
-TIME = np.arange(12000) * PERIOD
+TIME = np.arange(12000, dtype=np.float64) * PERIOD
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from gap_bench import CUTOFF, axis_of, coloured_noise, recording_of, slowly, time_of
@@ -17,10 +20,17 @@ TRIES = 600
 def rejections(rms: float, noise_rms: float, seconds: float, seed: int) -> float:
     """Share of trials in which noise of `rms` is called a gap at the 1 % level, told that noise has `noise_rms`."""
     rng = np.random.default_rng(seed)
-    time = time_of(seconds)
-    gaps = (coloured_noise(rng, len(time), rms) for _ in range(TRIES))
-    recordings = ([recording_of(time, {"rotate": axis_of(time, gap)})] for gap in gaps)
+    recordings = noisy(rng, rms, seconds)
     return float(np.mean([significance(each, "rotate", noise_rms, CUTOFF) < 0.01 for each in recordings]))
+
+
+def noisy(rng: np.random.Generator, rms: float, seconds: float) -> Iterator[list[Prediction]]:
+    """As many recordings of one motion as there are tries, each with noise of its own."""
+    time = time_of(seconds)
+    still = axis_of(time, np.zeros_like(time))
+    for _ in range(TRIES):
+        measured = still.before + coloured_noise(rng, len(time), rms)
+        yield [recording_of(time, {"rotate": replace(still, measured=measured, after=measured)})]
 
 
 def test_noise_as_large_as_the_test_allows_for_is_seldom_called_a_gap() -> None:
@@ -89,7 +99,7 @@ def test_what_the_unseen_motion_shows_as_no_gap_is_none_on_the_fitted_motion() -
 def test_two_looks_call_noise_a_gap_no_more_often_than_one() -> None:
     rng = np.random.default_rng(9)
     edge = (1.0 + NOISE_KNOWN_TO) * 0.05
-    tries = ((of_noise(rng, edge, 3.0), of_noise(rng, edge, 3.0)) for _ in range(TRIES))
+    tries = zip(noisy(rng, edge, 3.0), noisy(rng, edge, 3.0), strict=True)
     assert np.mean([gap_of(unseen, fitted, "rotate", 0.05, CUTOFF).significant for unseen, fitted in tries]) <= 0.02
 
 

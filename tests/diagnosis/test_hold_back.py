@@ -14,7 +14,7 @@ TREMBLE = 1e-5
 
 def recorded(name: str, lift: float, turn: float, frequency: float) -> Recording:
     """Ten seconds of both axes, swinging so far."""
-    time = np.arange(2500) * PERIOD
+    time = np.arange(2500, dtype=np.float64) * PERIOD
     swing = np.sin(2.0 * np.pi * frequency * time)
     columns = {axis: {"position": way * swing, "torque": swing} for axis, way in (("lift", lift), ("turn", turn))}
     axes = {axis: AxisInfo(joint=axis) for axis in columns}

@@ -46,7 +46,7 @@ def recorded(name: str, positions: dict[str, Array], **changes: str) -> Recordin
     axes = {axis: AxisInfo(joint=changes.get(axis, axis), position_resolution=1e-6) for axis in positions}
     info = RecordingInfo(machine="two", sample_period=PERIOD, axes=axes)
     columns = {axis: {"torque": np.sin(np.arange(count)), "position": values} for axis, values in positions.items()}
-    return Recording(name, info, np.arange(count) * PERIOD, columns)
+    return Recording(name, info, np.arange(count, dtype=np.float64) * PERIOD, columns)
 
 
 class Bench:

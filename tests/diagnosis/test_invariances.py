@@ -8,16 +8,14 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from plain_bench import COGGING, COULOMB, ORDER, PERIOD, STICKS, Machine
+from repeats import repeated
 from scipy.interpolate import CubicSpline
 
 from drivetwin.diagnosis.report.result import Array, Diagnosis
 from drivetwin.recording.recording import Recording
 
 SECONDS = 15.0
-few = settings(max_examples=2, deadline=None, derandomize=True)
 
 
 def fitted_of(machine: Machine, begin: float = 0.0) -> list[Recording]:
@@ -72,8 +70,7 @@ def test_the_machine_as_it_is_told_first() -> None:
     assert values["static_torque"] == pytest.approx(COULOMB + STICKS, rel=0.1)
 
 
-@few
-@given(scale=st.sampled_from([1e-3, 0.37, 20.0, 5e3]))
+@pytest.mark.parametrize("scale", repeated(5e3, 1e-3, 0.37, 20.0))
 def test_torque_in_another_unit(scale: float) -> None:
     machine = Machine(torque_scale=scale)
     found = machine.diagnosed(fitted_of(machine), held_of(machine))
@@ -81,14 +78,12 @@ def test_torque_in_another_unit(scale: float) -> None:
     assert found.axes["turn"].gap_rms == pytest.approx(scale * answer().axes["turn"].gap_rms, rel=1e-3)
 
 
-@few
-@given(begin=st.floats(-1e4, 1e6))
+@pytest.mark.parametrize("begin", repeated(123456.789, -1e4, 1e6))
 def test_another_clock(begin: float) -> None:
     alike(Machine().diagnosed(fitted_of(Machine(), begin), held_of(Machine(), begin)))
 
 
-@few
-@given(name=st.sampled_from(["a", "Joint 7", "unknown", "lift.x", "achse_ü"]))
+@pytest.mark.parametrize("name", repeated("achse_ü", "a", "Joint 7", "unknown", "lift.x"))
 def test_another_name_of_the_axis(name: str) -> None:
     machine = Machine(axis=name)
     alike(machine.diagnosed(fitted_of(machine), held_of(machine)))
@@ -113,8 +108,7 @@ def each_second(recordings: Sequence[Recording]) -> list[Recording]:
     return [at(one, np.asarray(one.time)[::2], 2.0 * PERIOD) for one in recordings]
 
 
-@few
-@given(period=st.floats(0.0031, 0.0052))
+@pytest.mark.parametrize("period", repeated(0.0041, 0.0031, 0.0052))
 def test_recordings_resampled(period: float) -> None:
     """By a cubic spline, as an export to another rate does: it rounds the jumps of friction off, so that more is left."""
 
@@ -136,8 +130,7 @@ def at(one: Recording, time: Array, period: float) -> Recording:
     return replace(one, info=one.info.model_copy(update={"sample_period": period}), time=time, columns=columns)
 
 
-@few
-@given(share=st.floats(0.3, 0.7))
+@pytest.mark.parametrize("share", repeated(0.43, 0.3, 0.7))
 def test_a_recording_cut_in_two(share: float) -> None:
     """As if the recorder had been stopped and started again at once."""
     machine = Machine()

@@ -14,7 +14,7 @@ from drivetwin.diagnosis.report.result import Array
 from drivetwin.motion.filtering import zero_phase
 
 SECONDS = 60.0
-TIME = np.arange(round(SECONDS / PERIOD)) * PERIOD
+TIME = np.arange(round(SECONDS / PERIOD), dtype=np.float64) * PERIOD
 SHARE = float(2.0 * CUTOFF * PERIOD * 0.875 * (np.pi / 8.0) / np.sin(np.pi / 8.0))
 """Of white noise's power that passes: integral of 1 / (1 + x^8)^2, Butterworth of 4th order twice, over half the rate."""
 MODEL_ERROR = 0.012

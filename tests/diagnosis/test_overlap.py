@@ -32,7 +32,7 @@ def test_a_torque_constant_beside_stribeck_and_cogging_is_found_in_its_size() ->
 
 def test_a_wave_of_one_speed_is_named_as_all_that_it_may_be() -> None:
     """Then a ripple and a position friction of a motor turn are the same torque to the last digit."""
-    time = np.arange(6000) * 0.004
+    time = np.arange(6000, dtype=np.float64) * 0.004
     plain = Machine().recording(1, 24.0, "only")
     position = 0.9 * time
     torque = 1.0 + 0.3 * 0.9 + 0.3 * np.sin(10.0 * position) + 0.02 * np.random.default_rng(5).standard_normal(len(time))

@@ -32,7 +32,7 @@ def model(folder: Path, gravity: float = -9.81) -> Path:
 def swinging(name: str, zero: float | None, seed: int, weight: float = WEIGHT, seconds: float = 20.0) -> Recording:
     """Of which the position is told from `zero` [rad] on and said to be relative; None: as it is."""
     rng = np.random.default_rng(seed)
-    time = np.arange(round(seconds / PERIOD)) * PERIOD
+    time = np.arange(round(seconds / PERIOD), dtype=np.float64) * PERIOD
     slow, fast = rng.uniform(1.5, 2.0), rng.uniform(4.0, 5.0)
     position = 0.9 * np.sin(slow * time) + 0.2 * np.sin(fast * time)
     velocity = 0.9 * slow * np.cos(slow * time) + 0.2 * fast * np.cos(fast * time)

@@ -31,8 +31,8 @@ def test_pulses_are_named_by_recording_and_time() -> None:
     first, second, *others = spells_after(found, "rotate")
     assert others == []
     assert (first.recording, second.recording) == ("b", "b")
-    assert (first.begin, first.end) == (pytest.approx(112.0, abs=0.11), pytest.approx(112.5, abs=0.11))
-    assert (second.begin, second.end) == (pytest.approx(120.0, abs=0.11), pytest.approx(120.2, abs=0.11))
+    assert (first.begin, first.end) == pytest.approx((112.0, 112.5), abs=0.11)
+    assert (second.begin, second.end) == pytest.approx((120.0, 120.2), abs=0.11)
     used = found.predictions[0].axes["rotate"].used
     inside = (TIME >= 12.0) & (TIME < 12.5) & used
     energy = np.sum((NOISE + pulses)[inside] ** 2)

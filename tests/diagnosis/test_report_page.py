@@ -39,7 +39,7 @@ INPUTS = {"model.xml": "ab" * 32, "rec/<sweep>/signals.parquet": "cd" * 32}
 
 def time_of(seconds: float) -> Array:
     """Sample times [s] at 1 kHz."""
-    return np.arange(round(seconds / PERIOD)) * PERIOD
+    return np.arange(round(seconds / PERIOD), dtype=np.float64) * PERIOD
 
 
 def coloured_noise(count: int, rms: float, seed: int = 0) -> Array:
@@ -193,7 +193,10 @@ class Page(HTMLParser):
 
     def __init__(self, path: Path) -> None:
         super().__init__()
-        self.text, self.loaded, self.titles, self.figures, self._hidden = "", [], [], 0, 0
+        self.text = ""
+        self.loaded: list[str | None] = []
+        self.titles: list[str | None] = []
+        self.figures = self._hidden = 0
         self._in_cell = False
         self.widths: list[float] = []
         self.rows: list[list[str]] = []
@@ -333,7 +336,7 @@ def test_the_words_are_those_of_the_field(page: Page) -> None:
 def test_two_of_a_kind_are_two(tmp_path: Path) -> None:
     shares = (Share("torque_ripple", 0.6, (0.5, 0.7)), Share("torque_ripple", 0.3, (0.2, 0.4)), Share("noise", 0.1, (0.0, 0.2)))
     gap = replace(CASE.axes["rotate"], shares=shares)
-    found = page_of(replace(CASE, axes=CASE.axes | {"rotate": gap}, selected=(RIPPLE, RIPPLE)), tmp_path)
+    found = page_of(replace(CASE, axes={**CASE.axes, "rotate": gap}, selected=(RIPPLE, RIPPLE)), tmp_path)
     assert found.widths == pytest.approx([600.0, 300.0, 100.0])
     assert "explained by 2 × torque ripple on rotate" in found.text
 
@@ -361,7 +364,8 @@ def test_an_axis_that_never_moves_is_said(tmp_path: Path) -> None:
         CASE.axes["stretch"], standstill_velocity=np.inf, torque_rms=0.0, gap_rms=0.0, where=(), shares=(),
         not_testable=(NotTestable("coulomb", *ONE_WAY),),
     )  # fmt: skip
-    calm = replace(CASE, axes=CASE.axes | {"stretch": gap}, predictions=(replace(run, axes=run.axes | {"stretch": still}),))
+    still_run = replace(run, axes={**run.axes, "stretch": still})
+    calm = replace(CASE, axes={**CASE.axes, "stretch": gap}, predictions=(still_run,))
     found = page_of(calm, tmp_path)
     assert "No sample in motion on the validation data" in found.text
     assert found.row("stretch", "48 Hz")[2] == "never moves"
@@ -381,7 +385,7 @@ def test_the_worst_window_is_where_the_gap_was_put() -> None:
 def test_recordings_stand_one_after_the_other_with_a_break() -> None:
     runs = [recording_of(time_of(5.0), np.zeros(5000), name) for name in "ab"]
     trace = trace_of(runs, "rotate", CUTOFF)
-    assert trace.starts == (0.0, pytest.approx(5.0))
+    assert trace.starts == pytest.approx((0.0, 5.0))
     assert np.isnan(trace.time).sum() == 1
     assert np.nanmax(trace.time) == pytest.approx(10.0, abs=0.01)
 

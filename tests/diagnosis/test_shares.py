@@ -19,7 +19,7 @@ TIME = np.arange(6000) * PERIOD
 
 def sine(amplitude: float, frequency: float) -> Array:
     """Of mean square amplitude² / 2."""
-    return amplitude * np.sin(2.0 * np.pi * frequency * TIME)
+    return np.asarray(amplitude * np.sin(2.0 * np.pi * frequency * TIME))
 
 
 def divided(gap: Array, parts: dict[str, Array], noise: float = 0.0, seed: int = 0) -> dict[str, Share]:

@@ -17,7 +17,7 @@ ONES = np.ones(len(TIME))
 
 def left(gap: Array) -> list[Prediction]:
     """Of one recording, what `after` leaves."""
-    time = np.arange(len(gap)) * PERIOD
+    time = np.arange(len(gap), dtype=np.float64) * PERIOD
     return [recording_of(time, {"rotate": axis_of(time, gap, after=gap)})]
 
 

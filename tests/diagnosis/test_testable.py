@@ -15,7 +15,7 @@ from drivetwin.emulator.effects import DriveEffect, library
 from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Recording
 
-TIME = np.arange(round(15.0 / PERIOD)) * PERIOD
+TIME = np.arange(round(15.0 / PERIOD), dtype=np.float64) * PERIOD
 TO_AND_FRO = 0.6 * np.sin(1.7 * TIME) + 0.3 * np.sin(4.1 * TIME)
 DEMAND = {name for name, kind in library().items() if issubclass(kind, DriveEffect)}
 ALWAYS = DEMAND | {"temperature_drift"}
@@ -108,7 +108,7 @@ def test_recordings_in_which_the_axis_stands_while_others_move_leave_its_positio
 
 
 def test_a_drift_needs_time_that_is_told(tmp_path: Path) -> None:
-    long = np.arange(round(25.0 / PERIOD)) * PERIOD
+    long = np.arange(round(25.0 / PERIOD), dtype=np.float64) * PERIOD
     whole = moved(0.6 * np.sin(1.7 * long))
     assert "temperature_drift" not in refused(asked(tmp_path, whole))
     later = replace(moved(0.8 * TO_AND_FRO + 0.1, "later"), time=TIME + 40.0)

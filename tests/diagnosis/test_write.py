@@ -143,7 +143,7 @@ def test_a_prediction_of_every_validation_recording(tmp_path: Path) -> None:
 
 
 def spoiled_axis(case: Diagnosis, **changes: Any) -> Diagnosis:
-    return replace(case, axes=case.axes | {"rotate": replace(case.axes["rotate"], **changes)})
+    return replace(case, axes={**case.axes, "rotate": replace(case.axes["rotate"], **changes)})
 
 
 @pytest.mark.parametrize(

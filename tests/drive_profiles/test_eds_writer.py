@@ -38,7 +38,7 @@ def profile_name(request: pytest.FixtureRequest) -> str:
 
 def read_back(name: str) -> canopen.ObjectDictionary:
     text = StringIO(eds_text(load_profile(name), f"{name}.eds"))
-    text.name = f"{name}.eds"  # type: ignore[attr-defined]
+    text.name = f"{name}.eds"
     return import_od(text, NODE)
 
 
@@ -136,7 +136,8 @@ def dcfchk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """dcfchk of PyPI's dcf-tools, in an environment of its own."""
     folder = tmp_path_factory.mktemp("dcf-tools")
     venv.create(folder, with_pip=True)
-    install = [folder / "bin/python", "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "dcf-tools==2.4.2"]
+    pip = ("-m", "pip", "install", "--quiet", "--disable-pip-version-check")
+    install = [str(folder / "bin/python"), *pip, "dcf-tools==2.4.2"]
     done = subprocess.run(install, capture_output=True, text=True, timeout=120, check=False)
     if done.returncode:
         pytest.skip(f"dcf-tools cannot be installed, no package registry is reachable: {done.stderr[-200:].strip()}")

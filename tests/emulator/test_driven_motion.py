@@ -14,7 +14,7 @@ from drivetwin.emulator.dynamics.replay import motor_torque, needed_torque
 @pytest.fixture
 def motion() -> Motion:
     """A swing of 1 rad and 1 Hz, of an axis of 0.2 kg·m²."""
-    time = np.arange(1000) * 1e-3
+    time = np.arange(1000, dtype=np.float64) * 1e-3
     position = np.sin(2.0 * np.pi * time)
     velocity = np.gradient(position, time)
     acceleration = np.gradient(velocity, time)

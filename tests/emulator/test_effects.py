@@ -184,7 +184,7 @@ NEEDED = 0.3 * ACCELERATION + 0.8 * SIGN + 0.3 * VELOCITY
 """Torque of the axis as it is."""
 
 
-def loaded(coefficient: float) -> np.ndarray:  # type: ignore[type-arg]
+def loaded(coefficient: float) -> np.ndarray:
     """The torque that carries its own friction, T = needed + coefficient |T| sgn(v), by iteration."""
     torque = NEEDED
     for _ in range(60):
@@ -227,7 +227,7 @@ PREDICTIONS = [
 def test_prediction_is_what_the_effect_adds_to_a_plant_that_has_friction(
     effect: str,
     parameters: dict[str, float],
-    expected: np.ndarray,  # type: ignore[type-arg]
+    expected: np.ndarray,
 ) -> None:
     static = placed("rotate", effect, **parameters).effect
     assert isinstance(static, StaticEffect)

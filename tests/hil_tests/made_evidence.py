@@ -30,7 +30,7 @@ def standing(seconds: float) -> Truth:
     place = rows * np.array([[0.1, 0.2, 0.3]])
     nothing = np.zeros((count, 3))
     return Truth(
-        time=PERIOD * np.arange(1, count + 1),
+        time=PERIOD * np.arange(1, count + 1, dtype=np.float64),
         position=place.copy(),
         velocity=nothing.copy(),
         torque=nothing.copy(),

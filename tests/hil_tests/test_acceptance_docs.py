@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
 from pydantic import BaseModel
@@ -41,7 +41,7 @@ def section(title: str) -> str:
 
 def rows(title: str) -> dict[str, str]:
     """Rows of the tables of a section by their first word in backquotes; several in the first column share the row."""
-    found = {}
+    found: dict[str, Any] = {}
     for line in section(title).splitlines():
         if line.startswith("| `"):
             names, _, rest = line[2:].partition(" | ")

@@ -265,13 +265,15 @@ def test_the_exponent_of_stribeck_friction_is_judged_where_an_axis_has_it(tmp_pa
     said = wrote(tmp_path, "identified.json", {"axes": axes})
     said = replace(said, friction={"lift": {}, "rotate": {"exponent": 2.0}, "stretch": {"exponent": 0.0}})
     (failure,) = judged({"identification": {"parameters": ["stribeck_exponent"]}}, said).failures
-    assert (failure.axis, failure.measured) == ("rotate", pytest.approx(0.05))
+    assert failure.axis == "rotate"
+    assert failure.measured == pytest.approx(0.05)
 
 
 def test_results_that_are_missing_or_none(tmp_path: Path) -> None:
     for told in ("identification", {"names_fault": 2}):
         assert len(found(told, evidence(standing(1.0)))) == 1
-    for content in ([], {"axes": 3}, {"axes": {"lift": None}}):
+    contents: tuple[object, ...] = ([], {"axes": 3}, {"axes": {"lift": None}})
+    for content in contents:
         assert found("identification", wrote(tmp_path, "identified.json", content)) != []
 
 

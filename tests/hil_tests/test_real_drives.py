@@ -103,8 +103,8 @@ FAULT = {"fault": "sto", "node": 1, "when": {"time": 1.0}}
             {"task": {"task": "home", "resume": True}, "expect": [{"outcome": "done"}, "no_emergency"]},
             "resume lets a controller reset a drive's fault and enable it again by itself, and here drives are real",
         ),
-        ({"expect": [{"outcome": "done"}, "limits", "no_jump"]}, "only the plant's truth tells, .*: limits, no_jump"),
-        ({"expect": [{"outcome": "done"}]}, "only the plant's truth tells, and here drives are real: nothing"),
+        ({"expect": [{"outcome": "done"}, "limits", "no_jump"]}, "what only a plant's truth shows; .*: limits, no_jump"),
+        ({"expect": [{"outcome": "done"}]}, "what only a plant's truth shows; these drives are real: nothing"),
         (
             {"task": MOVE, "slide": {"travel": [-0.04, 0.12]}, "expect": [{"outcome": "done"}, "no_emergency"]},
             "slide is to go to -0.05 m, and its limits are -0.04 .. 0.12",

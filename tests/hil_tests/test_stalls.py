@@ -33,7 +33,7 @@ def test_a_turn_that_takes_longer_than_a_drive_may_is_a_stall() -> None:
         stalls.look()
     stalls.begin()  # at 9 s
     stalls.look()
-    assert stalls.found == [Stall(1.5, pytest.approx(0.0796))]
+    assert [tuple(stall) for stall in stalls.found] == [pytest.approx((1.5, 0.0796))]
 
 
 @pytest.mark.parametrize(("long", "late"), [([0.0035, 0.003, 0.0025, 0.002], 0.0025), ([0.0035, 0.003], 0.0), ([], 0.0)])

@@ -17,6 +17,7 @@ from drivetwin.foundation.errors import UserError
 from drivetwin.identification import Settings, identify, write_results
 from drivetwin.identification.friction_law import FrictionLaw
 from drivetwin.identification.residuals import error_if_moving, error_of_fit
+from drivetwin.identification.wording import headline
 from drivetwin.motion.axis_motion import axis_motions, standstill_velocity
 from drivetwin.recording.recording import AxisInfo, Recording
 from drivetwin.recording.writer import write_into
@@ -29,7 +30,7 @@ def strokes() -> Recording:
 
 @pytest.fixture
 def sweep() -> Recording:
-    return synthetic.record(synthetic.sweep(), synthetic.STRIBECK, np.random.default_rng(2), name="sweep")
+    return sweep_of(synthetic.STRIBECK)
 
 
 def test_axis_that_is_held_in_one_recording_does_not_disturb(strokes: Recording, sweep: Recording) -> None:
@@ -162,6 +163,19 @@ def test_results_are_as_the_contract_says(strokes: Recording, sweep: Recording, 
     assert "<script src" not in page
     assert (tmp_path / "turn_torque_speed.png").stat().st_size > 10_000
     assert (tmp_path / "turn_residual.png").stat().st_size > 10_000
+
+
+def test_the_headline_names_the_stribeck_curve_where_there_is_one(strokes: Recording, sweep: Recording) -> None:
+    plain = [synthetic.record(synthetic.strokes(), synthetic.PLAIN, np.random.default_rng(1))]
+    truth = {"turn": {"inertia": 1.0, "coulomb": 1.9, "viscous": 1.15, "stribeck_velocity": 0.05}}
+    with_curve = headline(identify(synthetic.turntable(), [strokes, sweep]), truth)
+    without = headline(identify(synthetic.turntable(), [*plain, sweep_of(synthetic.PLAIN)]), truth)
+    assert with_curve.endswith("contain the true value, including those of the shape of the Stribeck curve.")
+    assert without.endswith("of 3 intervals at 90 % contain the true value.")
+
+
+def sweep_of(law: FrictionLaw) -> Recording:
+    return synthetic.record(synthetic.sweep(), law, np.random.default_rng(2), name="sweep")
 
 
 def test_fit_command(strokes: Recording, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import cast
 
 import canopen
 import numpy as np
@@ -103,7 +104,7 @@ class Master:
         for _ in range(count):
             seen = len(self.told)
             self.network.sync.transmit()
-            self.await_true(lambda seen=seen: len(self.told) > seen)
+            self.await_true(self._told_after(seen))
         return self.told[-1]
 
     def cycle_until(self, mask: int, bits: int) -> int:
@@ -139,6 +140,9 @@ class Master:
             over.set()
             thread.join()
 
+    def _told_after(self, seen: int) -> Callable[[], bool]:
+        return lambda: len(self.told) > seen
+
     def await_true(self, condition: Callable[[], bool]) -> None:
         deadline = time.monotonic() + PATIENCE
         while not condition():
@@ -147,7 +151,7 @@ class Master:
 
     def _listen(self, pdo: canopen.pdo.PdoMap) -> None:
         first = self.node.tpdo[1]
-        self.told.append(Told(first[0].raw, first[2].raw, pdo[0].raw, pdo[1].raw))
+        self.told.append(Told(first[0].raw, first[2].raw, cast(int, pdo[0].raw), cast(int, pdo[1].raw)))
 
 
 @contextmanager

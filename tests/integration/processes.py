@@ -134,3 +134,13 @@ def emulator(*arguments: object, bus: str = "ws://127.0.0.1:0") -> Iterator[str]
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, err) == (0, "")
+
+
+def tell(control: Path, request: dict[str, object]) -> None:
+    """A request to an emulator's control socket, which has to succeed; a busy computer may answer late."""
+    with socket.socket(socket.AF_UNIX) as connection:
+        connection.settimeout(PATIENCE)
+        connection.connect(str(control))
+        connection.sendall(json.dumps(request).encode() + b"\n")
+        answer = json.loads(connection.recv(4096))
+    assert "error" not in answer, answer

@@ -5,8 +5,6 @@ The master is `canopen`'s BaseNode402; lely's AsyncMaster meets the same in test
 
 from __future__ import annotations
 
-import json
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -15,7 +13,7 @@ from pathlib import Path
 
 import canopen
 from canopen.profiles.p402 import BaseNode402
-from processes import PATIENCE, emulator
+from processes import PATIENCE, emulator, tell
 
 from drivetwin.controller.dictionary import object_dictionary
 from drivetwin.drive_profiles import load_profile
@@ -41,15 +39,6 @@ def add_drive(network: canopen.Network, node: int) -> BaseNode402:
     drive.sdo.RESPONSE_TIMEOUT = PATIENCE
     network.add_node(drive)
     return drive
-
-
-def tell(control: Path, request: dict[str, object]) -> None:
-    with socket.socket(socket.AF_UNIX) as connection:
-        connection.settimeout(PATIENCE)
-        connection.connect(str(control))
-        connection.sendall(json.dumps(request).encode() + b"\n")
-        answer = json.loads(connection.recv(4096))
-    assert "error" not in answer, answer
 
 
 def until(condition: Callable[[], bool]) -> None:

@@ -24,6 +24,8 @@ from drivetwin.recording.writer import write_recording
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "effects.md"
 LINES = 60
+FIRST_SEED = 214
+"""Of a blind test that draws the brake now; where draws change, the next one that does is found."""
 PERIOD = 1e-3
 PEAK, SPEED = 0.9, 0.6
 """Of the brake that the recorded machine has [N·m, rad/s]."""
@@ -56,7 +58,7 @@ def run(*arguments: object) -> None:
 
 def recorded(folder: Path, seconds: float, frequency: float, seed: int) -> Path:
     """A table with the brake, and all else as the model has it; by the brake's formula, not by its code."""
-    time = np.arange(round(seconds / PERIOD)) * PERIOD
+    time = np.arange(round(seconds / PERIOD), dtype=np.float64) * PERIOD
     angle = 2.0 * np.pi * frequency * time
     position = 0.35 * np.sin(angle) + 0.65 * np.sin(0.31 * angle + 1.0)
     velocity = np.gradient(position, PERIOD)
@@ -122,7 +124,7 @@ def test_an_emulator_has_it(brake: Path, tmp_path: Path) -> None:
 def test_a_blind_test_draws_it_and_finds_it(brake: Path, tmp_path: Path) -> None:
     """One case, of a seed that draws it; its worker and its diagnosing process are processes of their own."""
     add_effects([read_effect_file(brake)])
-    seed = next(seed for seed in count() if shows_a_brake(draw_cases(1, seed)[0]))
+    seed = next(seed for seed in count(FIRST_SEED) if shows_a_brake(draw_cases(1, seed)[0]))
     asked = ("--cases", 1, "--seed", seed, "--nominal", "exact", "--workers", 1)
     run("blind", "--generator", "bus", *asked, "--effects-from", brake, "--out", tmp_path / "blind")
     (case,) = json.loads((tmp_path / "blind" / "key.json").read_text(encoding="utf-8"))["cases"]

@@ -6,11 +6,9 @@ skipped. dcfgen is PyPI's.
 
 from __future__ import annotations
 
-import json
 import re
 import shutil
 import signal
-import socket
 import struct
 import subprocess
 from collections.abc import Iterator
@@ -23,7 +21,7 @@ import can
 import pytest
 from all_types import FIRST, INTEGERS, MINUTES, REALS, TEXT, TIMES, least_and_most, write_eds
 from foreign import installed
-from processes import PATIENCE, drivetwin, emulator
+from processes import PATIENCE, drivetwin, emulator, tell
 
 from drivetwin.bus.channel import open_bus
 from drivetwin.drive_profiles import load_profile
@@ -142,7 +140,7 @@ def configuration(folder: Path, eds: Path, period: int, drive: str = DRIVE, node
     bus = f'options:\n  dcf_path: "{folder}"\n{own}{drives}'
     (folder / "bus.yml").write_text(bus, encoding="utf-8")
     shutil.copy(eds, folder / "drive.eds")
-    dcfgen = [installed("dcf-tools/bin/dcfgen"), "-r", "bus.yml"]
+    dcfgen: list[str | Path] = [installed("dcf-tools/bin/dcfgen"), "-r", "bus.yml"]
     done = subprocess.run(dcfgen, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 0, done.stderr
     return folder / "master.dcf"
@@ -414,12 +412,3 @@ def await_frames(bus: can.BusABC, identifiers: set[int]) -> None:
 def strike(control: Path, fault: dict[str, object]) -> None:
     """Make something go wrong in the emulator."""
     tell(control, {"strike": fault})
-
-
-def tell(control: Path, request: dict[str, object]) -> None:
-    with socket.socket(socket.AF_UNIX) as connection:
-        connection.settimeout(PATIENCE)
-        connection.connect(str(control))
-        connection.sendall(json.dumps(request).encode() + b"\n")
-        answer = json.loads(connection.recv(4096))
-    assert "error" not in answer, answer

@@ -292,7 +292,7 @@ def dryve_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("dryve")
     venv.create(folder, with_pip=True)
     python = folder / "bin" / "python"
-    command = [python, "-m", "pip", "install", "--quiet", "--ignore-requires-python", DRYVE_CLIENT]
+    command: list[str | Path] = [python, "-m", "pip", "install", "--quiet", "--ignore-requires-python", DRYVE_CLIENT]
     done = subprocess.run(command, capture_output=True, text=True, timeout=5 * PATIENCE, check=False)
     if done.returncode != 0:
         missing(DRYVE_CLIENT, f"pip says {done.stderr.strip().splitlines()[-1]}")

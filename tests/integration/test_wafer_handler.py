@@ -16,12 +16,13 @@ from typing import Any
 import numpy as np
 import pytest
 from processes import PATIENCE
+from repeats import LONG
 
 from drivetwin.controller.machine import POSITION_UNIT, load_machine
 from drivetwin.recording.reader import read_recording
 from drivetwin.recording.recording import Samples
 
-AXES = ("lift", "rotate", "stretch") if os.environ.get("DRIVETWIN_LONG") else ("rotate",)
+AXES = ("lift", "rotate", "stretch") if LONG else ("rotate",)
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 
 PUBLISHED = {

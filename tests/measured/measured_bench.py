@@ -25,7 +25,7 @@ MODEL = f"""<mujoco><option gravity="0 0 0"/><worldbody><body>
 
 def swing(seconds: float = 10.0, amplitude: float = 3.0, frequency: float = 0.5, phase: float = 0.0) -> tuple[Array, ...]:
     """Time, position, velocity, acceleration of a sine about 0, (n,) each."""
-    time = np.arange(round(seconds / PERIOD)) * PERIOD
+    time = np.arange(round(seconds / PERIOD), dtype=np.float64) * PERIOD
     angle = 2.0 * np.pi * frequency * time + phase
     rate = 2.0 * np.pi * frequency
     position = amplitude * np.sin(angle)
@@ -51,7 +51,8 @@ def write_prediction(file: Path, before: Array, after: Array, measured: Array, u
     """prediction/NAME.parquet."""
     file.parent.mkdir(parents=True, exist_ok=True)
     columns = {"torque_before": before, "torque_after": after, "torque_measured": measured, "used": used}
-    table = {"time": np.arange(len(before)) * PERIOD} | {f"{AXIS}.{name}": each for name, each in columns.items()}
+    time = np.arange(len(before), dtype=np.float64) * PERIOD
+    table = {"time": time} | {f"{AXIS}.{name}": each for name, each in columns.items()}
     pq.write_table(pa.table(table), file)
 
 

@@ -79,7 +79,7 @@ def test_it_keeps_its_limits_and_ends_exactly_at_the_target(start: float, end: f
     assert abs(profile.jerk) <= limits.jerk * ULPS
     assert np.all(np.diff(motion.position) * np.sign(end - start) >= -1e-15)
     jerk = np.abs(np.diff(motion.acceleration)) / PERIOD
-    rounding = 4.0 * np.finfo(np.float64).eps * profile.duration / PERIOD  # of the times that are told apart
+    rounding = 4.0 * np.finfo(np.float64).eps * profile.duration / PERIOD  # of times that are distinguished
     assert jerk.max(initial=0.0) <= limits.jerk * (ULPS + rounding)
 
 

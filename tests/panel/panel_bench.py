@@ -13,6 +13,7 @@ from typing import Any
 import canopen
 from processes import PATIENCE, start
 from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin
 
 from drivetwin.bus.channel import open_bus
 
@@ -84,7 +85,7 @@ class Page:
 @contextmanager
 def page(served: Served) -> Iterator[Page]:
     """A page of the panel's own origin."""
-    with connect(f"ws://{served.host}/live", origin=served.url.rstrip("/")) as wire:  # type: ignore[arg-type]
+    with connect(f"ws://{served.host}/live", origin=Origin(served.url.rstrip("/"))) as wire:
         yield Page(wire)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
 
@@ -22,7 +24,7 @@ def test_every_geom_is_where_the_plant_has_it() -> None:
     mujoco.mj_kinematics(plant.model, plant.data)
     drawn = MachineModel(machine.model_path)
     drawn.stand(joints)
-    told = drawn.told()
+    told: list[dict[str, Any]] = drawn.told()
     assert len(told) == plant.model.ngeom
     assert np.allclose([geom["place"] for geom in told], plant.data.geom_xpos, atol=1e-5)
     assert np.allclose([geom["turned"] for geom in told], plant.data.geom_xmat, atol=1e-5)

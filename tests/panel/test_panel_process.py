@@ -12,6 +12,7 @@ from panel_bench import Page, Served, page, panel, read_by_canopen
 from processes import drivetwin, emulator
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
+from websockets.typing import Origin
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +88,7 @@ def test_the_pen_is_free_when_its_page_has_left(served: Served, looking: Page) -
 
 
 def test_a_page_of_another_origin_is_refused(served: Served) -> None:
-    with pytest.raises(InvalidStatus) as refused, connect(f"ws://{served.host}/live", origin="http://example.org"):  # type: ignore[arg-type]
+    with pytest.raises(InvalidStatus) as refused, connect(f"ws://{served.host}/live", origin=Origin("http://example.org")):
         pass
     assert refused.value.response.status_code == 403
     assert b"a page of http://example.org may not ask this panel" in (refused.value.response.body or b"")

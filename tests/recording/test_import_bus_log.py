@@ -317,5 +317,5 @@ def test_half_a_factor_is_no_scale(tmp_path: Path) -> None:
 def test_time_stamps_that_leap(tmp_path: Path) -> None:
     """The rows between would be more than any memory holds."""
     messages = [*motion(), *motion(start=1e9)]
-    with pytest.raises(UserError, match=r"time stamps of the SYNCs go from 1 to 1e\+09 s .*cut the log where they leap"):
+    with pytest.raises(UserError, match=r"time stamps of the SYNCs go from 1 to 1e\+09 s .*cut the log where they jump"):
         import_recording(write(tmp_path / "bus.log", messages), import_map(tmp_path, EDS.format(pdos=TPDO1 + RPDO1)))

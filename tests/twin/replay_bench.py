@@ -64,4 +64,5 @@ def recording(columns: dict[str, Array], drive: dict[str, Any] | None = None, jo
     axis = {"joint": joint, "actuator": "turn"} | ({} if drive is None else {"drive": drive})
     told = {"schema": "recording/2", "machine": "turn", "sample_period": PERIOD, "axes": {"turn": axis}} | info
     count = len(next(iter(columns.values())))
-    return Recording("swings", RecordingInfo.model_validate(told), np.arange(count) * PERIOD, {"turn": columns})
+    time = np.arange(count, dtype=np.float64) * PERIOD
+    return Recording("swings", RecordingInfo.model_validate(told), time, {"turn": columns})

@@ -93,7 +93,7 @@ def test_a_replay_begins_in_the_middle_of_a_motion(tmp_path: Path) -> None:
 def test_a_constant_torque_is_a_parabola_in_closed_form(tmp_path: Path) -> None:
     """Law torque: the recorded torque on an inertia alone, from a velocity; no position comes in after the start."""
     model = write_model(tmp_path, damping=0.0, coulomb=0.0)
-    time = np.arange(500) * PERIOD
+    time = np.arange(500, dtype=np.float64) * PERIOD
     position = 0.1 + 0.4 * time + 0.5 * 2.0 / INERTIA * time**2
     columns = {"position": position, "torque": np.full(500, 2.0)}
     found = replay(model, recording(columns, {"law": "torque"}), ())["turn"]
@@ -131,7 +131,7 @@ def test_a_slow_power_stage_and_one_that_ends_short_are_the_plants(tmp_path: Pat
 
 def test_steady_friction_is_the_models(tmp_path: Path) -> None:
     """A ramp asks for coulomb + damping v once it is steady."""
-    time = np.arange(1500) * PERIOD
+    time = np.arange(1500, dtype=np.float64) * PERIOD
     columns = {"position": 0.7 * time, "position_demand": 0.7 * time}
     drive = {"position_gain": 20.0, "velocity_gain": 30.0, "integral_time": 0.05, "servo_period": STEP}
     found = replay(write_model(tmp_path), recording(columns, drive), ())["turn"]
@@ -220,6 +220,9 @@ def test_the_command_writes_figures_signals_and_a_page(tmp_path: Path, monkeypat
     assert set(report["inputs"]) >= {str(model), str(tmp_path / "effects.json")}
     page = (out / "replay.html").read_text(encoding="utf-8")
     assert "position actuator turn of the model" in page
+    picture = page.partition("<h2>Machine</h2>")[2].partition("</section>")[0]
+    assert "</svg>" in picture
+    assert ">turn</text>" in picture
     assert "http://" not in page.split("<script id=")[0]
 
 

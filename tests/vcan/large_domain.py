@@ -8,13 +8,14 @@ from contextlib import contextmanager
 import can
 import canopen
 from all_types import DOMAIN, FIRST
+from canopen.sdo.client import SdoClient
 from processes import PATIENCE
 
 BUFFER = 8192
 
 
 @contextmanager
-def client(node: int) -> Iterator[canopen.sdo.SdoClient]:
+def client(node: int) -> Iterator[SdoClient]:
     """The SDO client of a node, that hears nothing else."""
     answers = [can.typechecking.CanFilter(can_id=0x580 + node, can_mask=0x7FF)]
     with can.Bus("vcan0", interface="socketcan", can_filters=answers) as bus:
@@ -23,6 +24,7 @@ def client(node: int) -> Iterator[canopen.sdo.SdoClient]:
         sdo = network.add_node(node, canopen.ObjectDictionary()).sdo
         sdo.RESPONSE_TIMEOUT = PATIENCE
         yield sdo
+        assert network.notifier is not None
         network.notifier.stop()
 
 

@@ -10,7 +10,6 @@ import os
 import select
 import signal
 import struct
-import subprocess
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ from pathlib import Path
 
 import can
 import pytest
-from processes import PATIENCE, start
+from processes import PATIENCE, Command, start
 
 MACHINES, MASTERS, REQUESTS = 4, 10, 65_000
 NODES = tuple(range(1, 13))
@@ -32,7 +31,7 @@ JUNK = (0x000, 0x080, 0x100, 0x180, 0x23F, 0x3FF, 0x5FF, 0x67F, 0x701, 0x7E5)
 
 
 @pytest.fixture(scope="module")
-def emulators(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[subprocess.Popen[str]]]:
+def emulators(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Command]]:
     """Four machines of three drives: nodes 1 to 12, as LSS has stored them."""
     folder = tmp_path_factory.mktemp("stores")
     processes = []
@@ -91,7 +90,7 @@ def masters() -> Iterator[list[Master]]:
         master.bus.shutdown()
 
 
-def resident(process: subprocess.Popen[str]) -> int:
+def resident(process: Command) -> int:
     """Memory of a process without the pages of files, that come in when they are first read [KiB] (proc_pid_statm(5))."""
     _, resident_pages, shared_pages, *_ = Path(f"/proc/{process.pid}/statm").read_text(encoding="ascii").split()
     return (int(resident_pages) - int(shared_pages)) * os.sysconf("SC_PAGE_SIZE") // 1024
@@ -137,7 +136,7 @@ def test_twelve_drives_are_there() -> None:
                 booted.add(frame.arbitration_id - 0x700)
 
 
-def test_ten_masters_lose_no_answer_of_65000(emulators: list[subprocess.Popen[str]], masters: list[Master]) -> None:
+def test_ten_masters_lose_no_answer_of_65000(emulators: list[Command], masters: list[Master]) -> None:
     run(masters, 500)
     before = [resident(process) for process in emulators]
     run(masters, REQUESTS // MASTERS)
@@ -146,7 +145,7 @@ def test_ten_masters_lose_no_answer_of_65000(emulators: list[subprocess.Popen[st
     assert max(grown) < FLAT, grown
 
 
-def test_a_flood_takes_no_answer_away(emulators: list[subprocess.Popen[str]], masters: list[Master]) -> None:
+def test_a_flood_takes_no_answer_away(emulators: list[Command], masters: list[Master]) -> None:
     """40,000 frames of no use, in bursts of a hundred, among the requests. The first SYNCs among them start the plants."""
     frames = [can.Message(arbitration_id=cob_id, data=b"\xff" * 7, is_extended_id=False) for cob_id in JUNK]
     frames += [can.Message(arbitration_id=cob_id, is_extended_id=True, data=b"\x01") for cob_id in JUNK]

@@ -83,11 +83,11 @@ def test_a_domain_of_more_than_a_megabyte(socket: Path) -> None:
     """Both ways by blocks, as base64; what is written comes on its input."""
     assert say(socket, "set sdo_block 1") == "OK"
     place = f"0x{FIRST + DOMAIN:04X} 0 d"
-    write = ["cocomm", "-s", socket, "-o", "flat", "-i", f"{NODE} w {place}"]
+    write: list[str | Path] = ["cocomm", "-s", socket, "-o", "flat", "-i", f"{NODE} w {place}"]
     text = base64.b64encode(LARGE).decode() + "\n"
     done = subprocess.run(write, input=text, capture_output=True, text=True, timeout=MINUTES, check=False)
     assert done.stdout.strip() == "[1] OK", done.stdout[-200:] + done.stderr[-200:]
-    read = ["cocomm", "-s", socket, "-o", "flat", f"{NODE} r {place}"]
+    read: list[str | Path] = ["cocomm", "-s", socket, "-o", "flat", f"{NODE} r {place}"]
     done = subprocess.run(read, capture_output=True, text=True, timeout=MINUTES, check=False)
     assert base64.b64decode(done.stdout.partition("] ")[2]) == LARGE
 

@@ -19,7 +19,7 @@ UNITS = {"lift": ("m", "N", "m/s"), "rotate": ("rad", "N·m", "rad/s"), "stretch
 MICRO = {"lift": "um", "rotate": "urad", "stretch": "urad"}
 _MARGIN = {"l": 70, "r": 20, "t": 30, "b": 50}
 _DRAWN = 4000
-"""Points of a cloud that are drawn; more than that the eye does not tell apart and the browser feels."""
+"""Points drawn of a cloud; more cannot be distinguished, and slow the browser down."""
 
 
 def torque_figure(compared: TorqueComparison) -> go.Figure:

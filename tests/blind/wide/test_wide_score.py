@@ -81,7 +81,7 @@ def report(
     )
 
 
-def judged(truth: Case, given: Told | None, nominal: str = "exact", **gaps: Gap) -> Judged:
+def judged(truth: Case, given: Told | None, nominal: str = "exact", /, **gaps: Gap) -> Judged:
     return Judged(truth, Answer(given, gaps, {}, None if given else "died"), nominal)
 
 

@@ -56,7 +56,7 @@ class Move:
 
     def sample(self) -> JointPath:
         """Rows (n, 1) at 0, CYCLE, ..."""
-        time = np.arange(self.rows) * CYCLE
+        time = np.arange(self.rows, dtype=np.float64) * CYCLE
         position, velocity, acceleration = (self.at(time, order)[:, None] for order in range(3))
         return JointPath(CYCLE, position, velocity, acceleration)
 
@@ -74,7 +74,7 @@ def follow(
     Without velocity offsets the drive feeds its own demand's speed forward. `disturbance` [N·m] opposes the motor. The axis
     starts `beside` its demand [rad], held there until the demand moves.
     """
-    time = np.arange(move.rows * PERIODS) * SERVO
+    time = np.arange(move.rows * PERIODS, dtype=np.float64) * SERVO
     late = time - LOOPS.setpoint_delay * CYCLE
     demand = move.at(late + SERVO)
     fed_forward = move.at(late + SERVO, 1) if velocity is None else np.repeat(velocity, PERIODS)

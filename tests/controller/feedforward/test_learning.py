@@ -12,7 +12,7 @@ from drivetwin.controller.joint_path import Rows
 
 MOVE = Move(1.0, 0.4)
 LEARNER = Learner(LOOPS, INERTIA, CYCLE)
-TIME = np.arange(MOVE.rows) * CYCLE
+TIME = np.arange(MOVE.rows, dtype=np.float64) * CYCLE
 BUMPS = 0.5 * np.exp(-(((TIME - 0.25) / 0.03) ** 2)) - 0.2 * np.exp(-(((TIME - 0.36) / 0.02) ** 2))
 """A torque of the machine that comes back in every run [N·m]: what no model knows, slow beside the learning's 40 Hz."""
 

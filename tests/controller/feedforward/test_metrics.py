@@ -13,7 +13,7 @@ from drivetwin.controller.feedforward.metrics import BAND, Tracking, tracking
 from drivetwin.motion.jerk_limited import MotionLimits
 
 PERIOD, CRUISE_START, CRUISE_END = 1e-3, 0.1, 0.5
-TIME = np.arange(900) * PERIOD
+TIME = np.arange(900, dtype=np.float64) * PERIOD
 CRUISING = TIME < CRUISE_END
 PEAK = 2e-3
 

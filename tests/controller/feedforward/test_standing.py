@@ -30,7 +30,7 @@ def moved_mass() -> float:
 def noise_of_the_mean(axis: str) -> float:
     """Standard deviation of a mean over `HOLD` of the measured torque, joint side, 1 kHz."""
     info = SCARA.axes[axis]
-    return info.current_sensor.noise * info.motor.rated_torque * info.gear_ratio / np.sqrt(HOLD / 0.001)
+    return float(info.current_sensor.noise * info.motor.rated_torque * info.gear_ratio / np.sqrt(HOLD / 0.001))
 
 
 @pytest.mark.parametrize("profile", ["servoone", "cia402-full"])

@@ -71,7 +71,7 @@ def test_a_stretch_move_turns_nothing_and_is_straight() -> None:
     assert distance_from_line(line.start, line.end, tool_points(path.position)).max() < 1e-9
 
 
-def tool_points(joints: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+def tool_points(joints: np.ndarray) -> np.ndarray:
     pose = forward(ARM.geometry, joints)
     return np.column_stack([pose.x, pose.y, pose.z])
 

@@ -47,7 +47,7 @@ TONES = {"lift": (0.31, 0.73, 1.3), "rotate": (0.37, 0.61, 1.1), "stretch": (0.2
 
 def motion(seed: int) -> States:
     """Three sines an axis, each with phases of its own, swelling from rest and back as sin²; derivatives in closed form."""
-    time = np.arange(round(SECONDS / PERIOD)) * PERIOD
+    time = np.arange(round(SECONDS / PERIOD), dtype=np.float64) * PERIOD
     random, slow = np.random.default_rng(seed), 2.0 * np.pi / SECONDS
     swell = (
         0.5 * (1.0 - np.cos(slow * time)),
@@ -71,7 +71,7 @@ def recorded(name: str, states: States, torque: Samples, axes: tuple[str, ...] =
     }
     known = {axis: AxisInfo(joint=axis, position_resolution=1e-8) for axis in axes}
     info = RecordingInfo(machine="scara", sample_period=PERIOD, axes=known)
-    return Recording(name, info, np.arange(len(torque)) * PERIOD, columns)
+    return Recording(name, info, np.arange(len(torque), dtype=np.float64) * PERIOD, columns)
 
 
 def captured(links: LinkParameters, laws: dict[str, FrictionLaw], noise: float = 0.0, seed: int = 0) -> list[Recording]:
@@ -205,7 +205,7 @@ def only(states: States, moving: tuple[str, ...], held: States) -> States:
 
 def held_at(stretch: float, give: float) -> States:
     """All axes held, the arm at `stretch` [rad]; they give way by `give` [m or rad] at 2 Hz, as loops do that hold."""
-    rate, time = 2.0 * np.pi * 2.0, np.arange(round(SECONDS / PERIOD)) * PERIOD
+    rate, time = 2.0 * np.pi * 2.0, np.arange(round(SECONDS / PERIOD), dtype=np.float64) * PERIOD
     wave, centre = np.sin(np.outer(time, np.full(3, rate)) + np.arange(3)), np.array([CENTRES["lift"], 0.0, stretch])
     turned = np.cos(np.outer(time, np.full(3, rate)) + np.arange(3))
     return States(centre + give * wave, give * rate * turned, -give * rate**2 * wave)
@@ -214,7 +214,7 @@ def held_at(stretch: float, give: float) -> States:
 def torque_of(states: States, random: np.random.Generator, noise: float) -> Samples:
     friction = np.column_stack([FRICTION[axis].torque(states.velocity[:, k]) for k, axis in enumerate(AXES)])
     hiss = noise * random.standard_normal(friction.shape) * np.array(list(NOISE.values()))
-    return pinocchio_torque(SYMMETRIC, GEOMETRY, states) + friction + hiss
+    return np.asarray(pinocchio_torque(SYMMETRIC, GEOMETRY, states) + friction + hiss)
 
 
 @pytest.mark.parametrize("give", [0.0, 2e-6])
@@ -240,7 +240,7 @@ def test_one_speed_does_not_tell_viscous_from_coulomb_friction(model: Model) -> 
     """A lift that cruises at one speed both ways, its ramps left out: coulomb + viscous v is all there is of its friction."""
     cruise, settings = 0.05, replace(SETTINGS, reversal_margin=0.2)
     states = motion(0)
-    time = np.arange(len(states.joints)) * PERIOD
+    time = np.arange(len(states.joints), dtype=np.float64) * PERIOD
     inside = np.abs(np.mod(time, 3.0) - 1.5)  # 1.5 .. 0 .. 1.5: a triangle of 3 s
     joints, velocity, acceleration = (part.copy() for part in (states.joints, states.velocity, states.acceleration))
     joints[:, 0] = CENTRES["lift"] + cruise * (inside - 0.75)

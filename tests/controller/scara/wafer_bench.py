@@ -39,7 +39,7 @@ def slip(wafer: Wafer, path: JointPath) -> float:
         mujoco.mj_step(model, data)
         x, y, turned = _on_blade(data) - start
         moved.append(hypot(x, y) + wafer.radius * abs(turned))
-    return max(moved)
+    return float(max(moved))
 
 
 def _on_blade(data: mujoco.MjData) -> NDArray[np.float64]:

@@ -31,7 +31,7 @@ def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 def struck(lasts: float | None, **given: Any) -> Trouble:
     """A fault once rotate moves, that ends after `lasts` seconds."""
     fault = read_fault(given)
-    end = {} if lasts is None else {"lasts": lasts, "undo": fault.end}
+    end: dict[str, Any] = {} if lasts is None else {"lasts": lasts, "undo": fault.end}
     return Trouble(lambda bench: bench.virtual.now() > 2.0 and bench.moving(1), fault.strike, **end)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -23,13 +24,13 @@ MODEL = """<mujoco><compiler angle="radian"/><worldbody><body><joint name="axis"
 def report(*causes: tuple[str, float, list[str]], not_testable: Sequence[NotTestable] = ()) -> GapReport:
     """A report with these causes on `axis`: effect, probability, what it cannot be distinguished from."""
     levels = dict.fromkeys(("torque_rms", "gap_rms", "noise_rms", "model_error_rms", "standstill_rms"), 0.5)
-    nothing = {"shares": [], "where": [], "where_after": [], "patterns": []}
+    nothing: dict[str, Any] = {"shares": [], "where": [], "where_after": [], "patterns": []}
     axis = {
         "cutoff_hz": 48.0, "standstill_velocity": 0.01, "significant": bool(causes), "test": {"name": "t", "p_value": 0.0},
         "unknown": {"share": 0.1, "goes_with": [], "correlation_time": 0.1},
         "not_testable": [asdict(one) for one in not_testable],
     }  # fmt: skip
-    found = [
+    found: list[dict[str, Any]] = [
         {"effect": effect, "axis": "axis", "probability": probability, "share": 0.02 * 0.9**rank / probability,
          "parameters": {}, "gap_closed": None, "indistinguishable_from": others,
          "tell_apart_by": "slow strokes" if others else "",

@@ -4,7 +4,6 @@ Here one device by itself, and a small share of scripts/fuzz.py, which does the 
 `make test-long` runs more, `make fuzz` all of it.
 """
 
-import os
 import re
 import subprocess
 import sys
@@ -14,6 +13,7 @@ import pytest
 from canopen_bench import NODE, Bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from repeats import LONG
 
 from drivetwin.emulator.canopen import NmtState
 from drivetwin.emulator.canopen.lss import UNCONFIGURED
@@ -65,7 +65,7 @@ def test_no_frame_raises(frames: list[tuple[int, bytes, bool]]) -> None:
 
 
 SCRIPT = Path(__file__).parents[3] / "scripts" / "fuzz.py"
-FRAMES = 8_000 if os.environ.get("DRIVETWIN_LONG") else 3_000
+FRAMES = 8_000 if LONG else 2_000
 PATIENCE = 600.0
 
 

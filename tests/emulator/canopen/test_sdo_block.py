@@ -265,14 +265,16 @@ def test_foreign_client_asks_again_for_what_it_missed() -> None:
     """The 20th segment of the server is lost on the wire."""
     one, node = client()
     one.od[FILE].value = DATA.decode("latin-1")
-    deliver, sent = one.master.notify, []
+    assert one.master is not None
+    deliver = one.master.notify
+    sent: list[bytearray] = []
 
     def lossy(can_id: int, data: bytearray, timestamp: float) -> None:
         sent.append(data)
         if len(sent) != 21:
             deliver(can_id, data, timestamp)
 
-    one.master.notify = lossy
+    one.master.notify = lossy  # type: ignore[method-assign]
     with node.sdo.open(FILE, 0, "rb", block_transfer=True) as stream:
         assert stream.read() == DATA
 

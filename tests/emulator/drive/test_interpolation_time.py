@@ -22,7 +22,8 @@ def stream(bench: DriveBench, mode: int, every: int, set_points: int) -> tuple[n
     bench.enable(mode)
     bench.command(START)
     position = bench.read(0x6064)
-    speeds, torques = [], []
+    speeds: list[float] = []
+    torques: list[float] = []
     for number in range(set_points):
         position += round(SPEED * bench.units(2.0 * pi) * every * 0.001)
         bench.write(place[0], position, place[1])

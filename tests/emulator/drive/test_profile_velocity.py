@@ -28,7 +28,7 @@ def closed_form(start: float, target: float, time: np.ndarray) -> np.ndarray:
         to_zero = abs(start) / DOWN
         before = start - np.sign(start) * DOWN * time
         after = np.sign(target) * np.minimum(UP * (time - to_zero), abs(target))
-        return np.where(time < to_zero, before, after)
+        return np.asarray(np.where(time < to_zero, before, after))
     rate = UP if abs(target) > abs(start) else DOWN
     change = np.minimum(rate * time, abs(target - start))
     return np.asarray(start + np.sign(target - start) * change)

@@ -72,7 +72,7 @@ def follow(servos: ServoBank, loop: Loop, demand: Array, position: Callable[[int
 
 def smooth_move(seconds: float, amplitude: float) -> tuple[Array, Array]:
     """(periods, 4) demand of a raised cosine [rad], and its time."""
-    time = SERVO_PERIOD * np.arange(1, round(seconds / SERVO_PERIOD) + 1)
+    time = SERVO_PERIOD * np.arange(1, round(seconds / SERVO_PERIOD) + 1, dtype=np.float64)
     rate = 2.0 * pi / seconds
     demand = np.zeros((len(time), 4))
     demand[:, POSITION] = amplitude * 0.5 * (1.0 - np.cos(rate * time))
@@ -172,7 +172,7 @@ def test_current_loop_is_a_first_order_lag() -> None:
     demand[:, TORQUE_OFFSET] = 1.0
     servos = bank(current_filter=filter_share(LAG), velocity_gain=0.0)
     torque, _ = follow(servos, Loop.VELOCITY, demand, lambda *_: 0.0)
-    elapsed = SERVO_PERIOD * np.arange(1, 41)
+    elapsed = SERVO_PERIOD * np.arange(1, 41, dtype=np.float64)
     assert torque == pytest.approx(1.0 - np.exp(-elapsed / LAG), abs=1e-12)
 
 

@@ -138,7 +138,8 @@ def test_enabling_again_while_it_stops_goes_on() -> None:
     machine.write_controlword(0x07)
     assert machine.stop is Stop.DISABLE_OPERATION
     machine.write_controlword(0x0F)
-    assert (machine.state, machine.stop) == (RUN, None)
+    assert machine.state is RUN
+    assert machine.stop is None
 
 
 def test_no_way_back_while_the_quick_stop_ramps() -> None:

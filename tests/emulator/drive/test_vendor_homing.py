@@ -39,7 +39,7 @@ def test_a_pulse_within_one_cycle_is_seen() -> None:
     bench.enable(HOMING)
     bench.write(0x6040, START)
     bench.command(ENABLE)
-    assert bench.read(0x6041) & (1 << 10) == 0
+    assert int(bench.read(0x6041)) & (1 << 10) == 0
     bench.sync(50)
     assert bench.joint_velocity < 0.0
 

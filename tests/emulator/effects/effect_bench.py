@@ -23,7 +23,7 @@ SLIDE = """<mujoco model="rig"><option gravity="0 0 {gravity}" timestep="0.00012
 </worldbody><actuator><motor name="axis" joint="axis"/></actuator></mujoco>"""
 
 
-def effect(name: str, axis: str = "axis", **parameters: float) -> PlacedEffect:
+def effect(name: str, axis: str = "axis", /, **parameters: float) -> PlacedEffect:
     """An effect of the library on an axis."""
     return PlacedEffect(axis, library()[name](**parameters), {})
 

@@ -33,7 +33,7 @@ def test_every_effect_of_the_library_says_how_it_is_judged() -> None:
 
 def broken(kind: type[AxisEffect], monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What is found wrong of an effect that stands in for the one of its name."""
-    monkeypatch.setitem(library(), kind.name, kind)  # type: ignore[arg-type]
+    monkeypatch.setitem(library(), kind.name, kind)
     return [one.what for one in findings(kind) if not one.holds]
 
 

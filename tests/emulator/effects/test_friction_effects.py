@@ -148,7 +148,7 @@ def test_hysteresis_loop_loses_what_the_slipping_elements_lose(stretch: float) -
     assert area == pytest.approx(lost, rel=0.02, abs=0.02 * STIFFNESS * SHARE**2)
 
 
-def follow_triangle(rig: Rig, reach: float) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+def follow_triangle(rig: Rig, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Friction's torque and position over the second slow closed loop between +-reach, by a stiff position loop."""
     periods = 8000
     wave = np.concatenate([np.linspace(0, 1, periods), np.linspace(1, -1, 2 * periods), np.linspace(-1, 0, periods)]) * reach

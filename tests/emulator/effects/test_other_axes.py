@@ -40,7 +40,7 @@ def test_every_effect_is_here_or_elsewhere() -> None:
     assert set(PARAMETERS) | ELSEWHERE == set(library())
 
 
-def readings(*effects: object) -> np.ndarray:  # type: ignore[type-arg]
+def readings(*effects: object) -> np.ndarray:
     """What both encoders say while both motors push alike and both brakes close in the end, (n, 2)."""
     base = [effect(name, axis, **{name: 0.4}) for axis in ("axis", "second") for name in ("coulomb", "viscous")]
     given = {(one.axis, one.effect.name) for one in effects}  # type: ignore[attr-defined]

@@ -50,7 +50,7 @@ def test_two_effects_cost_what_the_second_adds_to_an_axis_with_the_first(names: 
 
 def swing(frequency: float, amplitude: float, seconds: float = 8.0) -> Motion:
     """A sine of a weightless axis, started from rest by a slow rise."""
-    time = np.arange(round(seconds / SAMPLE)) * SAMPLE
+    time = np.arange(round(seconds / SAMPLE), dtype=np.float64) * SAMPLE
     turn = 2.0 * pi * frequency
     rise = np.clip(time / 3.0, 0.0, 1.0)
     envelope = amplitude * rise**3 * (10.0 - 15.0 * rise + 6.0 * rise**2)
@@ -90,13 +90,13 @@ def test_a_link_that_its_brake_like_friction_holds_stays_where_it_is() -> None:
 
 
 def asked(seconds: float = 4.0) -> Array:
-    time = np.arange(round(seconds / SAMPLE)) * SAMPLE
+    time = np.arange(round(seconds / SAMPLE), dtype=np.float64) * SAMPLE
     return np.asarray(3.0 * np.sin(2.0 * pi * 3.0 * time) + 1.5 * np.sin(2.0 * pi * 11.0 * time))
 
 
 def test_a_slow_current_loop_answers_as_its_differential_equation() -> None:
     """Against the servo's own filter at 125 us, and -3 dB at its bandwidth."""
-    fine = np.interp(np.arange(32000) * 125e-6, np.arange(4000) * SAMPLE, asked())
+    fine = np.interp(np.arange(32000, dtype=np.float64) * 125e-6, np.arange(4000) * SAMPLE, asked())
     given, share = np.empty_like(fine), 1.0 - np.exp(-2.0 * pi * 20.0 * 125e-6)
     now = fine[0]
     for k, torque in enumerate(fine):
@@ -106,5 +106,5 @@ def test_a_slow_current_loop_answers_as_its_differential_equation() -> None:
     assert isinstance(slow, DriveEffect)
     left = slow.respond(asked(), SAMPLE) - given[::8]
     assert np.sqrt(np.mean(left**2)) < 0.02 * np.sqrt(np.mean(asked() ** 2))
-    tone = np.sin(2.0 * pi * 20.0 * np.arange(4000) * SAMPLE)
+    tone = np.sin(2.0 * pi * 20.0 * np.arange(4000, dtype=np.float64) * SAMPLE)
     assert np.abs(slow.respond(tone, SAMPLE)[2000:]).max() == pytest.approx(1.0 / np.sqrt(2.0), rel=0.01)

@@ -9,7 +9,7 @@ import pytest
 from effect_bench import GEAR, PERIOD, Rig, effect, hinge, slide, two_axes
 
 
-def readings(rig: Rig, count: int, torque: float = 0.0) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+def readings(rig: Rig, count: int, torque: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """True motor angles by the joint, and what the encoder says at the same instants [rad]."""
     true, read = [], []
     for _ in range(count):

@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import TypeVar
 
-import can
+from can import Message
 
 from drivetwin.drive_profiles import load_profile
 from drivetwin.emulator.clock import SyncClock
@@ -47,7 +47,7 @@ class Bench:
 
     def can(self, cob_id: int, data: bytes = b"") -> None:
         """A frame of the CANopen master."""
-        self.virtual.receive(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False))
+        self.virtual.receive(Message(arbitration_id=cob_id, data=data, is_extended_id=False))
 
     def sync(self, count: int = 1) -> None:
         """Cycles of the CANopen master."""
@@ -77,7 +77,7 @@ class Bench:
                     self.can(0x80)
             return done.result()
 
-    def _sent(self, message: can.Message) -> None:
+    def _sent(self, message: Message) -> None:
         self.sent.append((message.arbitration_id, bytes(message.data), message.timestamp))
 
 

@@ -103,7 +103,7 @@ def with_value(case: CaseResult, value: float, noise: float | None, at: int = 0)
 
 def evidence_of(folder: Path, seconds: float = 2.5) -> Evidence:
     """Three axes that swing; `rotate` faults at 0.75 s, of a fault struck then, and lags by a peak of one sample at 1.06 s."""
-    time = np.arange(1, round(1000 * seconds) + 1) * 1e-3
+    time = np.arange(1, round(1000 * seconds) + 1, dtype=np.float64) * 1e-3
     axes = ("lift", "rotate", "stretch")
     demand = np.stack([0.05 * (1.0 - np.cos(2.0 * np.pi * rate * time)) for rate in (0.5, 1.0, 2.0)], axis=1)
     position = demand - 2e-4 * np.sin(7.0 * time)[:, None]
@@ -142,9 +142,9 @@ FRAMES = (
 
 def frames() -> tuple[BusFrame, ...]:
     """The same as the stand notes them."""
-    parts = [(time, *text.split("#")) for time, text in FRAMES]
+    parts = [(time, *text.partition("#")) for time, text in FRAMES]
     return tuple(
-        BusFrame(time, int(identifier, 16), *_content(content), heard=0.0) for time, identifier, content in parts
+        BusFrame(time, int(identifier, 16), *_content(content), heard=0.0) for time, identifier, _, content in parts
     )
 
 

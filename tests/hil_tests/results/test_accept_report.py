@@ -26,7 +26,10 @@ class Page(HTMLParser):
 
     def __init__(self, path: Path) -> None:
         super().__init__()
-        self.text, self.loaded, self.links, self.places = "", [], [], []
+        self.text = ""
+        self.loaded: list[str | None] = []
+        self.links: list[str | None] = []
+        self.places: list[str | None] = []
         self.shown, self.folded, self._hidden, self._templates = 0, 0, 0, 0
         self.feed(path.read_text(encoding="utf-8"))
 
