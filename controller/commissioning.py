@@ -131,7 +131,7 @@ def _excite(session: Session, axis: str, name: str, wave: Wave, strokes_of: int)
     for begin in begins:
         torque[begin + way.ramp :][:length] = np.tile(wave.samples, PERIODS)
     starts = [begin + way.ramp + turn * len(wave.samples) for begin in begins for turn in range(SETTLING, PERIODS)]
-    return Excited(_run(session, axis, name, path, torque), axis, wave, starts)
+    return Excited(_run(session, axis, name, path, torque), axis, wave, starts, 2 * (PERIODS - SETTLING))
 
 
 def _run(session: Session, axis: str, name: str, path: Positions, torque: Positions) -> Recording:

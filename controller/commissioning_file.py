@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 from drivetwin.controller.drive_node import DriveNode, place
@@ -10,20 +11,25 @@ from drivetwin.controller.session import Session
 from drivetwin.foundation.files import provenance
 from drivetwin.identification.frequency.cascade import Cascade
 from drivetwin.identification.frequency.result import AxisResponse
+from drivetwin.identification.frequency.wording import rows
 
 SCHEMA = "bode/1"
 
 
 def responses_to_json(found: Sequence[AxisResponse], session: Session, seed: int) -> dict[str, Any]:
-    """The whole file; `objects` of an axis are the proposed gains in its drive's units."""
+    """The whole file; `objects` of an axis are the proposed gains in its drive's units, `summary` is what a person reads."""
     drives = {drive.name: drive for drive in session.drives}
     machine = session.machine
     return {
         "schema": SCHEMA,
         "machine": machine.machine,
         **provenance(seed, [machine.model_path, machine.axes_path]),
-        "axes": {each.axis: {**each.to_json(), "objects": _objects(each, drives[each.axis])} for each in found},
+        "axes": {each.axis: _axis(each, drives[each.axis]) for each in found},
     }
+
+
+def _axis(found: AxisResponse, drive: DriveNode) -> dict[str, Any]:
+    return {**found.to_json(), "objects": _objects(found, drive), "summary": [asdict(row) for row in rows(found)]}
 
 
 def _objects(found: AxisResponse, drive: DriveNode) -> list[dict[str, Any]]:

@@ -24,6 +24,9 @@ LONGEST_LAG = 0.003
 SURE = 0.02
 """Relative standard deviation up to which a line is relied on: 0.17 dB and 1.1 degrees."""
 
+FAIR = 0.1
+"""The same for margins: far below a crossover the loop leaves little torque to measure, and its gain does not matter."""
+
 
 @dataclass(frozen=True)
 class Bode:
@@ -46,6 +49,11 @@ class Bode:
     def sure(self) -> Mask:
         """Lines that are relied on (m,)."""
         return np.asarray(self.deviation <= SURE)
+
+    @property
+    def fair(self) -> Mask:
+        """Lines that margins are taken from (m,)."""
+        return np.asarray(self.deviation <= FAIR)
 
     @property
     def closed_velocity(self) -> Complex:

@@ -20,7 +20,7 @@ _DOUBTFUL = "#b8c4cf"
 def mechanics_figure(found: AxisResponse) -> go.Figure:
     """Gain, phase and coherence over frequency; grey where nothing is concluded."""
     unit = f"{found.units.velocity}/({found.units.torque})"
-    figure = _panels(("speed for torque", "phase", "coherence"), (f"dB re 1 {unit}", "degrees", "1"))
+    figure = _panels(("gain", "phase", "coherence"), (f"dB re 1 {unit}", "degrees", "1"))
     bode = found.bode
     phase = np.angle(bode.mechanics, deg=True)
     for row, values in enumerate((decibel(bode.mechanics), phase, bode.coherence), start=1):
@@ -36,7 +36,7 @@ def mechanics_figure(found: AxisResponse) -> go.Figure:
 def open_figure(found: AxisResponse) -> go.Figure:
     """Both loops, cut open, as they are and with the proposed gains."""
     figure = _panels(("open loops", "phase"), ("dB", "degrees"))
-    bode, sure = found.bode, found.bode.sure
+    bode, sure = found.bode, found.bode.fair
     frequency = bode.frequency[sure]
     _loop(figure, frequency, bode.velocity[sure], "velocity loop", BEFORE)
     _loop(figure, frequency, bode.position[sure], "position loop", AFTER)
@@ -52,7 +52,7 @@ def open_figure(found: AxisResponse) -> go.Figure:
 def closed_figure(found: AxisResponse) -> go.Figure:
     """Both loops closed: measured speed for the demanded one, position for the demanded one."""
     figure = _panels(("closed loops", "phase"), ("dB", "degrees"))
-    bode, sure = found.bode, found.bode.sure
+    bode, sure = found.bode, found.bode.fair
     _loop(figure, bode.frequency[sure], bode.closed_velocity[sure], "velocity loop", BEFORE)
     _loop(figure, bode.frequency[sure], bode.closed_position[sure], "position loop", AFTER)
     figure.add_hline(y=-3.0, line={"color": "#333333", "width": 1, "dash": "dot"}, row=1, col=1)

@@ -64,6 +64,7 @@ def _method() -> str:
         "<li>Injected torque over torque at the motor is one more than the open loop, whatever the mechanics. It is split into "
         "both loops by the position gain and the speed filter that the drive tells.</li>"
         f"<li>A line is relied on where the standard deviation of the mechanics is at most {100.0 * SURE:g} %.</li>"
+        "<li>The response is the mean over the way of the axis. Where inertia changes on it, the coherence is lower.</li>"
         f"<li>Proposed: {_goal('velocity', VELOCITY_GOAL)}; {_goal('position', POSITION_GOAL)}. "
         "Nothing is written to a drive.</li>"
         "</ul></section>"

@@ -19,39 +19,37 @@ COLUMNS = ("torque", "position", "torque_offset")
 
 @dataclass(frozen=True)
 class Excited:
-    """A recording in which `axis` was excited: whole periods of `wave` begin at the samples `starts`, in its steady state."""
+    """A recording in which `axis` was excited: whole periods of `wave` begin at the samples `starts`, in its steady state.
+
+    After `repeats` of them the axis is at the same place again, moving the same way.
+    """
 
     recording: Recording
     axis: str
     wave: Wave
     starts: Sequence[int]
+    repeats: int
 
 
 @dataclass(frozen=True)
 class Response:
     """What answers to the injected torque (m,): `frequency` [Hz], phasors of torque [1] and position [rad/N·m or m/N] for a
-    unit of it, and the coherence of each with it, 0..1."""
+    unit of it, and the coherence of each with it, 0..1.
+
+    `deviation` is the standard deviation of the responses' ratio, relative: 0.01 is 0.09 dB and 0.6 degrees.
+    """
 
     frequency: Samples
     torque: Complex
     position: Complex
     torque_coherence: Samples
     position_coherence: Samples
-    periods: int
+    deviation: Samples
 
     @property
     def coherence(self) -> Samples:
         """The worse of both (m,)."""
         return np.minimum(self.torque_coherence, self.position_coherence)
-
-    @property
-    def deviation(self) -> Samples:
-        """Standard deviation of the responses' ratio (m,), relative: 0.01 is 0.09 dB and 0.6 degrees.
-
-        Of each response sqrt((1 - c)/(2 c n)), c the coherence and n the periods (Bendat and Piersol 2010, table 9.6).
-        """
-        both = [(1.0 - each) / (2.0 * each * self.periods) for each in (self.torque_coherence, self.position_coherence)]
-        return np.asarray(np.sqrt(both[0] + both[1]))
 
 
 def response(excited: Excited) -> Response:
@@ -74,7 +72,7 @@ def response(excited: Excited) -> Response:
         _ratio(position, injected),
         _coherence(torque, injected),
         _coherence(position, injected),
-        len(excited.starts),
+        np.hypot(_deviation(torque, injected, excited.repeats), _deviation(position, injected, excited.repeats)),
     )
 
 
@@ -96,3 +94,15 @@ def _ratio(answer: Complex, injected: Complex) -> Complex:
 def _coherence(answer: Complex, injected: Complex) -> Samples:
     both = np.abs((answer * injected.conj()).sum(axis=0)) ** 2
     return np.asarray(both / ((np.abs(answer) ** 2).sum(axis=0) * (np.abs(injected) ** 2).sum(axis=0)))
+
+
+def _deviation(answer: Complex, injected: Complex, repeats: int) -> Samples:
+    """Relative standard deviation of the mean response in gain or phase (m,), by how much periods at the same place differ.
+
+    An inertia that depends on the place is no noise: it lowers the coherence, and the response is the mean over the way.
+    """
+    ratio, count = answer / injected, len(answer)
+    groups = [ratio[first::repeats] for first in range(repeats)] if count >= 2 * repeats else [ratio]
+    apart = sum((np.abs(group - group.mean(axis=0)) ** 2).sum(axis=0) for group in groups)
+    variance = np.asarray(apart) / (count - len(groups))
+    return np.asarray(np.sqrt(variance / (2.0 * count)) / np.abs(_ratio(answer, injected)))

@@ -94,14 +94,14 @@ def axis_response(excited: Excited, stepped: Stepped, strokes: Recording, units:
             f"axis {excited.axis}: {sure} of {len(found.sure)} frequencies can be relied on, and {FEWEST} are needed: the "
             "excited motion drowns in noise, or the axis stands; is its friction near the torque limit, is it disturbed?"
         )
-    frequency = found.frequency[found.sure]
+    frequency, fair = found.frequency[found.fair], found.fair
     shapes = find_resonances(found)
     return AxisResponse(
         excited.axis,
         units,
         found,
-        margins(frequency, found.velocity[found.sure]),
-        margins(frequency, found.position[found.sure]),
+        margins(frequency, found.velocity[fair]),
+        margins(frequency, found.position[fair]),
         shapes,
         inertia(found, shapes),
         step_response(stepped),

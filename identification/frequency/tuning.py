@@ -57,7 +57,7 @@ def propose(found: Bode) -> Proposal | None:
         tried = replace(velocity, position_gain=found.cascade.position_gain * float(factor))
         open_velocity, open_position = _open(found, tried)
         if _keeps(found, open_position, POSITION_GOAL):
-            frequency = found.frequency[found.sure]
+            frequency = found.frequency[found.fair]
             return Proposal(tried, margins(frequency, open_velocity), margins(frequency, open_position))
     return None
 
@@ -80,12 +80,12 @@ def _steepest(found: Bode, integral_time: float | None) -> Cascade | None:
 
 
 def _open(found: Bode, cascade: Cascade) -> tuple[Complex, Complex]:
-    """Open velocity and position loop at the lines that are relied on."""
-    return loops_over(found.mechanics[found.sure], found.frequency[found.sure], cascade)
+    """Open velocity and position loop at the lines that margins are taken from."""
+    return loops_over(found.mechanics[found.fair], found.frequency[found.fair], cascade)
 
 
 def _keeps(found: Bode, loop: Complex, goal: Goal) -> bool:
-    margin = margins(found.frequency[found.sure], loop)
+    margin = margins(found.frequency[found.fair], loop)
     if margin.phase is None or margin.peak > goal.peak or margin.phase < goal.phase:
         return False
     far_below = float(decibel(loop[-1:])[0]) <= -goal.gain

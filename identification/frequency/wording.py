@@ -73,7 +73,7 @@ def _margins(loop: str, now: Margins, proposed: Margins | None) -> list[Row]:
 
 
 def _or_beyond(value: float | None, unit: str, digits: int) -> str:
-    return "beyond what was measured" if value is None else f"{value:.{digits}f} {unit}"
+    return "not within the lines" if value is None else f"{value:.{digits}f} {unit}"
 
 
 def _integral(time: float | None) -> str:
