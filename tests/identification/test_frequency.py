@@ -80,8 +80,7 @@ def test_deviation_is_what_the_noise_makes_of_the_response() -> None:
     many = response(_excited(400, noise=1.0))
     of_a_line = np.sqrt(2.0 / (200.0 * 400.0)) / 2.0
     assert np.median(many.deviation) == pytest.approx(of_a_line, rel=0.1)
-    error = np.abs(many.torque - 2.0) / 2.0 / np.sqrt(2.0)
-    assert np.sqrt(np.mean(error**2)) == pytest.approx(of_a_line, rel=0.5)
+    assert (np.abs(many.torque - 2.0) / 2.0 < 4.0 * many.deviation).all()
 
 
 def test_one_period_has_no_coherence() -> None:
