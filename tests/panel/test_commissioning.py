@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-from pathlib import Path
 
 from browser_bench import browser_page, needs_chromium
 from panel_bench import panel
@@ -30,8 +28,6 @@ def test_an_axis_is_measured_and_its_margins_are_shown() -> None:
             expect(result.locator("tr", has_text="position gain").last).to_contain_text("60FBh:01")
             expect(result.locator("canvas")).to_have_count(5)
             expect(page.locator("[data-is='status']")).to_contain_text("The controller has ended: done")
-            if folder := os.environ.get("PANEL_PICTURES"):
-                page.screenshot(path=Path(folder) / "panel-commissioning.png", full_page=True)
         with browser_page(f"{served.url}#commissioning", width=390, theme="dark") as page:
             expect(page.locator("[data-is='result'] canvas")).to_have_count(5)
             assert page.evaluate("document.documentElement.scrollWidth") <= 390
