@@ -56,7 +56,7 @@ def capture_machine(
 
     Raises UserError for whatever the bench has to set right; every axis is then stopped and without voltage.
     """
-    streaming = _fitting(len(machine.axes))
+    streaming = fitting(len(machine.axes))
     with session_on(bus, machine, profile, pacing, limits, progress, log, streaming) as session:
         captured = capture_friction(session, seed)
     captured.cycles, captured.period = session.cycle.count, session.cycle.period
@@ -64,7 +64,7 @@ def capture_machine(
     return captured
 
 
-def _fitting(axes: int) -> Streaming:
+def fitting(axes: int) -> Streaming:
     """The usual cycle, or where so many axes do not fit into it the shortest that leaves room; said."""
     usual = Streaming()
     if usual.bus_time(axes) <= usual.period:

@@ -136,10 +136,29 @@ class Move(_Ask):
     def answer(self, panel: Panel) -> None:
         if panel.motion is None:
             raise UserError("this panel moves nothing: it has joined a bus whose machine is somebody else's")
+        if self.runs and panel.commissioning is not None and panel.commissioning.runs:
+            raise UserError("an axis is being measured; stop that first, in the view commissioning")
         if self.runs:
             panel.motion.start()
         else:
             panel.motion.stop()
+
+
+class Commission(_Ask):
+    """Measure an axis of the machine that the panel emulates; None ends it."""
+
+    writes: ClassVar[bool] = True
+
+    ask: Literal["commission"]
+    axis: str | None
+
+    def answer(self, panel: Panel) -> None:
+        if panel.commissioning is None:
+            raise UserError("this panel moves nothing; commission the machine with drivetwin bode --bus BUS")
+        if self.axis is None:
+            panel.commissioning.stop()
+        else:
+            panel.commissioning.start(self.axis)
 
 
 class TriggerOn(BaseModel):
@@ -248,7 +267,7 @@ class BitRate(_Ask):
 _OfScope = ScopeSet | ScopeRun | ScopeZoom | ScopeRecording
 _OfFaults = Faults | Strike | End
 
-Ask = Objects | Read | Write | Store | Command | Nmt | Move | BitRate | _OfScope | _OfFaults
+Ask = Objects | Read | Write | Store | Command | Nmt | Move | Commission | BitRate | _OfScope | _OfFaults
 
 _ASK: TypeAdapter[Ask] = TypeAdapter(Annotated[Ask, Field(discriminator="ask")])
 

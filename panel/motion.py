@@ -1,4 +1,4 @@
-"""The motion that the panel starts on a machine that it has emulated: the reference controller, as a program of its own."""
+"""What the panel lets the reference controller do on a machine that it has emulated: a program with one task."""
 
 from __future__ import annotations
 
@@ -23,15 +23,27 @@ PATIENCE = 30.0
 """Longest that a controller may take to stop its axes [s]."""
 
 
-class Motion:
-    """All axes to and fro, by `python -m drivetwin.controller`, on a bus; `folder` takes its files."""
+class Program:
+    """`python -m drivetwin.controller` with one task on a bus; its files are in `folder`/`task`."""
 
-    def __init__(self, bus: str, machine: str, profile: str, folder: Path) -> None:
-        self._folder = folder
-        self._task = folder / "motion.json"
-        told = {"format": "task/1", "task": "soak", "machine": machine, "profile": profile, "cycle": CYCLE}
-        self._task.write_text(json.dumps({**told, "parameters": {"seconds": FOR_LONG}}), encoding="utf-8")
-        self._command = [sys.executable, "-m", "drivetwin.controller", str(self._task), "--bus", bus]
+    def __init__(self, bus: str, machine: str, profile: str, folder: Path, task: str, cycle: float, clock: str) -> None:
+        self._folder = folder / task
+        self._folder.mkdir()
+        self.out = self._folder / "out"
+        self._told = {"format": "task/1", "task": task, "machine": machine, "profile": profile, "cycle": cycle}
+        file = str(self._folder / "task.json")
+        self._command = [
+            sys.executable,
+            "-m",
+            "drivetwin.controller",
+            file,
+            "--bus",
+            bus,
+            "--clock",
+            clock,
+            "--out",
+            str(self.out),
+        ]
         self._process: subprocess.Popen[bytes] | None = None
 
     @property
@@ -39,19 +51,19 @@ class Motion:
         """Whether the controller is there."""
         return self._process is not None and self._process.poll() is None
 
-    def start(self) -> None:
-        """Home the axes and move them. Raises UserError where they move already."""
+    def start(self, parameters: dict[str, object]) -> None:
+        """Do the task with these parameters. Raises UserError where it is being done."""
         if self.runs:
-            raise UserError("the motion runs already")
-        out = self._folder / "out"
-        (out / "controller.json").unlink(missing_ok=True)
-        with (self._folder / "motion.log").open("wb") as log:
+            raise UserError(f"{self._told['task']} runs already")
+        (self._folder / "task.json").write_text(json.dumps({**self._told, "parameters": parameters}), encoding="utf-8")
+        (self.out / "controller.json").unlink(missing_ok=True)
+        with (self._folder / "log").open("wb") as log:
             self._process = subprocess.Popen(
-                [*self._command, "--clock", "paced", "--out", str(out)],
+                self._command,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=log,
-                start_new_session=True,  # Ctrl-C is the panel's, which then ends the motion
+                start_new_session=True,  # Ctrl-C is the panel's, which then ends the program
                 preexec_fn=partial(end_with_parent, os.getpid(), signal.SIGTERM),  # noqa: PLW1509
             )
 
@@ -66,13 +78,36 @@ class Motion:
             self._process.kill()
             self._process.wait()
 
-    def told(self) -> dict[str, object]:
-        """For the page: whether it runs, else what the controller said when it ended."""
-        return {"runs": self.runs, "said": "" if self.runs else self._said()}
-
-    def _said(self) -> str:
+    def said(self) -> str:
+        """What the controller said when it ended."""
         try:
-            outcome = json.loads((self._folder / "out" / "controller.json").read_text(encoding="utf-8"))
+            outcome = json.loads((self.out / "controller.json").read_text(encoding="utf-8"))
             return f"{outcome['outcome']}: {outcome['reason']}" if outcome["reason"] else str(outcome["outcome"])
         except (OSError, ValueError):
-            return (self._folder / "motion.log").read_text(encoding="utf-8", errors="replace").strip()[-500:]
+            return (self._folder / "log").read_text(encoding="utf-8", errors="replace").strip()[-500:]
+
+
+class Motion:
+    """All axes to and fro, until somebody ends it."""
+
+    def __init__(self, bus: str, machine: str, profile: str, folder: Path) -> None:
+        self._program = Program(bus, machine, profile, folder, "soak", CYCLE, "paced")
+
+    @property
+    def runs(self) -> bool:
+        """Whether the controller is there."""
+        return self._program.runs
+
+    def start(self) -> None:
+        """Home the axes and move them. Raises UserError where they move already."""
+        if self.runs:
+            raise UserError("the motion runs already")
+        self._program.start({"seconds": FOR_LONG})
+
+    def stop(self) -> None:
+        """Let the controller stop every axis and leave; nothing happens where it has gone."""
+        self._program.stop()
+
+    def told(self) -> dict[str, object]:
+        """For the page: whether it runs, else what the controller said when it ended."""
+        return {"runs": self.runs, "said": "" if self.runs else self._program.said()}

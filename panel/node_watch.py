@@ -17,8 +17,12 @@ from drivetwin.panel.pdo_reading import Address, Pdo, read_pdos
 from drivetwin.panel.values import Value, decode
 
 STATUSWORD, MODE, POSITION, ERROR_REGISTER = (0x6041, 0), (0x6061, 0), (0x6064, 0), (0x1001, 0)
-VITAL = (STATUSWORD, MODE, POSITION, ERROR_REGISTER)
+DIGITAL_INPUTS = (0x60FD, 0)
+VITAL = (STATUSWORD, MODE, POSITION, ERROR_REGISTER, DIGITAL_INPUTS)
 """Objects that are asked for where no PDO brings them."""
+
+SWITCHES = ("negative limit", "positive limit", "home")
+"""By their bits in 60FDh (CiA 402-2, 'Digital inputs')."""
 
 FRESH = 1.0
 """Age from which a vital object is asked for [s]."""
@@ -113,6 +117,19 @@ class NodeWatch:
         """Where the joint is, by the drive's own word [rad or m]; None where that is not known."""
         position = self.number(POSITION)
         return None if position is None or self.unit is None else position * self.unit
+
+    @property
+    def joint_torque(self) -> float | None:
+        """Torque or force on the joint, no gear losses, by the drive's own word [N·m or N]; None where it is not known."""
+        role = self.profile.roles.get("torque_actual")
+        raw = None if role is None else self.number((role.index, role.subindex))
+        return None if raw is None or role is None or self.axis is None else raw * role.si_per_unit * self.axis.gear_ratio
+
+    @property
+    def switches(self) -> list[str] | None:
+        """Limit and home switches that are active (60FDh, CiA 402-2), None where the drive does not tell."""
+        inputs = self.number(DIGITAL_INPUTS)
+        return None if inputs is None else [name for bit, name in enumerate(SWITCHES) if int(inputs) >> bit & 1]
 
     def entry(self, index: int, subindex: int) -> ObjectEntry:
         """Raises UserError for an object that the drive type does not have."""

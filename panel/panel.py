@@ -15,6 +15,7 @@ from drivetwin.foundation.errors import UserError
 from drivetwin.panel.access import Pen
 from drivetwin.panel.bus_time import SYNC, BusTime
 from drivetwin.panel.bus_watch import BusWatch
+from drivetwin.panel.commissioning import Commissioning
 from drivetwin.panel.fault_desk import FaultDesk
 from drivetwin.panel.happenings import Happenings
 from drivetwin.panel.link import Link
@@ -66,14 +67,16 @@ class Panel:
         control: Path | None = None,
         machine: str | None = None,
         model: Path | None = None,
+        commissioning: Commissioning | None = None,
     ) -> None:
         """`control` is the control socket of the emulator, `machine` what it emulates and `model` its MJCF file.
 
-        None on a bus of somebody else.
+        `commissioning` measures its axes. None on a bus of somebody else.
         """
         self.link = link
         self.pen = pen
         self.motion = motion
+        self.commissioning = commissioning
         self.profile = profile
         self.nodes = {node_id: NodeWatch(link, node_id, profile, axes.get(node_id)) for node_id in node_ids}
         self.control = control
@@ -115,8 +118,12 @@ class Panel:
     @property
     def configured(self) -> bool:
         """False while the controller that the panel started brings up the drives: it needs the SDO channel of each."""
-        moved = self.motion is not None and self.motion.runs
-        return not moved or all(node.nmt == OPERATIONAL for node in self.nodes.values())
+        return not self._driven or all(node.nmt == OPERATIONAL for node in self.nodes.values())
+
+    @property
+    def _driven(self) -> bool:
+        """Whether a controller that the panel started is on the bus, and sends SYNC."""
+        return any(each is not None and each.runs for each in (self.motion, self.commissioning))
 
     def _refresh(self) -> None:
         while not self._ended.wait(REFRESH_EVERY):
@@ -132,6 +139,6 @@ class Panel:
     def _keep_time(self) -> None:
         """SYNC for the machine that the panel itself has emulated, while nothing moves it: else its time would stand still."""
         while self.motion is not None and not self._ended.wait(CYCLE) and self.link.lost is None:
-            if not self.motion.runs:
+            if not self._driven:
                 with suppress(UserError):  # the bus has gone, and `lost` says so
                     self.link.send_message(SYNC, b"")

@@ -46,12 +46,30 @@ def machine(panel: Panel) -> Told:
     """The machine as its model draws it, where the drives say that it is."""
     joints = {node.axis.joint: node.joint for node in panel.nodes.values() if node.axis is not None and node.joint is not None}
     nodes = panel.nodes.values()
-    axes = [{"name": node.name, "position": node.joint, "unit": node.axis.unit if node.axis else ""} for node in nodes]
+    axes = [_axis(node) for node in nodes]
     if panel.model is None:
-        why = "This panel has joined a bus, and no drive tells which machine is on it; drivetwin panel --emulate scara draws."
+        why = "This panel has joined a bus, and no drive tells its machine; drivetwin panel --bus BUS --machine NAME draws."
         return {"geoms": None, "why": why, "axes": axes}
     panel.model.stand(joints)
     return {"geoms": panel.model.told(), "left_out": panel.model.left_out, "machine": panel.machine, "axes": axes}
+
+
+def commissioning(panel: Panel) -> Told:
+    """What was measured of each axis, and what is being measured."""
+    desk = panel.commissioning
+    return {"desk": None if desk is None else desk.told()}
+
+
+def _axis(node: NodeWatch) -> Told:
+    unit = node.axis.unit if node.axis is not None else ""
+    return {
+        "name": node.name,
+        "position": node.joint,
+        "unit": unit,
+        "torque": node.joint_torque,
+        "torque_unit": "N" if unit == "m" else "N·m",
+        "switches": node.switches,
+    }
 
 
 VIEWS: Mapping[str, Callable[[Panel], Told]] = {
@@ -61,6 +79,7 @@ VIEWS: Mapping[str, Callable[[Panel], Told]] = {
     "faults": faults,
     "bus": bus,
     "machine": machine,
+    "commissioning": commissioning,
 }
 
 

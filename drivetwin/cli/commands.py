@@ -39,6 +39,10 @@ COMMANDS = {
     "accept": Entry("accept:accept_command", "Run a controller through the acceptance suite."),
     "apply": Entry("apply:apply_command", "Write what was identified or diagnosed into a model."),
     "blind": Entry("blind:blind_command", "Test the diagnosis on machines whose effects it cannot know."),
+    "bode": Entry(
+        "bode:bode_command",
+        "Measure the frequency response of the velocity and position loop over the bus, and propose gains with margins.",
+    ),
     "bus-load": Entry(
         "bus_load:bus_load_command",
         "Compute the load of a physical bus from a log: mean, worst window, by service, and whether the frames would fit.",

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
+import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -33,11 +37,15 @@ from drivetwin.emulator.plant import Plant, truth_path
 from drivetwin.emulator.snapshot import load_snapshot
 from drivetwin.emulator.timed_bus import TIMED_BUSES, TimedBus
 from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.children import end_with_parent
 from drivetwin.foundation.collector import keep_for_good
 from drivetwin.foundation.errors import UserError
 
 POLL = 0.2
 """How long to wait for a frame before looking whether to stop [s], where only SYNC moves time."""
+
+PANEL_PATIENCE = 10.0
+"""Longest that the panel may take to end [s]."""
 
 
 def emulate_command(
@@ -76,6 +84,9 @@ def emulate_command(
     control: Annotated[
         Path | None, typer.Option(metavar="PATH", help="Unix socket on which `drivetwin fault` injects faults.")
     ] = None,
+    panel: Annotated[
+        bool, typer.Option("--panel", help="Also serve a front panel in the browser; it reads, on a free port of this machine.")
+    ] = False,
     effects_from: EffectsFrom = None,
     json_: AsJson = False,
 ) -> None:
@@ -117,7 +128,8 @@ def emulate_command(
             print(_joinable(chosen.machine, profile, nodes, where, clock, as_json=json_), flush=True)
             joined.power_on()
             keep_for_good()
-            serve(joined, hosted.bus, ended)
+            with _panel(hosted.name, machine, profile, control) if panel else nullcontext():
+                serve(joined, hosted.bus, ended)
     finally:
         hosted.close()
 
@@ -133,6 +145,29 @@ def _joinable(machine: str, profile: str, nodes: Mapping[str, int], where: Seque
 
 def _node(node_id: int, axis: str) -> str:
     return f"{axis} without node-ID" if node_id == UNCONFIGURED else f"{node_id} {axis}"
+
+
+@contextmanager
+def _panel(bus: str, machine: str, profile: str, control: Path | None) -> Iterator[None]:
+    """`drivetwin panel` on this bus while the block runs; its line goes to standard error, beside the JSON."""
+    told = ["--bus", bus, "--machine", machine, "--profile", profile, "--port", "0"]
+    command = [sys.executable, "-m", "drivetwin", "panel", *told, *([] if control is None else ["--control", str(control)])]
+    process = subprocess.Popen(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=sys.stderr,
+        start_new_session=True,  # Ctrl-C is the emulator's, which then ends the panel
+        preexec_fn=partial(end_with_parent, os.getpid(), signal.SIGTERM),  # noqa: PLW1509
+    )
+    try:
+        yield
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(PANEL_PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
 
 
 def _end_on_signals() -> threading.Event:

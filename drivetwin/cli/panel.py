@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from drivetwin.bus.channel import is_physical, open_bus
+from drivetwin.controller.machine import Axis as MachineAxis
 from drivetwin.controller.machine import load_machine
 from drivetwin.drive_profiles import load_profile
 from drivetwin.drive_profiles.eds_profile import profile_from_eds
@@ -19,9 +20,10 @@ from drivetwin.emulator.machine import load_machine as load_plant
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.scratch import scratch
 from drivetwin.panel.access import Access, Pen, is_loopback
+from drivetwin.panel.commissioning import Commissioning
 from drivetwin.panel.emulated import Emulated
 from drivetwin.panel.link import Link
-from drivetwin.panel.motion import Motion
+from drivetwin.panel.motion import Motion, Program
 from drivetwin.panel.node_watch import Axis
 from drivetwin.panel.panel import Panel, find_nodes
 from drivetwin.panel.server import listen, serve
@@ -40,6 +42,14 @@ def panel_command(
     ] = None,
     profile: Annotated[str, typer.Option(help="Drive type: servoone, cia402-full or dryve_d1.")] = "servoone",
     eds: Annotated[Path | None, typer.Option(help="A drive's own EDS or DCF; replaces the profile's objects.")] = None,
+    machine: Annotated[
+        str | None,
+        typer.Option(metavar="NAME|DIR|FILE.yaml", help="With --bus: the machine on it, whose axes are then named and drawn."),
+    ] = None,
+    control: Annotated[
+        Path | None,
+        typer.Option(metavar="PATH", help="With --bus: control socket of the emulator on it, for faults and truth."),
+    ] = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0: a free one.")] = 8402,
     host: Annotated[
         str, typer.Option(help="Address of the page; one that others reach needs the token that is printed.")
@@ -57,9 +67,11 @@ def panel_command(
     drive_type = load_profile(profile) if eds is None else profile_from_eds(eds, load_profile(profile))
     token = None if is_loopback(host) else secrets.token_urlsafe(16)
     access, pen = Access(host, token), Pen(allowed=allow_writes)
-    with listen(host, port) as where, _seen(emulate, bus, profile) as seen, Link(open_bus(seen.bus)) as link:
+    with listen(host, port) as where, _seen(emulate, bus, profile, machine, control) as seen, Link(open_bus(seen.bus)) as link:
         node_ids = sorted(seen.axes) or find_nodes(link)
-        with Panel(link, node_ids, drive_type, seen.axes, pen, seen.motion, seen.control, seen.machine, seen.model) as panel:
+        with Panel(
+            link, node_ids, drive_type, seen.axes, pen, seen.motion, seen.control, seen.machine, seen.model, seen.commissioning
+        ) as panel:
             if seen.motion is not None:
                 seen.motion.start()
             print(_joinable(panel, access, where.getsockname()[1]), flush=True)
@@ -76,13 +88,16 @@ class _Seen:
     control: Path | None = None
     machine: str | None = None
     model: Path | None = None
+    commissioning: Commissioning | None = None
 
 
 @contextmanager
-def _seen(emulate: str | None, bus: str | None, profile: str) -> Iterator[_Seen]:
+def _seen(emulate: str | None, bus: str | None, profile: str, known: str | None, control: Path | None) -> Iterator[_Seen]:
     """A bus to join, or a machine that is emulated meanwhile and moves, until it is stopped at the end."""
+    if (known is not None or control is not None) and (bus is None or emulate is not None):
+        raise UserError("--machine and --control say what is on a bus that is joined: give --bus, and no --emulate")
     if bus is not None and emulate is None:
-        yield _Seen(bus, {}, None)
+        yield _joined(bus, known, control)
         return
     if bus is not None and is_physical(bus):
         raise UserError(f"{bus} may be a real bus with a real machine; leave --emulate out to look at it")
@@ -94,11 +109,24 @@ def _seen(emulate: str | None, bus: str | None, profile: str) -> Iterator[_Seen]
         ends.callback(emulated.stop)
         motion = Motion(emulated.bus, machine, profile, folder)
         ends.callback(motion.stop)
-        axes = {
-            emulated.nodes[name]: Axis(name, axis.joint, axis.gear_ratio, "m" if axis.prismatic else "rad")
-            for name, axis in described.axes.items()
-        }
-        yield _Seen(emulated.bus, axes, motion, emulated.control, machine, load_plant(machine).model_path)
+        axes = {emulated.nodes[name]: _axis(name, axis) for name, axis in described.axes.items()}
+        program = Program(emulated.bus, machine, profile, folder, "bode", 0.001, "sync")
+        ends.callback(program.stop)
+        desk = Commissioning(program, motion, tuple(described.axes))
+        yield _Seen(emulated.bus, axes, motion, emulated.control, machine, load_plant(machine).model_path, desk)
+
+
+def _joined(bus: str, machine: str | None, control: Path | None) -> _Seen:
+    """A bus of somebody else, with what is known of it."""
+    if machine is None:
+        return _Seen(bus, {}, None, control)
+    described = load_machine(machine)
+    axes = {axis.node_id: _axis(name, axis) for name, axis in described.axes.items()}
+    return _Seen(bus, axes, None, control, machine, described.model_path)
+
+
+def _axis(name: str, axis: MachineAxis) -> Axis:
+    return Axis(name, axis.joint, axis.gear_ratio, "m" if axis.prismatic else "rad")
 
 
 def _joinable(panel: Panel, access: Access, port: int) -> str:

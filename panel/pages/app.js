@@ -1,5 +1,6 @@
 // The page: which view is open, what the head says, and the theme.
 import { bus } from "./bus.js";
+import { commissioning } from "./commissioning.js";
 import { drives } from "./drives.js";
 import { element, say } from "./elements.js";
 import { faults } from "./faults.js";
@@ -8,7 +9,7 @@ import { parameters } from "./parameters.js";
 import { scope } from "./scope.js";
 import { ask, connect, hear, watch } from "./wire.js";
 
-const VIEWS = { drives, parameters, scope, faults, bus, machine };
+const VIEWS = { drives, parameters, scope, faults, bus, machine, commissioning };
 
 const at = (id) => document.getElementById(id);
 let open = null;

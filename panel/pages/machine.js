@@ -69,7 +69,12 @@ export function machine(place) {
       });
       if (renderer !== null) say(said, `${now.machine}: ${now.geoms.length} geoms, where the drives say that they are${now.left_out > 0 ? `; ${now.left_out} of other shapes are left out` : ""}`);
       if (!framed) frame();
-      axes.replaceChildren(table(["axis", "position"], now.axes.map((axis) => [axis.name, axis.position === null ? "unknown" : `${axis.position.toFixed(4)} ${axis.unit}`])));
+      axes.replaceChildren(table(["axis", "position", "force or torque", "switches"], now.axes.map((axis) => [
+        axis.name,
+        axis.position === null ? "unknown" : `${axis.position.toFixed(4)} ${axis.unit}`,
+        axis.torque === null ? "unknown" : `${axis.torque.toFixed(2)} ${axis.torque_unit}`,
+        axis.switches === null ? "unknown" : axis.switches.join(", ") || "none active",
+      ])));
       draw();
     },
     close() {
@@ -80,13 +85,11 @@ export function machine(place) {
   function frame() {
     framed = true;
     const box = new THREE.Box3();
-    for (const { place: at, size } of told.geoms) {
-      const half = new THREE.Vector3().setScalar(Math.max(...size));
-      box.expandByPoint(new THREE.Vector3(...at).add(half)).expandByPoint(new THREE.Vector3(...at).sub(half));
-    }
+    scene.updateMatrixWorld(true);
+    for (const part of parts) box.expandByObject(part);
     if (box.isEmpty()) return;
     box.getCenter(view.centre);
-    view.far = Math.max(0.4, 1.3 * box.getSize(new THREE.Vector3()).length());
+    view.far = Math.max(0.4, 1.5 * box.getSize(new THREE.Vector3()).length()); // half of it over the sine of half the angle of view
   }
 }
 

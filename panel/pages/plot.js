@@ -48,6 +48,22 @@ export function timePlot(place, channels, cursors, onZoom) {
   return plot;
 }
 
+// Curves over the logarithm of the frequency, all in one unit.
+export function bodePlot(place, unit, curves) {
+  const height = 240;
+  const plot = new uPlot({
+    ...size(place, height),
+    legend: { show: false },
+    cursor: { show: false },
+    scales: { x: { time: false, distr: 3 } },
+    axes: [{ ...axis("Hz"), values: (_, splits) => splits.map((each) => (each === null ? "" : String(each))) }, axis(unit)],
+    series: [{}, ...curves.map((each, number) => ({ label: each.label, stroke: colour(number), width: 1.6, points: { show: false } }))],
+  }, [curves[0].frequency, ...curves.map((each) => each.values)], place);
+  const watcher = new ResizeObserver(() => plot.setSize(size(place, height)));
+  watcher.observe(place);
+  return { destroy: () => { watcher.disconnect(); plot.destroy(); } };
+}
+
 function drawCursors(plot, cursors) {
   const { ctx, bbox } = plot;
   ctx.save();

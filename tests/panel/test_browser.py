@@ -141,6 +141,24 @@ def test_the_scope_is_triggered_zoomed_and_saved(served: Served, theme: str, wid
             expect(page.locator("[data-is='state']")).to_have_text("runs")
 
 
+def test_the_scope_is_triggered_by_a_state(served: Served) -> None:
+    with browser_page(served.url) as page:
+        in_motion(page)
+        page.get_by_role("link", name="scope").click()
+        add(page, "2", "Statusword")
+        expect(page.locator("[data-is='readings']")).to_contain_text("rotate Statusword")
+        if (run := page.get_by_role("button", name="Run")).is_visible():
+            run.click()
+        page.get_by_label("Trigger", exact=True).select_option("state")
+        page.get_by_label("Trigger channel").select_option("2:6041:00")
+        page.get_by_label("State", exact=True).select_option("Switch on disabled")
+        page.get_by_role("button", name="Set", exact=True).click()
+        page.locator("#move").click()
+        expect(page.locator("[data-is='state']")).to_contain_text("triggered at")
+        page.locator("#move").click()
+        page.locator("#release").click()
+
+
 @pytest.mark.parametrize(("theme", "width"), [("light", 1280), ("dark", 390)])
 def test_the_machine_is_drawn_and_moves(served: Served, theme: str, width: int) -> None:
     with browser_page(served.url, width=width, theme=theme) as page:
@@ -149,6 +167,8 @@ def test_the_machine_is_drawn_and_moves(served: Served, theme: str, width: int) 
         expect(page.locator("[data-is='drawn']")).to_contain_text("scara: 6 geoms")
         axis = page.locator("[data-is='axes'] tr", has_text="rotate")
         expect(axis).to_contain_text("rad")
+        expect(axis).to_contain_text("N·m")
+        expect(axis).to_contain_text("none active")
         before, drawn = axis.inner_text(), page.locator(".stage canvas").screenshot()
         expect(axis).not_to_have_text(before)
         assert page.locator(".stage canvas").screenshot() != drawn

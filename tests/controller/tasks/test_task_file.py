@@ -30,7 +30,7 @@ def test_a_task_file_is_an_order(tmp_path: Path) -> None:
 
 
 def test_every_task_of_the_format_is_there() -> None:
-    assert set(task_names()) == {"boot", "enable", "home", "move", "path", "identify", "feed_forward", "soak"}
+    assert set(task_names()) == {"boot", "enable", "home", "move", "path", "identify", "feed_forward", "soak", "bode"}
     for name in task_names():
         assert task_class(name).__module__ == f"drivetwin.controller.tasks.{name}"
 
@@ -39,7 +39,7 @@ def test_every_task_of_the_format_is_there() -> None:
     ("changes", "expected"),
     [
         ({"format": "task/2"}, r"task.json: format: Input should be 'task/1'"),
-        ({"task": "dance"}, r"there is no task 'dance'; this controller can do boot, enable, feed_forward, home"),
+        ({"task": "dance"}, r"there is no task 'dance'; this controller can do bode, boot, enable, feed_forward, home"),
         ({"machine": "crane"}, r"knows no machine 'crane'; it knows arm, scara, stage"),
         ({"profile": "abc"}, r"abc"),
         ({"cycle": 0}, r"cycle: Input should be greater than 0"),
