@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.blind.case import Case, Cause
+from drivetwin.blind.wide.case import WideCase
 from drivetwin.blind.wide.channel import bandwidth, late, passed, quantised, sample_times, sampled
-from drivetwin.blind.wide.draw import WideCase, world_of
+from drivetwin.blind.wide.draw import world_of
 from drivetwin.blind.wide.drives import told
 from drivetwin.blind.wide.machines import off
 from drivetwin.blind.wide.motion import SETTLE, Plan

@@ -8,7 +8,8 @@ from argparse import ArgumentParser
 from dataclasses import asdict
 from pathlib import Path
 
-from drivetwin.blind.wide.draw import choice, each_wide
+from drivetwin.blind.wide.choice import choice
+from drivetwin.blind.wide.draw import each_wide
 from drivetwin.blind.wide.record import record_wide
 from drivetwin.foundation.files import write_json
 

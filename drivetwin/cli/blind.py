@@ -21,7 +21,8 @@ from drivetwin.blind.place import Place, code_hash
 from drivetwin.blind.run import Order, run
 from drivetwin.blind.table import terminal_table
 from drivetwin.blind.task import Layout, Procedure
-from drivetwin.blind.wide.draw import choice, draw_wide
+from drivetwin.blind.wide.choice import choice
+from drivetwin.blind.wide.draw import draw_wide
 from drivetwin.blind.wide.effects import LIBRARY
 from drivetwin.blind.wide.families import FAMILIES
 from drivetwin.blind.wide.foreign import FOREIGN

@@ -117,11 +117,12 @@ def test_killed_worker_loses_no_case(stubs: Stubs) -> None:
 def test_killed_run_goes_on_where_it_was(stubs: Stubs) -> None:
     count = 40
     command = [sys.executable, str(Path(__file__).with_name("stubs.py")), str(stubs.folder), str(count)]
-    with subprocess.Popen(command) as process:
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
         deadline = time.monotonic() + PATIENCE
         while len(list(stubs.out.glob("cases/*/off/report.json"))) < 2 and time.monotonic() < deadline:
             time.sleep(0.01)
         process.send_signal(signal.SIGKILL)
+        process.communicate()  # returns when the last worker has let go of the output
     finished = {int(path.parts[-3]) for path in stubs.out.glob("cases/*/off/report.json")}
     before = stubs.calls
     assert 2 <= len(finished) < count

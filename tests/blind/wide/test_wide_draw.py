@@ -12,8 +12,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from drivetwin.blind.key import seal
-from drivetwin.blind.wide.draw import SHARES, WideCase, choice, draw_wide, each_wide, world_of
-from drivetwin.blind.wide.draw import _plans as plans
+from drivetwin.blind.wide.case import WideCase
+from drivetwin.blind.wide.choice import SHARES, choice, plans
+from drivetwin.blind.wide.draw import draw_wide, each_wide, world_of
 from drivetwin.blind.wide.families import FAMILIES
 from drivetwin.blind.wide.record import record_wide
 from drivetwin.foundation.errors import UserError
@@ -85,11 +86,17 @@ def test_sizes_and_shares_are_told(cases: tuple[WideCase, ...]) -> None:
         for cause in case.causes:
             assert 0.003 < cause.size < 0.6
             assert 0.0 < cause.share <= 1.0
-        beside = [item for item in case.nuisances if item.effect != "presliding"]
-        assert 2 <= len(beside) <= 4
+        assert 2 <= len(case.beside) <= 4
         assert {item.axis for item in case.nuisances if item.effect == "presliding"} == set(case.axes)
         if case.kind == "clean":
             assert all(level.gap <= 0.51 * level.noise for level in case.levels.values())
+
+
+def test_nuisances_are_small_beside_the_cause_along_the_recorded_motion(cases: tuple[WideCase, ...]) -> None:
+    """2 to 10 % of its energy, and never more than 20 %: the machine moves otherwise with them than without."""
+    for case in cases:
+        largest = max((cause.size for cause in case.causes), default=np.inf)
+        assert all(item.size**2 <= 0.21 * largest**2 for item in case.beside)
 
 
 def test_recordings_keep_to_the_contract(folder: Path) -> None:

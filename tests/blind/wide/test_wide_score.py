@@ -22,7 +22,7 @@ from drivetwin.blind.run import Order, run
 from drivetwin.blind.strict import Strict, strict
 from drivetwin.blind.task import Layout, Procedure
 from drivetwin.blind.told import Told, told
-from drivetwin.blind.wide.draw import Item, Level, WideCase
+from drivetwin.blind.wide.case import Item, Level, WideCase
 
 AXES = ("x", "y", "z", "c")
 
