@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
-import psutil
+import psutil  # type: ignore[import-untyped]
 
 DRIVETWIN = [sys.executable, "-m", "drivetwin"]
 

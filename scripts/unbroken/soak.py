@@ -8,7 +8,7 @@ does not come back, or stands elsewhere than it was told to.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from random import Random
 from typing import Any
@@ -16,7 +16,7 @@ from typing import Any
 import can
 import mujoco
 import numpy as np
-import psutil
+import psutil  # type: ignore[import-untyped]
 
 from drivetwin.bus.channel import InprocBus
 from drivetwin.controller.bring_up import bring_up, connect
@@ -188,9 +188,9 @@ def _stops(bench: _Bench, cycle: Cycle, drives: list[DriveNode], faults: list[Fa
     now, alarms = bench.virtual.now(), bench.virtual.alarms
     for fault in faults:
         start = now + dice.uniform(0.0, LATEST)
-        alarms.add(lambda _now, fault=fault: fault.strike(bench.virtual)).set(start)
+        alarms.add(_at(fault.strike, bench.virtual)).set(start)
         if isinstance(fault, LastingFault):
-            alarms.add(lambda _now, fault=fault: fault.end(bench.virtual)).set(start + dice.uniform(0.01, LONGEST))
+            alarms.add(_at(fault.end, bench.virtual)).set(start + dice.uniform(0.01, LONGEST))
     try:
         _move(cycle, drives, dice)
         _move(cycle, drives, dice)
@@ -199,6 +199,11 @@ def _stops(bench: _Bench, cycle: Cycle, drives: list[DriveNode], faults: list[Fa
             raise _UnstableError from None
         return True
     return False
+
+
+def _at(happens: Callable[[VirtualMachine], None], virtual: VirtualMachine) -> Callable[[float], None]:
+    """What an alarm does."""
+    return lambda _now: happens(virtual)
 
 
 def _check_moves(cycle: Cycle, drives: list[DriveNode], dice: Random) -> None:
