@@ -7,7 +7,7 @@ export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 .DEFAULT_GOAL := run
 
-.PHONY: run test check tutorial coverage nightly test-long test-vcan interoperability seeds bench wafer-handler fuzz fuzz-files blind measured accept accept-repeats mutants docs lock clean
+.PHONY: run test check tutorial coverage nightly test-long test-vcan interoperability seeds bench wafer-handler fuzz fuzz-files unbroken blind measured accept accept-repeats mutants docs lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -78,6 +78,10 @@ fuzz: .venv/.installed
 # Thousands of spoiled files at everything that reads a stranger's file.
 fuzz-files: .venv/.installed
 	$(BIN)/python scripts/fuzz_files.py --cases 2000 --seed 0
+
+# An hour of simulated life with random faults, commands killed at random moments, disks that fail: docs/reliability.md.
+unbroken: .venv/.installed
+	PYTHONPATH=scripts $(BIN)/python -m unbroken --soak 3600 --kills 20 --out out/unbroken
 
 # The machine of the published study, link by link through the bus: out/wafer-handler/report.html and wafer-handler.json.
 wafer-handler: .venv/.installed

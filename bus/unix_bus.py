@@ -7,6 +7,7 @@ it handles one frame comes in one packet, so that whoever takes a packet whole s
 
 from __future__ import annotations
 
+import logging
 import os
 import select
 import socket
@@ -18,6 +19,8 @@ from pathlib import Path
 import can
 
 from drivetwin.foundation.errors import UserError
+
+logger = logging.getLogger(__name__)
 
 PREFIX = "unix:"
 
@@ -34,6 +37,9 @@ MOST_BYTES = MOST_FRAMES * FRAME.size
 
 LONGEST_PATH = 107
 """Bytes of sun_path without its last zero (unix(7))."""
+
+AGAIN = 0.5
+"""After which a host that had no file descriptor left looks again for who wants to join [s]."""
 
 MOST_WAITING = 256
 """Packets that the host keeps for a client that does not read, beside those in its socket; further ones are lost to it, as a
@@ -197,6 +203,8 @@ class UnixHost(can.BusABC):
         self._clients: dict[int, _Client] = {}
         self._received: deque[can.Message] = deque()
         self._sent: list[bytes] = []
+        self._shut_until: float | None = None
+        self._was_full = False
         self._poll = select.poll()
         self._poll.register(self._listener, select.POLLIN)
 
@@ -214,6 +222,7 @@ class UnixHost(can.BusABC):
     def recv(self, timeout: float | None = None) -> can.Message | None:
         """Next frame of a client, None after `timeout` seconds."""
         self._flush()
+        self._open_again()
         deadline = None if timeout is None else time.monotonic() + timeout
         while not self._received:
             left = None if deadline is None else max(0.0, deadline - time.monotonic())
@@ -238,9 +247,7 @@ class UnixHost(can.BusABC):
     def _attend(self, descriptor: int) -> None:
         """Let a client join, take its packet, or send what waits for it."""
         if descriptor == self._listener.fileno():
-            connection, _address = self._listener.accept()
-            self._clients[connection.fileno()] = _Client(connection)
-            self._poll.register(connection, select.POLLIN)
+            self._welcome()
             return
         client = self._clients[descriptor]
         client.flush()
@@ -255,6 +262,25 @@ class UnixHost(can.BusABC):
         self._received.extend(frames)
         if frames:
             self._give_all_but(client, packet)
+
+    def _welcome(self) -> None:
+        """Let a client join; where no file descriptor is left it waits, and the door is looked at again later."""
+        try:
+            connection, _address = self._listener.accept()
+        except OSError as error:
+            if not self._was_full:
+                logger.warning("bus %s: nobody else can join now (%s)", self.channel_info, error.strerror)
+            self._was_full = True
+            self._poll.unregister(self._listener)
+            self._shut_until = time.monotonic() + AGAIN
+            return
+        self._clients[connection.fileno()] = _Client(connection)
+        self._poll.register(connection, select.POLLIN)
+
+    def _open_again(self) -> None:
+        if self._shut_until is not None and time.monotonic() >= self._shut_until:
+            self._poll.register(self._listener, select.POLLIN)
+            self._shut_until = None
 
     def _flush(self) -> None:
         if self._sent:

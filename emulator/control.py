@@ -15,6 +15,7 @@ on the joint side.
 from __future__ import annotations
 
 import json
+import logging
 import os
 import selectors
 import socket
@@ -34,7 +35,12 @@ from drivetwin.foundation.errors import UserError
 
 DURATION = Number("for", "how long it lasts, in simulated time", "s", 0.0, 1e6)
 
+logger = logging.getLogger(__name__)
+
 LONGEST_LINE = 4096
+MOST_CONVERSATIONS = 32
+"""At once; a connection beyond them is closed."""
+
 OWNER_ONLY = 0o177
 """Mask that leaves a socket to read and write for its owner alone."""
 
@@ -146,6 +152,7 @@ class ControlSocket:
         self._path = path
         self._control = control
         self._lines: dict[socket.socket, bytes] = {}
+        self._warned: set[str] = set()
         self._selector = selectors.DefaultSelector()
         self._listener = _listen(path)
         self._selector.register(self._listener, selectors.EVENT_READ, self._accept)
@@ -164,10 +171,23 @@ class ControlSocket:
         self._listener.close()
 
     def _accept(self) -> None:
-        connection, _ = self._listener.accept()
+        try:
+            connection, _ = self._listener.accept()
+        except OSError as error:  # no file descriptor is left: the client waits until one is
+            self._warn_once(f"control: a connection cannot be accepted ({error.strerror})")
+            return
+        if len(self._lines) >= MOST_CONVERSATIONS:
+            self._warn_once(f"control: more than {MOST_CONVERSATIONS} conversations, the newest is closed")
+            connection.close()
+            return
         connection.setblocking(False)
         self._lines[connection] = b""
         self._selector.register(connection, selectors.EVENT_READ, partial(self._converse, connection))
+
+    def _warn_once(self, message: str) -> None:
+        if message not in self._warned:
+            self._warned.add(message)
+            logger.warning("%s", message)
 
     def _converse(self, connection: socket.socket) -> None:
         """A client that goes, or writes without end, is left."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
@@ -16,33 +17,67 @@ from typing import Any
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.scratch import held_directory
 
+FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
+"""What an operating system says of a disk that takes no more, which names no file."""
+
+
+class DiskError(UserError):
+    """An output that cannot be written for `reason`; nothing of it is left."""
+
+    def __init__(self, path: Path, reason: str) -> None:
+        super().__init__(f"{path} cannot be written {reason}")
+        self.reason = reason
+
+
+@contextmanager
+def _told_of(path: Path) -> Iterator[None]:
+    """Whatever keeps the block from writing is told as being about `path`. Raises DiskError."""
+    folder = path.parent
+    try:
+        yield
+    except DiskError as error:  # of a file in the folder that is being written
+        raise DiskError(path, error.reason) from None
+    except OSError as error:
+        if error.errno in FULL:
+            raise DiskError(path, f"({os.strerror(error.errno)}): make room, or choose another --out") from None
+        if error.errno == errno.ENOENT and not folder.exists():
+            raise UserError(f"{path} cannot be written: its folder was removed meanwhile; run this again") from None
+        raise
+
 
 @contextmanager
 def new_file(path: Path) -> Iterator[Path]:
-    """Yield a temporary sibling of `path` that replaces it when the block ends without an error."""
+    """Yield a temporary sibling of `path` that replaces it when the block ends without an error.
+
+    Raises UserError where `path` is no regular file, such as a device, and DiskError where the disk takes no more.
+    """
+    if path.exists() and not path.is_file():
+        raise UserError(f"{path} is no regular file: --out names a file to write, choose another")
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=path.suffix)
-    os.close(handle)
-    part = Path(name)
-    try:
-        yield part
-        part.chmod(0o644)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    with _told_of(path):
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=path.suffix)
+        os.close(handle)
+        part = Path(name)
+        try:
+            yield part
+            part.chmod(0o644)
+            part.replace(path)
+        finally:
+            part.unlink(missing_ok=True)
 
 
 @contextmanager
 def new_directory(path: Path) -> Iterator[Path]:
     """Yield an empty sibling directory that replaces `path` when the block ends without an error.
 
-    Raises UserError if `path` is a file, or a directory that contains files of other origin.
+    Raises UserError if `path` is a file, or a directory that contains files of other origin, and DiskError where the disk takes
+    no more.
     """
     path = path.absolute()
     refuse_foreign(path)
     missing = [parent for parent in path.parents if not parent.exists()]
     path.parent.mkdir(parents=True, exist_ok=True)
-    with held_directory(path.parent, f".{path.name}.", ".part") as part:
+    with _told_of(path), held_directory(path.parent, f".{path.name}.", ".part") as part:
         try:
             yield part
             (part / _MARK).touch()
@@ -104,8 +139,9 @@ def own_directory(path: Path) -> None:
     Raises UserError as `refuse_foreign`.
     """
     refuse_foreign(path)
-    path.mkdir(parents=True, exist_ok=True)
-    (path / _MARK).touch()
+    with _told_of(path):
+        path.mkdir(parents=True, exist_ok=True)
+        (path / _MARK).touch()
 
 
 def write_json(path: Path, payload: dict[str, Any]) -> None:

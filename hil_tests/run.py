@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from drivetwin.emulator.effects import EffectFile, add_effects, added_effects
+from drivetwin.foundation.arithmetic import children_compute_alike
 from drivetwin.foundation.children import end_with_parent
 from drivetwin.foundation.collector import without_collector
 from drivetwin.foundation.errors import UserError
@@ -66,12 +67,12 @@ def run_all(
     """Run and judge every case in `cases`/NN_group.name; the verdicts in the order of the scenarios.
 
     `done` hears of each as it comes. On a bus that all cases share, and on the wall clock, they run one by one, and
-    with real drives only as long as none is rejected.
+    with real drives only as long as none is rejected. Else they run in processes that compute as on any other host.
     """
     alone = bench.bus != EMBEDDED or bench.clock == "realtime"
     places = [cases / scenario.identity for scenario in scenarios]
     results: dict[str, CaseResult] = {}
-    for result in _one_by_one(bench, scenarios, places) if alone or jobs == 1 else _at_once(bench, scenarios, places, jobs):
+    for result in _one_by_one(bench, scenarios, places) if alone else _at_once(bench, scenarios, places, jobs):
         results[f"{result.number:02d}_{result.group}.{result.name}"] = result
         done(result)
     return [results[scenario.identity] for scenario in scenarios]
@@ -110,7 +111,9 @@ def _at_once(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Path]
     try:
         # what comes late in a machine's life lasts longest, and is not left for the end
         runs = reversed(list(zip(scenarios, places, strict=True)))
-        for task in as_completed([pool.submit(run_one, bench, scenario, place) for scenario, place in runs]):
+        with children_compute_alike():
+            tasks = [pool.submit(run_one, bench, scenario, place) for scenario, place in runs]
+        for task in as_completed(tasks):
             yield task.result()
     except BrokenProcessPool:
         raise UserError("a process that ran a case was killed: is there enough memory? --jobs 1 needs the least") from None

@@ -13,8 +13,10 @@ from pathlib import Path
 
 import can
 import pytest
+from descriptors import no_descriptor_left
 from processes import drivetwin, emulator
 
+from drivetwin.bus import unix_bus
 from drivetwin.bus.channel import host_bus, open_bus
 from drivetwin.bus.unix_bus import LONGEST_PATH, MOST_FRAMES, UnixBus, UnixHost, pack, unpack
 from drivetwin.foundation.errors import UserError
@@ -244,3 +246,27 @@ def test_who_joined_sent_and_left_before_anybody_looked_is_heard(host: UnixHost)
     client.send(frame(7))
     client.shutdown()
     assert number_of(host.recv(0.0)) == 7
+
+
+def test_where_no_more_can_join_those_who_have_go_on_and_others_join_later(
+    host: UnixHost, client: UnixBus, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The process has no file descriptor left."""
+    monkeypatch.setattr(unix_bus, "AGAIN", 0.0)
+    assert host.recv(0.0) is None
+    waiting = [socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) for _ in range(3)]
+    path = str(host.channel_info).removeprefix("unix:")
+    with no_descriptor_left():
+        for each in waiting:
+            each.connect(path)
+        for number in range(5):
+            client.send(frame(number))
+            assert number_of(host.recv(PATIENCE)) == number
+        assert host.clients == 1
+    assert host.recv(0.0) is None
+    assert host.clients == 4
+    assert [record.getMessage() for record in caplog.records] == [
+        f"bus unix:{path}: nobody else can join now (Too many open files)"
+    ]
+    for each in waiting:
+        each.close()

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
+import os
+import shutil
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
@@ -107,3 +112,44 @@ def test_json_says_what_made_it_and_has_no_nan(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="not JSON compliant"):
         write_json(tmp_path / "y.json", {"value": float("nan")})
     assert not (tmp_path / "y.json").exists()
+
+
+def test_what_is_no_file_is_not_replaced_by_one(tmp_path: Path) -> None:
+    """As root, --out /dev/null would put a file in the place of the device."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(UserError, match=r"pipe is no regular file: --out names a file to write, choose another"):
+        write_json(pipe, {})
+    assert pipe.is_fifo()
+    assert list(tmp_path.iterdir()) == [pipe]
+
+
+@pytest.mark.parametrize("writes", [new_file, new_directory])
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO])
+def test_a_disk_that_takes_no_more_is_told_by_the_output(
+    writes: Callable[[Path], AbstractContextManager[Path]], number: int, tmp_path: Path
+) -> None:
+    def half() -> None:
+        with writes(tmp_path / "out"):
+            raise OSError(number, os.strerror(number))
+
+    with pytest.raises(UserError) as told:
+        half()
+    assert str(told.value).startswith(f"{tmp_path / 'out'} cannot be written ({os.strerror(number)})")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("writes", [new_file, new_directory])
+def test_an_output_that_vanishes_meanwhile_is_told(
+    writes: Callable[[Path], AbstractContextManager[Path]], tmp_path: Path
+) -> None:
+    folder = tmp_path / "made"
+
+    def late() -> None:
+        with writes(folder / "out") as part:
+            shutil.rmtree(folder)
+            part.joinpath("x").touch() if writes is new_directory else part.write_text("x")
+
+    with pytest.raises(UserError, match=r"made/out cannot be written: its folder was removed meanwhile"):
+        late()
+    assert list(tmp_path.iterdir()) == []

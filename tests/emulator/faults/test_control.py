@@ -11,10 +11,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from descriptors import no_descriptor_left
 from fault_bench import LIFT, ROTATE, FaultBench
 from in_process import Command
 
-from drivetwin.emulator.control import LONGEST_LINE, Control, serve_control
+from drivetwin.emulator.control import LONGEST_LINE, MOST_CONVERSATIONS, Control, serve_control
 from drivetwin.emulator.virtual_machine import REQUEST_WAIT
 from drivetwin.foundation.errors import UserError
 
@@ -176,6 +177,25 @@ def test_clients_that_leave_or_write_without_end_harm_nobody(path: Path) -> None
         endless.send(b"x" * LONGEST_LINE)
         assert endless.connection.recv(10) == b""
         assert sound.ask(strike=STO)["fault"] == "sto"
+
+
+def test_a_crowd_is_served_up_to_a_number_and_no_descriptor_ends_nothing(path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    with served(path) as bench:
+        sound = Client(path, bench)
+        assert sound.ask(strike=STO)["fault"] == "sto"
+        waiting = Client(path, bench)
+        with no_descriptor_left():
+            assert sound.ask(end=STO)["fault"] == "sto"
+        assert waiting.ask(strike=STO)["fault"] == "sto"
+        crowd = [Client(path, bench) for _ in range(MOST_CONVERSATIONS + 20) if bench.virtual.poll() is None]
+        for _ in range(3):
+            bench.virtual.poll()
+        assert sum(each.connection.recv(1, socket.MSG_DONTWAIT | socket.MSG_PEEK) == b"" for each in crowd[-22:]) == 22
+        assert sound.ask(end=STO)["fault"] == "sto"
+    assert {record.getMessage() for record in caplog.records} == {
+        "control: a connection cannot be accepted (Too many open files)",
+        f"control: more than {MOST_CONVERSATIONS} conversations, the newest is closed",
+    }
 
 
 def test_a_line_may_come_in_pieces_and_two_at_once(path: Path) -> None:
