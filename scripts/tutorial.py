@@ -42,7 +42,7 @@ def follow(lines: Sequence[str], folder: Path) -> None:
     for line in lines:
         print(f"$ {line}", flush=True)
         if line.startswith(SERVER):
-            server = subprocess.Popen(f"exec {line}", shell=True, cwd=folder, stdout=subprocess.PIPE, text=True)
+            server = subprocess.Popen(["bash", "-c", f"exec {line}"], cwd=folder, stdout=subprocess.PIPE, text=True)
             assert server.stdout is not None
             print(server.stdout.readline(), end="", flush=True)
             continue
@@ -98,7 +98,7 @@ def _closer(machine: str, folder: Path) -> Iterator[str]:
 def main() -> None:
     """Follow the page for each machine; exit status 1 where it does not lead where it says."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("machine", nargs="*", default=MACHINES, choices=[*MACHINES, []])
+    parser.add_argument("--machine", action="append", choices=MACHINES, help="only this one; repeatable")
     chosen = parser.parse_args().machine or MACHINES
     os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     page = PAGE.read_text(encoding="utf-8")

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
-import psutil  # type: ignore[import-untyped]
+import psutil
 
 DRIVETWIN = [sys.executable, "-m", "drivetwin"]
 

@@ -16,7 +16,7 @@ from typing import Any
 import can
 import mujoco
 import numpy as np
-import psutil  # type: ignore[import-untyped]
+import psutil
 
 from drivetwin.bus.channel import InprocBus
 from drivetwin.controller.bring_up import bring_up, connect

@@ -13,10 +13,11 @@ from drivetwin.identification.frequency.wave import HIGHEST, lines_in, multisine
 from drivetwin.recording.recording import AxisInfo, DriveLoops, Recording, RecordingInfo
 
 FREQUENCY = np.geomspace(0.01, 100.0, 4000)
+S = (1j * FREQUENCY).astype(np.complex128)
 
 
 def test_margins_of_three_equal_lags_are_those_of_the_closed_form() -> None:
-    loop = 4.0 / (1.0 + 1j * FREQUENCY) ** 3
+    loop = 4.0 / (1.0 + S) ** 3
     found = margins(FREQUENCY, loop)
     crossover = np.sqrt(4.0 ** (2.0 / 3.0) - 1.0)
     assert found.crossover == pytest.approx(crossover, rel=1e-4)
@@ -26,7 +27,7 @@ def test_margins_of_three_equal_lags_are_those_of_the_closed_form() -> None:
 
 
 def test_unstable_loop_has_negative_margins() -> None:
-    found = margins(FREQUENCY, 16.0 / (1.0 + 1j * FREQUENCY) ** 3)
+    found = margins(FREQUENCY, 16.0 / (1.0 + S) ** 3)
     assert found.phase is not None
     assert found.gain is not None
     assert found.phase < 0.0
@@ -34,7 +35,7 @@ def test_unstable_loop_has_negative_margins() -> None:
 
 
 def test_integrator_never_crosses_180_degrees() -> None:
-    found = margins(FREQUENCY, 1.0 / (1j * FREQUENCY))
+    found = margins(FREQUENCY, 1.0 / S)
     assert found.crossover == pytest.approx(1.0, rel=1e-4)
     assert found.phase == pytest.approx(90.0)
     assert found.gain is None
@@ -64,7 +65,7 @@ def _excited(periods: int, noise: float) -> Excited:
         "torque_offset": torque,
     }
     info = RecordingInfo(machine="one", sample_period=0.001, axes={"a": AxisInfo(joint="a")})
-    recording = Recording("excited", info, np.arange(len(torque)) * 0.001, {"a": columns})
+    recording = Recording("excited", info, np.arange(len(torque), dtype=np.float64) * 0.001, {"a": columns})
     return Excited(recording, "a", wave, [200 * period for period in range(periods)], periods)
 
 
