@@ -23,9 +23,9 @@ check: .venv/.installed
 	MYPYPATH=$(TYPED_PATH) $(BIN)/mypy $(TYPED)
 	$(BIN)/lint-imports
 
-# The tutorial's own machine, command by command, for a gantry and a six-axis arm: out/gantry*, out/arm6*.
+# The tutorial's own machine, command by command: out/gantry*, out/arm6*. Both, or TUTORIAL="--machine gantry".
 tutorial: .venv/.installed
-	$(BIN)/python scripts/tutorial.py
+	$(BIN)/python scripts/tutorial.py $(TUTORIAL)
 
 # The same tests with every branch of the product counted that they take, printed by file: out/coverage. On Python 3.11 the
 # tracer makes them three times as long.
@@ -41,7 +41,7 @@ EMPTY :=
 TYPED_PATH := scripts:docs/examples:$(subst $(EMPTY) $(EMPTY),:,$(sort $(dir $(TYPED))))
 
 # What takes too long for every change.
-nightly: coverage test-long mutants
+nightly: coverage test-long tutorial mutants
 
 # Tests that repeat a claim over more cases than they do in `make test`, at their full length.
 LONG := $(addprefix tests/,diagnosis/excitation/test_told_apart.py diagnosis/test_invariances.py drivetwin/test_container.py \
