@@ -66,10 +66,12 @@ def run_all(
 ) -> list[CaseResult]:
     """Run and judge every case in `cases`/NN_group.name; the verdicts in the order of the scenarios.
 
-    `done` hears of each as it comes. On a bus that all cases share, and on the wall clock, they run one by one, and
-    with real drives only as long as none is rejected. Else they run in processes that compute as on any other host.
+    `done` hears of each as it comes. On the wall clock and with real drives they run one by one, with real drives only as long
+    as none is rejected. Else they run in processes that compute as on any other host: at once, but one by one on a bus that all
+    cases share.
     """
-    alone = bench.bus != EMBEDDED or bench.clock == "realtime"
+    alone = bench.drives == "real" or bench.clock == "realtime"
+    jobs = jobs if bench.bus == EMBEDDED else 1
     places = [cases / scenario.identity for scenario in scenarios]
     results: dict[str, CaseResult] = {}
     for result in _one_by_one(bench, scenarios, places) if alone else _at_once(bench, scenarios, places, jobs):

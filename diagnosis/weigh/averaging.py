@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.diagnosis.weigh.moves import CLEARLY, Family, Proposal
+from drivetwin.diagnosis.weigh.moves import CLEARLY
+from drivetwin.diagnosis.weigh.proposal import Family, Proposal
 from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.errors import UserError

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.colour import Colour
-from drivetwin.diagnosis.prepare.rows import Column
-from drivetwin.diagnosis.propose.placing import in_order, placed
+from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.rigid import rigid_starts
 from drivetwin.diagnosis.propose.search import BRIEFLY, REFINED, REFINED_REPLAYS, Begun, coarse, moved
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.diagnosis.weigh.proposal import Family, Found, Proposal, makes_sense, rivals_of, same_kind
 from drivetwin.diagnosis.weigh.state import Bench, State, colours_of, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import best_together, settled_on, simpler, yields
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect
@@ -32,8 +32,6 @@ HOPELESS = 1.0
 """Nats that a start must gain with its size free, to be moved at all."""
 FAR_OFF = 50.0
 """Nats that a start may lose whose size is not free: it may lie beside the valley."""
-RIVAL = 0.1
-"""Of what an effect gains and takes, that another must, to be asked for in its place."""
 OFF = 2.5
 """Standard deviations by which a nominal parameter is off for more than chance."""
 CLEARLY = 0.5
@@ -42,44 +40,6 @@ TOGETHER = 5
 """Proposals of an axis, the best, that are tried two at a time."""
 EXCHANGES = 3
 """Rounds of exchanges, each of which may change every effect once."""
-
-
-@dataclass(frozen=True)
-class Proposal:
-    """An effect that may be added to a set: what it costs and its tangents, whitened; `score`: what the set gains [nats].
-
-    The score is the difference of log evidence less the logarithm of how many effects and starts were tried: a uniform prior.
-    """
-
-    effect: PlacedEffect
-    score: float
-    prior: float
-    """Of the score, the logarithm of how rare it is, and how many effects and starts were tried."""
-    share: float
-    """Of the gap's energy, that it takes from what is left, on the axis where that is most."""
-    column: Column
-    tangents: Sequence[Column]
-    held: frozenset[int]
-    tried: int
-    """Starts that were compared."""
-
-
-@dataclass(frozen=True)
-class Family:
-    """What could stand in one effect's place beside the others, and nothing: the sets that its probability is averaged over."""
-
-    chosen: PlacedEffect | None
-    state: State
-    proposals: Sequence[Proposal]
-
-
-@dataclass(frozen=True)
-class Found:
-    """The set with the best score, the families about it, and what could be added to it."""
-
-    state: State
-    families: Sequence[Family]
-    further: Sequence[Proposal]
 
 
 @dataclass(frozen=True)
@@ -175,7 +135,7 @@ class Search:
             if not best or count >= most:
                 return pair, proposals
             for one in best:
-                self._rivals[one.effect.effect.name, one.effect.axis] = _rivals(one, proposals)
+                self._rivals[one.effect.effect.name, one.effect.axis] = rivals_of(one, proposals)
             newest = [one.effect for one in best]
             pair = self.dropped(self.settled((*pair.whole.effects, *newest), proposals, pair), newest)
             pair = self.yielding(pair, proposals, {one.axis for one in newest if yields(type(one.effect))})
@@ -208,7 +168,7 @@ class Search:
         best = sorted(able, key=lambda one: -one.score)[:TOGETHER]
         pairs = [[one, other] for k, one in enumerate(best) for other in best[k + 1 :]]
         scores = side_by_side(lambda two: self._of_all(state, two), pairs)
-        able_pairs = [(score, two) for score, two in zip(scores, pairs, strict=True) if _makes_sense(state, two)]
+        able_pairs = [(score, two) for score, two in zip(scores, pairs, strict=True) if makes_sense(state, two)]
         score, two = max(able_pairs, key=lambda one: one[0], default=(-np.inf, []))
         return (score, two) if score > best[0].score + CLEARLY else (best[0].score, best[:1])
 
@@ -223,7 +183,7 @@ class Search:
     def dropped(self, pair: Pair, newest: Sequence[PlacedEffect]) -> Pair:
         """Without the effects that say no more than they cost, beside the newest."""
         for one in pair.whole.effects:
-            if any(_same_kind(one, each) for each in newest):
+            if any(same_kind(one, each) for each in newest):
                 continue
             less = self._without(pair, one)
             if less is None:
@@ -244,7 +204,7 @@ class Search:
                 continue
             known = self.evaluated(beside.whole, Begun(one.axis, one.effect, 0.0, 1))
             rivals = self._rivals.get((one.effect.name, one.axis))
-            others = [each for each in self.proposals(beside, [one.axis], rivals) if not _same_kind(each.effect, one)]
+            others = [each for each in self.proposals(beside, [one.axis], rivals) if not same_kind(each.effect, one)]
             family = [*others, *([known] if known is not None else [])]
             best = max(family, key=lambda each: each.score, default=None)
             able = best is not None and best is not known and best.share >= self.bench.settings.least_share
@@ -433,27 +393,5 @@ def _with(effects: Sequence[PlacedEffect], new: PlacedEffect, before: float) -> 
     return (*kept, new)
 
 
-def _makes_sense(state: State, two: Sequence[Proposal]) -> bool:
-    """Whether two effects make a mechanism together with those of a set."""
-    try:
-        state.rows.simulation.dynamics(in_order([*state.effects, *(one.effect for one in two)]))
-    except UserError:
-        return False
-    return True
-
-
-def _rivals(best: Proposal, proposals: Sequence[Proposal]) -> frozenset[str]:
-    """Effects on the same axis that could have taken its place."""
-    return frozenset(
-        one.effect.effect.name
-        for one in proposals
-        if one.effect.axis == best.effect.axis and one.score > RIVAL * best.score and one.share > RIVAL * best.share
-    )
-
-
 def _names(state: State) -> tuple[tuple[str, str], ...]:
     return tuple(sorted((one.effect.name, one.axis) for one in state.effects))
-
-
-def _same_kind(one: PlacedEffect, other: PlacedEffect) -> bool:
-    return (one.effect.name, one.axis) == (other.effect.name, other.axis)

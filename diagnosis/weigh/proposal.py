@@ -1,0 +1,76 @@
+"""What may be added to a set of effects, and what could stand in the place of one that is in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from drivetwin.diagnosis.prepare.rows import Column
+from drivetwin.diagnosis.propose.placing import in_order
+from drivetwin.diagnosis.weigh.state import State
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.foundation.errors import UserError
+
+RIVAL = 0.1
+"""Of what an effect gains and takes, that another must, to be asked for in its place."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """An effect that may be added to a set: what it costs and its tangents, whitened; `score`: what the set gains [nats].
+
+    The score is the difference of log evidence less the logarithm of how many effects and starts were tried: a uniform prior.
+    """
+
+    effect: PlacedEffect
+    score: float
+    prior: float
+    """Of the score, the logarithm of how rare it is, and how many effects and starts were tried."""
+    share: float
+    """Of the gap's energy, that it takes from what is left, on the axis where that is most."""
+    column: Column
+    tangents: Sequence[Column]
+    held: frozenset[int]
+    tried: int
+    """Starts that were compared."""
+
+
+@dataclass(frozen=True)
+class Family:
+    """What could stand in one effect's place beside the others, and nothing: the sets that its probability is averaged over."""
+
+    chosen: PlacedEffect | None
+    state: State
+    proposals: Sequence[Proposal]
+
+
+@dataclass(frozen=True)
+class Found:
+    """The set with the best score, the families about it, and what could be added to it."""
+
+    state: State
+    families: Sequence[Family]
+    further: Sequence[Proposal]
+
+
+def makes_sense(state: State, two: Sequence[Proposal]) -> bool:
+    """Whether two effects make a mechanism together with those of a set."""
+    try:
+        state.rows.simulation.dynamics(in_order([*state.effects, *(one.effect for one in two)]))
+    except UserError:
+        return False
+    return True
+
+
+def rivals_of(best: Proposal, proposals: Sequence[Proposal]) -> frozenset[str]:
+    """Effects on the same axis that could have taken its place."""
+    return frozenset(
+        one.effect.effect.name
+        for one in proposals
+        if one.effect.axis == best.effect.axis and one.score > RIVAL * best.score and one.share > RIVAL * best.share
+    )
+
+
+def same_kind(one: PlacedEffect, other: PlacedEffect) -> bool:
+    """Whether two effects have one name and one axis."""
+    return (one.effect.name, one.axis) == (other.effect.name, other.axis)
