@@ -30,12 +30,15 @@ FACTORS = ((0x1006, 0), (0x608F, 1), (0x608F, 2), (0x6091, 1), (0x6091, 2), (0x6
 class Listener:
     """Hears `bus` and writes what it hears, and what it sends, to the candump log `path`.
 
-    A frame has the time at which it came; where frames carry none, the time of day.
+    A frame has the time at which it came; where frames carry none, the time of day. `channel` is the bus's name in the log.
     """
 
-    def __init__(self, bus: can.BusABC, path: Path, now: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, bus: can.BusABC, path: Path, channel: str = "can0", now: Callable[[], float] = time.monotonic
+    ) -> None:
         self.frames = 0
         self._bus = bus
+        self._channel = channel
         self._now = now
         self._asked: dict[int, float] = {}
         self._stream: TextIO = path.open("w", encoding="ascii")
@@ -53,7 +56,7 @@ class Listener:
             self._hear(SLICE if until is None else min(SLICE, max(until - self._now(), 0.0)))
 
     def ask_scales(self, node: int) -> bool:
-        """Ask a drive for its factors and for what its PDOs carry; whether it answers at all.
+        """Ask a drive for its factors and for what its PDOs carry; whether it answers at all, and its master lets it.
 
         The answers stand in the log, where an import finds them.
         """
@@ -69,10 +72,15 @@ class Listener:
         return True
 
     def _ask(self, node: int, index: int, subindex: int) -> int | None:
-        """The value of an object of up to four bytes; 0 where the drive has none; None where it does not answer."""
+        """The value of an object of up to four bytes; 0 where the drive has none.
+
+        None where it does not answer, or a master never pauses.
+        """
         until = self._now() + PATIENCE
         while self._now() < min(until, self._asked.get(node, -QUIET) + QUIET):
             self._hear(QUIET)
+        if self._now() < self._asked.get(node, -QUIET) + QUIET:
+            return None
         data = bytes([UPLOAD]) + struct.pack("<HB", index, subindex) + bytes(4)
         self._bus.send(request := can.Message(arbitration_id=REQUEST + node, data=data, is_extended_id=False))
         self._write(request)
@@ -97,7 +105,7 @@ class Listener:
         self.frames += 1
         requested = message.dlc if message.is_remote_frame else None
         stamp, data = message.timestamp or time.time(), bytes(message.data)
-        self._stream.write(candump_line(stamp, "can0", message.arbitration_id, data, requested, message.is_extended_id))
+        self._stream.write(candump_line(stamp, self._channel, message.arbitration_id, data, requested, message.is_extended_id))
 
 
 def _communication() -> Iterator[tuple[int, int]]:

@@ -19,9 +19,10 @@ _GLIBC = "glibc.cpu.hwcaps=-FMA,-FMA4,-FMA_Usable,-FMA4_Usable"
 
 def common_arithmetic() -> dict[str, str]:
     """Environment of a process whose results are those of any x86-64 host with the same C library and packages."""
+    vectors = np.show_config(mode="dicts")["SIMD Extensions"]
     return {
         "GLIBC_TUNABLES": _with_tunable(os.environ.get("GLIBC_TUNABLES", "")),
-        "NPY_DISABLE_CPU_FEATURES": " ".join(np.show_config(mode="dicts")["SIMD Extensions"]["found"]),
+        "NPY_DISABLE_CPU_FEATURES": " ".join([*vectors.get("found", ()), *vectors.get("not found", ())]),
         "OPENBLAS_CORETYPE": "Prescott",
         "OPENBLAS_NUM_THREADS": "1",
     }

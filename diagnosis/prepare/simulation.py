@@ -155,7 +155,7 @@ class Simulation:
     def carrier(self, body: int) -> tuple[str, tuple[float, ...]] | None:
         """The axis that carries a body, by its number, and the body's centre of mass (3,) where a payload of the axis is [m].
 
-        None where no recorded axis moves it.
+        None where no recorded axis moves it, and where it moves against the body that a payload is on.
         """
         data = mujoco.MjData(self.model)
         mujoco.mj_kinematics(self.model, data)
@@ -167,6 +167,8 @@ class Simulation:
             if axis is not None:
                 spec = self._spec
                 last = self.model.body(outermost(spec, spec.joint(self.drives[axis].joint).parent).name).id
+                if self.model.body_weldid[body] != self.model.body_weldid[last]:
+                    return None
                 place = data.xmat[last].reshape(3, 3).T @ (data.xipos[body] - data.xpos[last])
                 return axis, tuple(float(each) for each in place)
             at = int(self.model.body_parentid[at])

@@ -30,8 +30,8 @@ class Nominal:
 
     `effect` names the cause that it is if it is off: `coulomb`, `viscous`, `inertia` of an axis; `payload` for the mass and
     inertia together of a body, by number, in shares of its own; None for the timing of an axis [s]. `axis` is the one that it
-    is of, of a body the one that carries it, None if no recorded axis does. `loaded_axis` is the same, but of a body the one of
-    whose torque its mass costs the largest share.
+    is of, of a body the one whose payload it would be, None if it is no axis's. `loaded_axis` is the same, but of a body the
+    one of whose torque its mass costs the largest share.
     """
 
     effect: str | None
@@ -53,8 +53,8 @@ class Nominal:
         return self.effect is None and self.body is None
 
     def off_by(self, amount: float) -> Effect | None:
-        """What it is to be off by an amount; None for the timing, and for a body that is lighter than in the model."""
-        if self.effect is None or (self.body is not None and amount <= 0.0):
+        """What it is to be off by an amount; None for the timing, and for a body that is lighter or that no axis carries."""
+        if self.effect is None or self.axis is None or (self.body is not None and amount <= 0.0):
             return None
         kind = library()[self.effect]
         if self.body is not None:

@@ -13,6 +13,7 @@ import typer
 from drivetwin.bus.channel import open_bus
 from drivetwin.bus.listening import Listener
 from drivetwin.cli.import_ import summary
+from drivetwin.cli.on_machine import log_kept
 from drivetwin.cli.terminal import Quiet, terminal
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace
@@ -64,19 +65,20 @@ def record_command(
     ended = _end_on_signals()
     with new_directory(out) as staged:
         log = staged / LOG
-        joined = open_bus(bus)
-        try:
-            with Listener(joined, log) as listener:
-                for axis, entry in import_map.axes.items():
-                    if not no_ask and not listener.ask_scales(entry.node or 0):
-                        said = f"{axis}: node {entry.node} does not answer by SDO: its scales are those of log and map"
-                        console.print(said, highlight=False)
-                console.print("recording; Ctrl-C ends it" if seconds is None else f"recording for {seconds:g} s")
-                listener.listen(seconds, ended.is_set)
-        finally:
-            joined.shutdown()
-        recording = import_recording(log, import_map if map_ is not None else _with_demand(log, import_map), name=out.name)
-        write_into(recording, staged, inputs=recording.files)
+        with log_kept(log, out):
+            joined = open_bus(bus)
+            try:
+                with Listener(joined, log, str(import_map.bus.channel or "can0")) as listener:
+                    for axis, entry in import_map.axes.items():
+                        if not no_ask and not listener.ask_scales(entry.node or 0):
+                            said = f"{axis}: node {entry.node} does not answer by SDO, or its master asks it all the time"
+                            console.print(f"{said}: its scales are those of log and map", highlight=False)
+                    console.print("recording; Ctrl-C ends it" if seconds is None else f"recording for {seconds:g} s")
+                    listener.listen(seconds, ended.is_set)
+            finally:
+                joined.shutdown()
+            recording = import_recording(log, import_map if map_ is not None else _with_demand(log, import_map), name=out.name)
+            write_into(recording, staged, inputs=recording.files)
     console.print(summary([recording], import_map))
     console.print(f"1 recording in {out}, {listener.frames} frames in {out / LOG}", highlight=False, soft_wrap=True)
 

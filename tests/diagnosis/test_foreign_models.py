@@ -10,6 +10,8 @@ from rig_bench import CARRIAGE, GRAVITY, MODEL, as_modelled, moved, recording, s
 
 from drivetwin.diagnosis.diagnose import diagnose
 from drivetwin.diagnosis.prepare.inputs import read_inputs
+from drivetwin.diagnosis.prepare.prepared import prepared
+from drivetwin.diagnosis.propose.nominal import nominal_parameters
 from drivetwin.diagnosis.report.result import Diagnosis
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.recording.recording import Recording
@@ -67,6 +69,26 @@ def test_of_bodies_without_names_the_right_one_is_made_lighter(tmp_path: Path) -
     assert found.selected == ()
     assert model.body_mass[carriage] == pytest.approx(CARRIAGE + LIGHTER, rel=0.001)
     assert sorted(model.body_mass[[column, model.nbody - 1]]) == [5.0, 7.0]
+
+
+FOLLOWER = """<body><joint name="weight" type="slide" axis="0 0 1"/>
+<inertial pos="0 1 0" mass="3" diaginertia="1e-6 1e-6 1e-6"/></body></worldbody>
+<equality><joint joint1="weight" joint2="lift" polycoef="0 -0.5 0 0 0"/></equality>"""
+
+
+def test_a_follower_on_a_branch_of_its_own_is_made_heavier(tmp_path: Path) -> None:
+    """A counterweight on the column's cable, which goes down half as far as the carriage goes up: nobody's payload."""
+    model = written(tmp_path, MODEL.replace("</worldbody>", FOLLOWER))
+    column = mujoco.MjModel.from_xml_path(str(model))
+    recorded = strokes(1, 4.0)
+    rows = prepared(model, [recorded], [recorded], Settings()).rows
+    place = {rows.simulation.model.body(body).name: rows.simulation.carrier(body) for body in rows.simulation.moving_bodies()}
+    assert column.nbody == 4
+    assert sorted(axis for found in place.values() if found is not None for axis in found[:1]) == ["lift", "turn"]
+    assert list(place.values()).count(None) == 1
+    nominals = nominal_parameters(rows, Settings())
+    (weight,) = [one for one in nominals if one.body is not None and one.axis is None]
+    assert weight.off_by(0.1) is None
 
 
 @pytest.mark.parametrize("drives", ["joint", "jointinparent"])

@@ -55,6 +55,16 @@ def test_cases_in_lockstep_run_in_that_environment_however_many_at_once(tmp_path
     assert dict(os.environ) == before
 
 
+def test_where_every_vector_instruction_is_disabled_already_they_stay_disabled() -> None:
+    """numpy leaves out what is empty of what it found: on an old processor, or as the user has it."""
+    wanted = common_arithmetic()
+    program = "from drivetwin.foundation.arithmetic import common_arithmetic as told; print(told()['NPY_DISABLE_CPU_FEATURES'])"
+    asked = [sys.executable, "-c", program]
+    done = subprocess.run(asked, capture_output=True, text=True, check=False, env=os.environ | wanted)
+    assert done.returncode == 0, done.stderr
+    assert set(done.stdout.split()) == set(wanted["NPY_DISABLE_CPU_FEATURES"].split())
+
+
 def test_tunables_of_the_users_own_stay(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GLIBC_TUNABLES", "glibc.malloc.check=3:glibc.cpu.hwcaps=-AVX2")
     tunables = common_arithmetic()["GLIBC_TUNABLES"].split(":")

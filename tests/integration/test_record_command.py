@@ -84,10 +84,13 @@ def test_a_wrong_input_is_one_line(tmp_path: Path, words: list[str], said: str) 
 
 
 def test_silence_is_no_recording(tmp_path: Path) -> None:
-    """Nobody moves the drive: no SYNC, one line, and nothing is left behind."""
+    """Nobody moves the drive: no SYNC, one line, and no recording; what was heard stays, under the name that the map has."""
     with emulator("--machine", "arm", "--clock", "sync") as bus:
-        words = ("--map", write_map(tmp_path), "--seconds", 0.1, "--out", tmp_path / "found")
+        words = ("--map", write_map(tmp_path, bus={"channel": "vcan7"}), "--seconds", 0.1, "--out", tmp_path / "found")
         ended = drivetwin("record", "--bus", bus, *words)
     assert ended.status == 2
     assert "0 SYNC frames" in ended.err
     assert not (tmp_path / "found").exists()
+    kept = tmp_path / "found.failed.log"
+    assert str(kept) in ended.err
+    assert " vcan7 601#" in kept.read_text(encoding="ascii")
