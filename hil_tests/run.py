@@ -118,6 +118,7 @@ def _at_once(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Path]
         for task in as_completed(tasks):
             yield task.result()
     except BrokenProcessPool:
-        raise UserError("a process that ran a case was killed: is there enough memory? --jobs 1 needs the least") from None
+        fewer = "; --jobs 1 needs the least" if jobs > 1 else ""
+        raise UserError(f"a process that ran a case was killed: is there enough memory{fewer}?") from None
     finally:
         pool.shutdown(wait=True, cancel_futures=True)

@@ -128,7 +128,7 @@ def emulate_command(
             print(_joinable(chosen.machine, profile, nodes, where, clock, as_json=json_), flush=True)
             joined.power_on()
             keep_for_good()
-            with _panel(hosted.name, machine, profile, control) if panel else nullcontext():
+            with _panel(hosted.name, machine, profile, eds, control) if panel else nullcontext():
                 serve(joined, hosted.bus, ended)
     finally:
         hosted.close()
@@ -148,10 +148,11 @@ def _node(node_id: int, axis: str) -> str:
 
 
 @contextmanager
-def _panel(bus: str, machine: str, profile: str, control: Path | None) -> Iterator[None]:
+def _panel(bus: str, machine: str, profile: str, eds: Path | None, control: Path | None) -> Iterator[None]:
     """`drivetwin panel` on this bus while the block runs; its line goes to standard error, beside the JSON."""
     told = ["--bus", bus, "--machine", machine, "--profile", profile, "--port", "0"]
-    command = [sys.executable, "-m", "drivetwin", "panel", *told, *([] if control is None else ["--control", str(control)])]
+    paths = [str(word) for name, path in (("--eds", eds), ("--control", control)) if path is not None for word in (name, path)]
+    command = [sys.executable, "-m", "drivetwin", "panel", *told, *paths]
     process = subprocess.Popen(
         command,
         stdin=subprocess.DEVNULL,
