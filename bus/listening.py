@@ -55,37 +55,38 @@ class Listener:
         while not ended() and (until is None or self._now() < until):
             self._hear(SLICE if until is None else min(SLICE, max(until - self._now(), 0.0)))
 
-    def ask_scales(self, node: int) -> bool:
-        """Ask a drive for its factors and for what its PDOs carry; whether it answers at all, and its master lets it.
+    def ask_scales(self, node: int, ended: Callable[[], bool]) -> bool:
+        """Ask a drive for its factors and for what its PDOs carry, until `ended`; whether it answers at all, and its master
+        lets it, as far as that was seen.
 
         The answers stand in the log, where an import finds them.
         """
-        if self._ask(node, *FACTORS[0]) is None:
-            return False
+        if self._ask(node, *FACTORS[0], ended) is None:
+            return ended()
         for index, subindex in (*FACTORS[1:], *_communication()):
-            self._ask(node, index, subindex)
+            self._ask(node, index, subindex, ended)
         for base in (0x1600, 0x1A00):
             for number in range(PDOS):
-                count = self._ask(node, base + number, 0) or 0
+                count = self._ask(node, base + number, 0, ended) or 0
                 for subindex in range(1, min(count, ENTRIES) + 1):
-                    self._ask(node, base + number, subindex)
+                    self._ask(node, base + number, subindex, ended)
         return True
 
-    def _ask(self, node: int, index: int, subindex: int) -> int | None:
+    def _ask(self, node: int, index: int, subindex: int, ended: Callable[[], bool]) -> int | None:
         """The value of an object of up to four bytes; 0 where the drive has none.
 
-        None where it does not answer, or a master never pauses.
+        None where it does not answer, or a master never pauses, and once it is `ended`.
         """
         until = self._now() + PATIENCE
-        while self._now() < min(until, self._asked.get(node, -QUIET) + QUIET):
+        while not ended() and self._now() < min(until, self._asked.get(node, -QUIET) + QUIET):
             self._hear(QUIET)
-        if self._now() < self._asked.get(node, -QUIET) + QUIET:
+        if ended() or self._now() < self._asked.get(node, -QUIET) + QUIET:
             return None
         data = bytes([UPLOAD]) + struct.pack("<HB", index, subindex) + bytes(4)
         self._bus.send(request := can.Message(arbitration_id=REQUEST + node, data=data, is_extended_id=False))
         self._write(request)
         until = self._now() + PATIENCE
-        while (left := until - self._now()) > 0.0:
+        while not ended() and (left := until - self._now()) > 0.0:
             heard = self._hear(min(left, SLICE))
             if heard is not None and heard.arbitration_id == ANSWER + node and bytes(heard.data[1:4]) == data[1:4]:
                 answer = bytes(heard.data)

@@ -80,7 +80,7 @@ def new_bench(
             "bus_load": 0.8,
             "sync_jitter": 0.002,
             "heartbeat_period": 0.1,
-            "payload": _short(LOAD * _outermost(model, next(iter(virtual.axes.values())).joint)),
+            **_payload(model, next(iter(virtual.axes.values())).joint),
             "frames_per_cycle": 2 * len(motion),
         },
         "timeouts": {"start": 60, "silence": 60, "simulated": 60 * (2 + len(motion))},
@@ -100,11 +100,15 @@ def _wider(travel: tuple[float, float]) -> list[float]:
     return [_short(travel[0] - room), _short(travel[1] + room)]
 
 
-def _outermost(model: mujoco.MjModel, joint: str) -> float:
-    """Mass of the last body of the chain that a joint moves [kg]."""
+def _payload(model: mujoco.MjModel, joint: str) -> dict[str, float]:
+    """A load by the last body with a mass of the chain that a joint moves [kg].
+
+    None where none has: a bench without it skips the cases about a load, and says so.
+    """
     first = int(model.joint(joint).bodyid[0])
-    moved = [body for body in range(model.nbody) if _is_below(model, body, first)]
-    return float(model.body_mass[moved[-1]])
+    masses = [float(model.body_mass[body]) for body in range(model.nbody) if _is_below(model, body, first)]
+    heavy = [mass for mass in masses if mass > 0.0]
+    return {"payload": _short(LOAD * heavy[-1])} if heavy else {}
 
 
 def _is_below(model: mujoco.MjModel, body: int, above: int) -> bool:

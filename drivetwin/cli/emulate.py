@@ -21,6 +21,7 @@ import typer
 from drivetwin.bus.channel import host_bus
 from drivetwin.bus.timing.bit_rate import read_bit_rate
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
+from drivetwin.cli.ended import ended_by_signals
 from drivetwin.cli.terminal import AsJson
 from drivetwin.drive_profiles import load_profile
 from drivetwin.drive_profiles.eds_profile import profile_from_eds
@@ -122,7 +123,7 @@ def emulate_command(
         for file in snapshot or ():
             load_snapshot(virtual.drives, read_snapshot(file), file)
         nodes = {name: drive.device.node_id for drive, name in zip(virtual.drives, chosen.axes, strict=True)}
-        ended = _end_on_signals()
+        ended = ended_by_signals()
         with serve_modbus(virtual, modbus, modbus_serial) as ports, serve_control(virtual, control) as doors:
             where = (hosted.name, *ports, *doors)
             print(_joinable(chosen.machine, profile, nodes, where, clock, as_json=json_), flush=True)
@@ -169,14 +170,6 @@ def _panel(bus: str, machine: str, profile: str, eds: Path | None, control: Path
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
-
-
-def _end_on_signals() -> threading.Event:
-    """Set by Ctrl-C and SIGTERM, so that no frame is left half handled."""
-    ended = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: ended.set())
-    return ended
 
 
 def serve(

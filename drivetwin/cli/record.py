@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 from pathlib import Path
-from types import FrameType
 from typing import Annotated
 
 import typer
 
 from drivetwin.bus.channel import open_bus
 from drivetwin.bus.listening import Listener
+from drivetwin.cli.ended import ended_by_signals
 from drivetwin.cli.import_ import summary
 from drivetwin.cli.on_machine import log_kept
 from drivetwin.cli.terminal import Quiet, terminal
@@ -62,7 +60,7 @@ def record_command(
     refuse_foreign(out)
     refuse_to_replace(out, [path for path in (map_, eds) if path is not None])
     console = terminal(silent=quiet)
-    ended = _end_on_signals()
+    ended = ended_by_signals()
     with new_directory(out) as staged:
         log = staged / LOG
         with log_kept(log, out):
@@ -70,7 +68,7 @@ def record_command(
             try:
                 with Listener(joined, log, str(import_map.bus.channel or "can0")) as listener:
                     for axis, entry in import_map.axes.items():
-                        if not no_ask and not listener.ask_scales(entry.node or 0):
+                        if not no_ask and not listener.ask_scales(entry.node or 0, ended.is_set):
                             said = f"{axis}: node {entry.node} does not answer by SDO, or its master asks it all the time"
                             console.print(f"{said}: its scales are those of log and map", highlight=False)
                     console.print("recording; Ctrl-C ends it" if seconds is None else f"recording for {seconds:g} s")
@@ -123,15 +121,3 @@ def _with_demand(log: Path, import_map: ImportMap) -> ImportMap:
         if any("position_demand" in columns for columns in recording.columns.values()):
             return tried
     return import_map
-
-
-def _end_on_signals() -> threading.Event:
-    """Set by Ctrl-C or SIGTERM: a recording ends by them, and is written."""
-    ended = threading.Event()
-
-    def end(_number: int, _frame: FrameType | None) -> None:
-        ended.set()
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, end)
-    return ended

@@ -8,7 +8,7 @@ from typing import Any, cast
 import can
 import pytest
 
-from drivetwin.bus.listening import QUIET, Listener
+from drivetwin.bus.listening import PATIENCE, QUIET, Listener
 
 NODE = 5
 
@@ -36,6 +36,15 @@ def test_no_drive_is_asked_while_its_master_asks_it(tmp_path: Path, period: floa
     bus = Polled(period)
     with Listener(cast("Any", bus), tmp_path / "bus.log", now=lambda: bus.time) as listener:
         listener.listen(2.0 * period, lambda: False)
-        assert not listener.ask_scales(NODE)
+        assert not listener.ask_scales(NODE, lambda: False)
     assert bool(bus.sent) == asked
     assert all(time % period > 0.99 * QUIET for time in bus.sent)
+
+
+def test_whoever_ends_it_does_not_wait_for_drives_that_are_silent(tmp_path: Path) -> None:
+    """Ctrl-C comes while the first of some fifty objects is asked for, each of which may take PATIENCE and PATIENCE again."""
+    bus = Polled(1e9)
+    with Listener(cast("Any", bus), tmp_path / "bus.log", now=lambda: bus.time) as listener:
+        listener.ask_scales(NODE, lambda: bus.time > 0.5 * PATIENCE)
+    assert bus.sent == [0.0]
+    assert bus.time < PATIENCE

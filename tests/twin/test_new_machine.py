@@ -279,3 +279,16 @@ def test_a_name_is_still_a_name(monkeypatch: pytest.MonkeyPatch, tmp_path: Path)
     assert load_virtual_machine("stage").built_in
     assert load_machine("stage").axes_path.name == "axes.yaml"
     assert mujoco.MjModel.from_xml_path(str(load_machine("stage").model_path)).nv == 1
+
+
+def test_a_load_is_by_the_last_body_that_has_a_mass(tmp_path: Path) -> None:
+    """A frame at the tool, without any, is no reason to move a load of nothing."""
+    path = gantry(tmp_path)
+    text = path.read_text(encoding="utf-8").replace(
+        'diaginertia="1 1 1"/>\n</body>', 'diaginertia="1 1 1"/><body name="tool"/>\n</body>'
+    )
+    path.write_text(text, encoding="utf-8")
+    assert 'name="tool"' in text
+    with pytest.MonkeyPatch.context() as patch:
+        assert run(patch, "machine", "new", path, "--out", tmp_path / "made", "--quiet") == 0
+    assert read_bench(tmp_path / "made/bench.yaml").limit("payload") == pytest.approx(0.3 * 6.0)
