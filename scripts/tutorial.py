@@ -13,6 +13,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
+from drivetwin.motion.inverse_dynamics import load_model
+
 ROOT = Path(__file__).resolve().parent.parent
 PAGE, SECTION = ROOT / "docs/tutorial.md", "## 5. A machine of your own"
 MACHINES = ("gantry", "arm6")
@@ -22,6 +24,10 @@ SERVER = "drivetwin emulate "
 """Runs until the command after it has ended."""
 WITHIN = 0.02
 """Of an identified inertia or friction, relative."""
+FRICTION = {"coulomb": "frictionloss", "viscous": "damping"}
+"""Of identified.json, by its name in MJCF."""
+PATIENCE = 30.0
+"""Longest that an emulator may take to end [s]."""
 
 
 class WrongError(Exception):
@@ -50,11 +56,21 @@ def follow(lines: Sequence[str], folder: Path) -> None:
             status = subprocess.run(["bash", "-c", line], cwd=folder, check=False).returncode
         finally:
             if server is not None:
-                server.send_signal(signal.SIGINT)
-                server.wait()
+                end(server)
                 server = None
         if status != 0:
             raise WrongError(f"exit status {status}: {line}")
+
+
+def end(server: subprocess.Popen[str]) -> None:
+    """Ctrl-C; raises WrongError for an emulator that goes on, and kills it."""
+    server.send_signal(signal.SIGINT)
+    try:
+        server.wait(PATIENCE)
+    except subprocess.TimeoutExpired:
+        server.kill()
+        server.wait()
+        raise WrongError(f"the emulator did not end within {PATIENCE:g} s of Ctrl-C") from None
 
 
 def check(machine: str, folder: Path) -> None:
@@ -65,10 +81,13 @@ def check(machine: str, folder: Path) -> None:
 
 def _identified(machine: str, folder: Path) -> Iterator[str]:
     axes = json.loads((folder / f"out/{machine}_found/identified.json").read_text(encoding="utf-8"))["axes"]
-    joints = {joint.get("name"): joint for joint in ElementTree.parse(folder / f"out/{machine}/model.xml").iter("joint")}
+    path = folder / f"out/{machine}/model.xml"
+    joints = {joint.get("name"): joint for joint in ElementTree.parse(path).iter("joint")}
+    model = load_model(path)
     for axis, told in axes.items():
-        for parameter, attribute in (("coulomb", "frictionloss"), ("viscous", "damping")):
-            value, true = told["parameters"][parameter]["value"], float(str(joints[axis].get(attribute)).split()[0])
+        friction = {name: float(str(joints[axis].get(key)).split()[0]) for name, key in FRICTION.items()}
+        for parameter, true in {**friction, "inertia": model.inertia(axis)}.items():
+            value = told["parameters"][parameter]["value"]
             if abs(value / true - 1.0) > WITHIN:
                 raise WrongError(f"{axis}: {parameter} {value:.4g}, and the model has {true:.4g}")
             yield f"{machine} {axis}: {parameter} {value:.4g}, {value / true - 1.0:+.2%}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -49,3 +50,37 @@ def test_what_was_hidden_has_to_be_found(tmp_path: Path) -> None:
     (tmp_path / "out/gantry_gap/report.json").write_text(json.dumps(report), encoding="utf-8")
     with pytest.raises(tutorial.WrongError, match=r"hidden and not found: \[\('backlash', 'y'\)\]"):
         list(tutorial._found("gantry", tmp_path))
+
+
+def identified(folder: Path, inertia: float) -> Path:
+    """What following the page leaves of a carriage of 2 kg with a rotor of 1 kg, whose inertia is told."""
+    (folder / "out/gantry").mkdir(parents=True)
+    (folder / "out/gantry_found").mkdir()
+    (folder / "out/gantry/model.xml").write_text(
+        """<mujoco><worldbody><body><joint name="x" type="slide" armature="1" frictionloss="3" damping="4"/>
+        <inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/></body></worldbody></mujoco>""",
+        encoding="utf-8",
+    )
+    values = {"inertia": inertia, "coulomb": 3.0, "viscous": 4.0}
+    told = {"axes": {"x": {"parameters": {name: {"value": value} for name, value in values.items()}}}}
+    (folder / "out/gantry_found/identified.json").write_text(json.dumps(told), encoding="utf-8")
+    return folder
+
+
+def test_inertia_has_to_be_the_models_as_friction_has(tmp_path: Path) -> None:
+    assert len(list(tutorial._identified("gantry", identified(tmp_path / "right", 3.05)))) == 3
+    with pytest.raises(tutorial.WrongError, match=r"x: inertia 3.1, and the model has 3"):
+        list(tutorial._identified("gantry", identified(tmp_path / "wrong", 3.1)))
+
+
+def test_an_emulator_that_does_not_end_is_killed_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tutorial, "PATIENCE", 0.2)
+    deaf = subprocess.Popen(
+        ["bash", "-c", "trap '' INT; echo up; while true; do sleep 0.05; done"], stdout=subprocess.PIPE, text=True
+    )
+    assert deaf.stdout is not None
+    assert deaf.stdout.readline() == "up\n"
+    with pytest.raises(tutorial.WrongError, match="the emulator did not end within"):
+        tutorial.end(deaf)
+    assert deaf.poll() is not None
+    deaf.stdout.close()
