@@ -16,6 +16,7 @@ from drivetwin.controller.procedure import FIT, capture_machine
 from drivetwin.controller.progress import Progress
 from drivetwin.diagnosis.diagnose import diagnose as diagnosed
 from drivetwin.diagnosis.prepare.inputs import read_inputs
+from drivetwin.diagnosis.report.closed_loop import in_closed_loop
 from drivetwin.diagnosis.report.result import Diagnosis
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.drive_profiles import load_profile
@@ -122,7 +123,8 @@ def diagnose(
     fitted, held = ([Path(each) for each in paths] for paths in (recordings, validation))
     inputs = read_inputs(Path(model), fitted, held, cutoff_hz=cutoff_hz, allow_gaps=allow_gaps)
     settings = Settings(cutoff_hz=cutoff_hz, seed=seed)
-    return diagnosed(Path(model), inputs.training, inputs.validation, settings, lambda _what, _share: None)
+    found = diagnosed(Path(model), inputs.training, inputs.validation, settings, lambda _what, _share: None)
+    return in_closed_loop(found, Path(model))
 
 
 def apply(findings: PathLike, model: PathLike, *, joints: Mapping[str, str] | None = None) -> Applied:

@@ -68,8 +68,17 @@ class Comparison:
 MODEL, WITH_EFFECTS = "model", "with_effects"
 
 
-def compared(path: Path, recording: Recording, effects: tuple[PlacedEffect, ...] | None, cutoff_hz: float) -> Comparison:
+def compared(
+    path: Path,
+    recording: Recording,
+    effects: tuple[PlacedEffect, ...] | None,
+    cutoff_hz: float,
+    *,
+    patched: Path | None = None,
+) -> Comparison:
     """Replay a recording on the model of an MJCF file without effects, and with them where there are any; raises as `replay`.
+
+    `patched`: the file in which the effects act, where their model is another one.
 
     Velocity and acceleration are central differences of the filtered position, torque is filtered; position and following error
     are as they are. The filter's reach is left out at both ends.
@@ -78,7 +87,7 @@ def compared(path: Path, recording: Recording, effects: tuple[PlacedEffect, ...]
     cutoff_hz = effective_cutoff(period, cutoff_hz)
     runs = {MODEL: replay(path, recording, ())}
     if effects is not None:
-        runs[WITH_EFFECTS] = replay(path, recording, effects)
+        runs[WITH_EFFECTS] = replay(patched or path, recording, effects)
     slides = _slides(path, recording)
     axes = {
         axis: _axis(recording, axis, {name: run[axis] for name, run in runs.items()}, slides[axis], cutoff_hz)

@@ -38,14 +38,15 @@ def payload(comparisons: Sequence[Comparison]) -> dict[str, Any]:
             each.recording: {
                 "duration": float(each.time[-1] - each.time[0]),
                 "cutoff_hz": each.cutoff_hz,
-                "axes": {name: _axis(axis) for name, axis in each.axes.items()},
+                "axes": {name: axis_payload(axis) for name, axis in each.axes.items()},
             }
             for each in comparisons
         },
     }
 
 
-def _axis(axis: AxisComparison) -> dict[str, Any]:
+def axis_payload(axis: AxisComparison) -> dict[str, Any]:
+    """One axis of a recording in replay/1."""
     signals = {}
     for name, measured in axis.measured.items():
         values = measured[axis.used]

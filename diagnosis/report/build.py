@@ -87,6 +87,7 @@ def build(
         held_back=ready.held_back,
         units={axis: "N" if ready.simulation.slides(axis) else "N·m" for axis in ready.simulation.axes},
         notes=ready.notes,
+        validation=tuple(run.recording for run in ready.checks),
     )
 
 

@@ -11,6 +11,7 @@ import mujoco
 from drivetwin.diagnosis.report import page_shares
 from drivetwin.diagnosis.report.page_axis import axis_section
 from drivetwin.diagnosis.report.page_causes import causes_section
+from drivetwin.diagnosis.report.page_closed_loop import closed_loop_section
 from drivetwin.diagnosis.report.page_method import inputs_section, method_section
 from drivetwin.diagnosis.report.result import Diagnosis, Verdict
 from drivetwin.diagnosis.report.wording import closed, listed, number, of_torque, p_words, percent, verdict_sentence
@@ -31,6 +32,7 @@ def write_report_page(diagnosis: Diagnosis, inputs: Mapping[str, str], path: Pat
         f"{escape(recordings)}</p></header>",
         _verdict(diagnosis),
         page_shares.shares_section(diagnosis),
+        closed_loop_section(diagnosis),
         causes_section(diagnosis),
         _machine(diagnosis),
         *(axis_section(name, diagnosis) for name in diagnosis.axes),

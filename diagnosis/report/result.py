@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.recording.recording import Recording
+from drivetwin.twin.comparison import Comparison
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -170,7 +172,8 @@ class Diagnosis:
 
     `held_back`: the validation data are blocks held back from the training recordings. `selected` is what the patch adds, in
     order of adding; `units` of their parameters are filled. `model_xml`: the patched model's MJCF. `notes`: sentences that the
-    reader needs.
+    reader needs. `validation`: the recordings, or blocks of them, that the figures are of; `closed_loop`: those of them that
+    were moved in closed loop.
     """
 
     verdict: Verdict
@@ -184,3 +187,5 @@ class Diagnosis:
     held_back: bool
     units: Mapping[str, str]
     notes: tuple[str, ...] = ()
+    validation: tuple[Recording, ...] = ()
+    closed_loop: tuple[Comparison, ...] = ()

@@ -149,6 +149,30 @@ class AfterPart(_Part):
     gap_rms: Level
 
 
+class ApartPart(_Part):
+    """How far a simulated signal is from the measured one: rms, and 2-norm over that of the measured."""
+
+    rms_error: Level
+    relative_error: Level
+
+
+class SignalPart(_Part):
+    """A signal in closed loop, as the model moves without and with the effects."""
+
+    unit: str
+    measured_rms: Level
+    measured_range: Level
+    model: ApartPart
+    with_effects: ApartPart
+
+
+class ClosedLoopPart(_Part):
+    """One axis of a validation recording, replayed; `signals` by name."""
+
+    loops: str
+    signals: dict[str, SignalPart]
+
+
 class GapReport(_Part):
     """report.json, contract gap-report/2."""
 
@@ -162,6 +186,8 @@ class GapReport(_Part):
     causes: list[CausePart]
     selected: list[SelectedPart]
     after: dict[str, AfterPart]
+    closed_loop: dict[str, dict[str, ClosedLoopPart]] = Field(default={}, exclude_if=lambda told: not told)
+    """By recording and axis; no key where none was replayed."""
 
     @model_validator(mode="after")
     def _most_first(self) -> Self:

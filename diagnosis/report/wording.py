@@ -11,6 +11,7 @@ from drivetwin.diagnosis.report.remains import Spell
 from drivetwin.diagnosis.report.result import AxisGap, Cause, Diagnosis, Estimate, Unknown, Verdict
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.quantities import scale_of
+from drivetwin.twin.comparison import MODEL, WITH_EFFECTS, AxisComparison
 
 _NAMED_AT_MOST = 3
 """Axes that the verdict names one by one."""
@@ -22,6 +23,14 @@ def number(value: float) -> str:
     """Three significant digits, and never an exponent for what a person can read without."""
     rounded = f"{value:.3g}"
     return f"{float(rounded):.0f}" if "e+" in rounded and abs(value) < 1e6 else rounded
+
+
+def shrinks(axis: AxisComparison, signal: str) -> str:
+    """How far a signal of a replay is off, in per cent of the measured one: as the model stands, and with the effects."""
+    if signal not in axis.measured:
+        return "-"
+    before, after = (100.0 * axis.runs[run].apart[signal].relative for run in (MODEL, WITH_EFFECTS))
+    return f"{before:.3g} → {after:.3g} %"
 
 
 def percent(share: float) -> str:

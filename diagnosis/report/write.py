@@ -18,6 +18,7 @@ from drivetwin.diagnosis.report.schema import (
     AfterPart,
     AxisPart,
     CausePart,
+    ClosedLoopPart,
     GapReport,
     NotTestablePart,
     PatternPart,
@@ -29,6 +30,7 @@ from drivetwin.diagnosis.report.schema import (
 )
 from drivetwin.emulator.effects.file import effects_payload
 from drivetwin.foundation.files import provenance, write_json
+from drivetwin.twin.write import axis_payload
 
 
 def write_diagnosis(
@@ -72,6 +74,10 @@ def report_of(diagnosis: Diagnosis, made_by: dict[str, Any]) -> GapReport:
         causes=[_cause(cause) for cause in diagnosis.causes],
         selected=[SelectedPart(effect=placed.effect.name, axis=placed.axis) for placed in diagnosis.selected],
         after={name: AfterPart(gap_rms=rms) for name, rms in diagnosis.after_rms.items()},
+        closed_loop={
+            each.recording: {name: ClosedLoopPart.model_validate(axis_payload(axis)) for name, axis in each.axes.items()}
+            for each in diagnosis.closed_loop
+        },
     )
 
 

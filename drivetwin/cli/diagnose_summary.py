@@ -21,12 +21,14 @@ from drivetwin.diagnosis.report.wording import (
     number,
     of_torque,
     percent,
+    shrinks,
     spells_words,
     time_words,
     undistinguished,
     untested,
     verdict_sentence,
 )
+from drivetwin.twin.comparison import SIGNALS
 
 _SHOWN_AT_MOST = 3
 """Spells that are named."""
@@ -36,6 +38,8 @@ def print_summary(console: Console, found: Diagnosis) -> None:
     """Verdict, tables and hints."""
     console.print(verdict_sentence(found), highlight=False)
     console.print(_gaps(found))
+    if found.closed_loop:
+        console.print(_closed_loop(found))
     if found.causes:
         console.print(_causes(found))
     for line in _hints(found):
@@ -59,6 +63,19 @@ def _gaps(found: Diagnosis) -> Table:
         place = f"{name_of(most.regime)} {percent(most.share)}" if most else ""
         shares = [percent(closed(gap, after)), percent(gap.unknown.share), place]
         table.add_row(name, *levels, found.units[name], *(shares if gap.significant else ["", "", "no gap beyond noise"]))
+    return table
+
+
+def _closed_loop(found: Diagnosis) -> Table:
+    title = "The same in closed loop, measured less simulated over measured: the model, and with the effects"
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    for name in ("recording", "axis"):
+        table.add_column(name, no_wrap=True)
+    for name in SIGNALS:
+        table.add_column(name.replace("_", " "), justify="right")
+    for each in found.closed_loop:
+        for name, axis in each.axes.items():
+            table.add_row(each.recording, name, *(shrinks(axis, signal) for signal in SIGNALS))
     return table
 
 
