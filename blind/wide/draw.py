@@ -46,7 +46,7 @@ def each_wide(count: int, seed: int, allowed: Choice, workers: int = 1) -> Itera
     planned = plans(draw, count, allowed)
     draw.shuffle(planned)
     seeds = [int(own) for own in draw.choice(2**31, size=count, replace=False)]
-    drawn = partial(_case, allowed=allowed)
+    drawn = partial(drawn_case, allowed=allowed)
     numbers, kinds, effects = range(count), [kind for kind, _ in planned], [effects for _, effects in planned]
     if workers == 1 or count == 1:
         yield from map(drawn, numbers, seeds, kinds, effects)
@@ -77,7 +77,7 @@ def _machine(seed: int, family: str, robots: Path | None) -> Machine:
     return draw_robot(draw, family, robots)
 
 
-def _case(number: int, seed: int, kind: Kind, effects: tuple[str, ...], allowed: Choice) -> WideCase:
+def drawn_case(number: int, seed: int, kind: Kind, effects: tuple[str, ...], allowed: Choice) -> WideCase:
     """The first attempt at which machine, effects and drives go together; raises UserError where none does.
 
     A family that has been drawn is kept for some attempts, so that those that are hard to fit are not drawn less often. What

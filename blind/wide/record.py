@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +27,11 @@ MODEL, MODEL_OFF = "model.xml", "model_off.xml"
 Columns = dict[str, NDArray[np.float64]]
 
 
-def record_wide(case: Case, directory: Path, robots: Path | None = None) -> None:
-    """Write DIRECTORY/model.xml (nominal, exact), model_off.xml (some 4 % off), train_*/ and validate_*/."""
+def record_wide(case: Case, directory: Path, robots: Path | None = None, *, second_encoder: bool = False) -> None:
+    """Write DIRECTORY/model.xml (nominal, exact), model_off.xml (some 4 % off), train_*/ and validate_*/.
+
+    `second_encoder`: with the joints' own positions.
+    """
     assert isinstance(case, WideCase)
     world = world_of(case, robots)
     directory.mkdir(parents=True, exist_ok=True)
@@ -36,7 +40,10 @@ def record_wide(case: Case, directory: Path, robots: Path | None = None) -> None
     axes = world.axes(case.items)
     for number, plan in enumerate(world.plans):
         run = world.moved(case.items, plan)
-        write_recording(_recording(world, case.items, axes, number, plan, run), directory / plan.name)
+        recording = _recording(world, case.items, axes, number, plan, run)
+        if second_encoder:
+            recording = _with_joints(recording, world, number, run)
+        write_recording(recording, directory / plan.name)
 
 
 def _recording(world: World, items: tuple[Cause, ...], axes: Axes, number: int, plan: Plan, run: Run) -> Recording:
@@ -51,6 +58,17 @@ def _recording(world: World, items: tuple[Cause, ...], axes: Axes, number: int, 
     begun = {"start_time": round(plan.start_time + 0.6 * SETTLE, 6) if world.tells_start else None}
     info = RecordingInfo.model_validate({"machine": "machine", "sample_period": 1.0 / rate, "axes": infos, **begun})
     return Recording(plan.name, info, times - times[0], columns)
+
+
+def _with_joints(recording: Recording, world: World, number: int, run: Run) -> Recording:
+    """With an encoder behind each transmission, as fine as that of the motor, its zero that of the recording's position."""
+    times = sample_times(len(run.position), world.rates[number])
+    columns = {}
+    for k, name in enumerate(world.names):
+        start = float(sampled(run.reading[:, k], times)[0]) if world.relative[number] else 0.0
+        joint = quantised(sampled(run.joint[:, k], times) - start, world.channels[k].position_quantum)
+        columns[name] = {**recording.columns[name], "joint_position": joint}
+    return replace(recording, columns=columns)
 
 
 def _columns(

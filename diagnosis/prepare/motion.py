@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from drivetwin.diagnosis.prepare.deflection import deflection
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects import AxisEffect
@@ -50,7 +51,7 @@ class AxisRun:
     """One axis over one recording, (n,) each; torque filtered [N·m or N]. `used` counts in gaps, `fitted` in fits.
 
     `base` is the torque of the simulation as it stands; where `sticks`, for a moment in the middle of a motion, the measured
-    one, for stiction holds any.
+    one, for stiction holds any. `deflection`: how far a second encoder has the joint ahead of its motor, filtered [rad or m].
     """
 
     axis: str
@@ -60,6 +61,7 @@ class AxisRun:
     sticks: Mask
     used: Mask
     fitted: Mask
+    deflection: Array | None = None
 
     def part(self, span: slice) -> AxisRun:
         """Some samples of it, at equal steps."""
@@ -72,6 +74,7 @@ class AxisRun:
             sticks=self.sticks[span],
             used=self.used[span],
             fitted=self.fitted[span],
+            deflection=self.deflection[span] if self.deflection is not None else None,
         )
 
     def without_edges(self, edge: int) -> AxisRun:
@@ -128,6 +131,11 @@ class Run:
                 if of == axis:
                     found[other] = self.felt(self.axes[other], inertia * strays)
         return found
+
+    def deflected(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> Array | None:
+        """How much further (n,), filtered, an effect has the joint ahead of its motor [rad or m]; None: no further."""
+        ahead = effect.deflect(self.axes[axis].motion, dynamics)
+        return self.smooth(ahead) if ahead is not None else None
 
     def smooth(self, torque: Array) -> Array:
         """The filter that measured torque went through."""
@@ -207,7 +215,8 @@ def prepare(
         simulated = rigid[:, k] + dynamics[axis].friction.resistance(motion)
         base = zero_phase(np.where(sticks, motion.torque, simulated), period, cutoff)
         torque = zero_phase(motion.torque, period, cutoff)
-        axes[axis] = AxisRun(axis, motion, torque, base, sticks, fitted, fitted)
+        ahead = deflection(recording, axis, measured_position(recording.columns[axis], period), period, cutoff)
+        axes[axis] = AxisRun(axis, motion, torque, base, sticks, fitted, fitted, ahead)
     coupling = _coupling(simulation.axes, inertia)
     return Run(recording, period, cutoff, wide, stride_of(period, cutoff), compared, axes, coupling)
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.diagnosis.prepare.deflection import axis_of, centred, deflection_of, is_torque
 from drivetwin.diagnosis.prepare.motion import SAMPLED, AxisRun, Run
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
@@ -19,7 +20,7 @@ from drivetwin.motion.inverse_dynamics import Model
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Column = Mapping[str, Array]
-"""Torque on the rows of each axis that it acts on."""
+"""Torque on the rows of each axis that it acts on, and its deflection where that is measured [rad or m]."""
 
 ENOUGH = 30.0
 """Time of motion [s] on which a search begins where there is much more."""
@@ -59,9 +60,16 @@ class Rows:
         return self.simulation.axes
 
     @cached_property
+    def compared(self) -> tuple[str, ...]:
+        """Names of all rows: torque of every axis, and its deflection where every recording has a second encoder."""
+        told = [axis for axis in self.axes if all(run.axes[axis].deflection is not None for run in self.runs)]
+        return (*self.axes, *(deflection_of(axis) for axis in told))
+
+    @cached_property
     def of(self) -> dict[str, AxisRows]:
-        """The rows of each axis."""
-        return {axis: self._of(axis) for axis in self.axes}
+        """The rows of each axis; its deflection is compared where its torque is."""
+        torque = {axis: self._of(axis) for axis in self.axes}
+        return {name: torque[axis_of(name)] for name in self.compared}
 
     def _of(self, axis: str) -> AxisRows:
         picks = [np.flatnonzero(run.axes[axis].fitted[:: run.stride]) for run in self.runs]
@@ -91,11 +99,17 @@ class Rows:
         return np.concatenate([values[rows.sample[rows.run == number]] for number, values in enumerate(samples)])
 
     def cost(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> dict[str, Array]:
-        """Torque that an effect costs on its axis, and on those that feel its joint move otherwise than measured."""
+        """Torque that an effect costs on its axis, and on those that feel its joint move otherwise than measured; and what it
+        has the joint ahead of its motor, where that is compared."""
         costs = [run.cost(axis, effect, dynamics) for run in self.runs]
         felt = dict.fromkeys(name for cost in costs for name in cost)
         none = [np.zeros(len(run.recording.time)) for run in self.runs]
-        return {on: self.picked(on, [cost.get(on, zero) for cost, zero in zip(costs, none, strict=True)]) for on in felt}
+        found = {on: self.picked(on, [cost.get(on, zero) for cost, zero in zip(costs, none, strict=True)]) for on in felt}
+        if deflection_of(axis) in self.compared:
+            ahead = [one for run in self.runs if (one := run.deflected(axis, effect, dynamics)) is not None]
+            if ahead:
+                found[deflection_of(axis)] = centred(self.picked(axis, ahead), self.of[axis].run)
+        return found
 
     def rigid_rows(self, of_motion: Callable[[Kinematics], Array]) -> dict[str, Array]:
         """Torque (n, k) that a rigid model needs for a motion of all axes, on the rows of each axis."""
@@ -133,8 +147,15 @@ class Rows:
 
     @cached_property
     def target(self) -> dict[str, Array]:
-        """Measured torque less that of the simulation as it stands, by axis."""
-        return {axis: self.rows(axis, lambda _, own: own.torque - own.base) for axis in self.axes}
+        """Measured torque less that of the simulation as it stands, by axis, and the measured deflections."""
+        return {name: self._target(name) for name in self.compared}
+
+    def _target(self, name: str) -> Array:
+        if is_torque(name):
+            return self.rows(name, lambda _, own: own.torque - own.base)
+        axis = axis_of(name)
+        ahead = [own.deflection for own in (run.axes[axis] for run in self.runs) if own.deflection is not None]
+        return centred(self.picked(axis, ahead), self.of[axis].run)
 
     @cached_property
     def gap_energy(self) -> dict[str, float]:
@@ -148,8 +169,16 @@ class Rows:
 
     @cached_property
     def size(self) -> dict[str, float]:
-        """Rms of the measured torque of each axis [N·m or N]."""
-        return {axis: _rms(rows) for axis, rows in self.measured.items()}
+        """Rms of the measured torque of each axis [N·m or N], and of each deflection [rad or m]."""
+        ahead = {
+            name: float(np.hypot(_rms(self.target[name]), self._grain(name))) for name in self.compared if not is_torque(name)
+        }
+        return {axis: _rms(rows) for axis, rows in self.measured.items()} | ahead
+
+    def _grain(self, name: str) -> float:
+        """Of a deflection: the quantum of both encoders' positions, which differ by so much for nothing [rad or m]."""
+        told = [run.recording.info.axes[axis_of(name)].position_resolution or 0.0 for run in self.runs]
+        return max(*told, 1e-9)
 
     @cached_property
     def motion(self) -> dict[str, Motion]:

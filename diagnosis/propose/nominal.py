@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.diagnosis.prepare.deflection import axis_of, centred, is_torque
 from drivetwin.diagnosis.prepare.motion import AxisRun, Run
 from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.settings import Settings
@@ -30,8 +31,8 @@ class Nominal:
 
     `effect` names the cause that it is if it is off: `coulomb`, `viscous`, `inertia` of an axis; `payload` for the mass and
     inertia together of a body, by number, in shares of its own; None for the timing of an axis [s]. `axis` is the one that it
-    is of, of a body the one whose payload it would be, None if it is no axis's. `loaded_axis` is the same, but of a body the
-    one of whose torque its mass costs the largest share.
+    is of, of a body the one whose payload it would be, None if it is no axis's, and for the timing of a second encoder.
+    `loaded_axis` is the same, but of a body the one of whose torque its mass costs the largest share.
     """
 
     effect: str | None
@@ -65,12 +66,12 @@ class Nominal:
 
 
 def nominal_parameters(rows: Rows, settings: Settings) -> list[Nominal]:
-    """Friction and inertia of every axis, every moving body, and the timing of every axis.
+    """Friction and inertia of every axis, every moving body, the timing of every axis, and that of every second encoder.
 
     A model without any friction on an axis does not say that there is none: it may be as large as the torque.
     """
     of_axes = _of_axes(rows, settings)
-    return [*of_axes, *_of_bodies(rows, of_axes, settings), *_of_timing(rows, settings)]
+    return [*of_axes, *_of_bodies(rows, of_axes, settings), *_of_timing(rows, settings), *_of_encoders(rows, settings)]
 
 
 def _of_axes(rows: Rows, settings: Settings) -> list[Nominal]:
@@ -126,12 +127,27 @@ def _differs(torque: Array, axis: str, of_axes: Sequence[Nominal]) -> bool:
 def _of_timing(rows: Rows, settings: Settings) -> list[Nominal]:
     """The moment at which each axis's position was counted, against its torque: known to a fraction of a sample."""
     dynamics = rows.simulation.dynamics()
-    period = float(np.median([run.period for run in rows.runs]))
-    spread = float(np.hypot(settings.timing_spread, settings.timing_share * period))
     return [
-        Nominal(None, axis, axis, None, 1.0, spread, {axis: rows.rows(axis, partial(_slope, dynamics[axis]))})
+        Nominal(None, axis, axis, None, 1.0, _late(rows, settings), {axis: rows.rows(axis, partial(_slope, dynamics[axis]))})
         for axis in rows.axes
     ]
+
+
+def _of_encoders(rows: Rows, settings: Settings) -> list[Nominal]:
+    """The moment at which a joint's encoder was counted, against that of its motor."""
+    found = []
+    for name in rows.compared:
+        if not is_torque(name):
+            axis = axis_of(name)
+            speed = centred(rows.rows(axis, lambda run, own: run.smooth(own.motion.velocity)), rows.of[axis].run)
+            found.append(Nominal(None, None, axis, None, 1.0, _late(rows, settings), {name: speed}))
+    return found
+
+
+def _late(rows: Rows, settings: Settings) -> float:
+    """By how much two readings of one row may be apart [s]."""
+    period = float(np.median([run.period for run in rows.runs]))
+    return float(np.hypot(settings.timing_spread, settings.timing_share * period))
 
 
 def _slope(dynamics: AxisDynamics, run: Run, own: AxisRun) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.unknown import by_quantity
+from drivetwin.diagnosis.prepare.deflection import deflection_of
 from drivetwin.diagnosis.prepare.motion import Run
 from drivetwin.diagnosis.prepare.noise import Noise
 from drivetwin.diagnosis.prepare.prepared import Prepared
@@ -41,6 +42,7 @@ from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.averaging import Answer
 from drivetwin.diagnosis.weigh.refit import Refitted
 from drivetwin.emulator.effects import DriveEffect, PlacedEffect
+from drivetwin.emulator.effects.base import JOINT_ENCODER
 from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
@@ -302,8 +304,13 @@ def _selected(
         _closed(ready, gaps, rest, one.axis, settings),
         others,
         tell_apart(one.effect.name, others),
-        sensor_that_tells((one.effect.name, *others)) if others else "",
+        sensor_that_tells((one.effect.name, *others), _sensors(ready, one.axis)) if others else "",
     )
+
+
+def _sensors(ready: Prepared, axis: str) -> tuple[str, ...]:
+    """What the axis has beside its motor's encoder and torque."""
+    return (JOINT_ENCODER,) if deflection_of(axis) in ready.rows.compared else ()
 
 
 def _share_of(one: PlacedEffect, divided: tuple[Sequence[PlacedEffect], Sequence[Share]]) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from drivetwin.emulator.effects import library
 
@@ -12,9 +12,10 @@ def tell_apart(effect: str, others: Sequence[str]) -> str:
     return _listed(library()[name].by_motion for name in (effect, *others) if name in library()) if others else ""
 
 
-def sensor_that_tells(effects: Sequence[str]) -> str:
-    """The sensor that would distinguish effects, in words; empty where none is known."""
-    return _listed(library()[name].by_sensor for name in effects if name in library())
+def sensor_that_tells(effects: Sequence[str], has: Collection[str] = ()) -> str:
+    """The sensor that would distinguish effects, in words; empty where none is known but those that the axis `has`."""
+    told = (library()[name].by_sensor for name in effects if name in library())
+    return _listed(sensor for sensor in told if sensor not in has)
 
 
 def _listed(words: Iterable[str]) -> str:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.diagnosis.prepare.deflection import axis_of
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.settings import Settings
@@ -110,7 +111,9 @@ def _weights(scores: Array) -> Array:
 def _enlarged(family: Family, systematic: Mapping[str, float]) -> Array:
     """Of each block of each axis (B,), by how much its scatter is enlarged: the square root of the axis's design effect."""
     counts = {axis: int(own.blocks.max(initial=-1)) + 1 for axis, own in family.state.system.axes.items()}
-    return np.concatenate([np.full(n, np.sqrt(1.0 + (n - 1) * systematic[axis])) for axis, n in sorted(counts.items())])
+    return np.concatenate(
+        [np.full(n, np.sqrt(1.0 + (n - 1) * systematic[axis_of(axis)])) for axis, n in sorted(counts.items())]
+    )
 
 
 def believed(state: State, answers: Sequence[Answer]) -> State:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.colour import Colour
+from drivetwin.diagnosis.prepare.deflection import is_torque
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.rigid import rigid_starts
 from drivetwin.diagnosis.propose.search import BRIEFLY, REFINED, REFINED_REPLAYS, Begun, coarse, moved
@@ -347,7 +348,7 @@ class Search:
         held = state.held(one.effect.name, one.axis)
         fit = state.system.fit(tangent, less, held)
         left = state.energy(state.patched, felt.tangents, felt.cost)
-        share = max(state.left[axis] - left[axis] for axis in felt.cost)
+        share = max(state.left[axis] - left[axis] for axis in felt.cost if is_torque(axis))
         gain = fit.evidence - state.fit.evidence
         rare = one.effect.unlikely(state.rows.motion[one.axis], state.dynamics[one.axis])
         if one.effect.name in self.askew.get(one.axis, ()):

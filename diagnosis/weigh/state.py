@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from drivetwin.diagnosis.model.colour import Colour, colour_of, white
 from drivetwin.diagnosis.model.system import AxisSystem, Fit, System, axis_system
 from drivetwin.diagnosis.model.unknown import Component, components
+from drivetwin.diagnosis.prepare.deflection import axis_of
 from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.propose.nominal import Nominal, nominal_parameters
 from drivetwin.diagnosis.propose.placing import in_order, placed
@@ -143,8 +144,8 @@ class State:
     def plain(self) -> System:
         """The same without colour and unknown: what energy is left."""
         rows, first = self.rows, first_colours(self.bench)
-        none = {axis: np.zeros((rows.count(axis), 0)) for axis in rows.axes}
-        bare = {axis: axis_system(first[axis], none[axis], 1.0, self.target[axis], rows.of[axis].block) for axis in rows.axes}
+        none = {axis: np.zeros((rows.count(axis), 0)) for axis in rows.compared}
+        bare = {one: axis_system(first[one], none[one], 1.0, self.target[one], rows.of[one].block) for one in rows.compared}
         flat = [{axis: first[axis].whiten(torque) for axis, torque in column.items()} for column in self.columns]
         return System(bare, flat, self.system.spreads)
 
@@ -218,7 +219,7 @@ def state_of(bench: Bench, effects: Sequence[PlacedEffect], colours: Mapping[str
         columns.extend(felt.tangents)
         spreads.extend([np.inf] * len(felt.tangents))
         owners.extend([number] * len(felt.tangents))
-    axes = {axis: _axis_system(bench, axis, colours[axis], target[axis]) for axis in bench.rows.axes}
+    axes = {axis: _axis_system(bench, axis, colours[axis], target[axis]) for axis in bench.rows.compared}
     whitened = [{axis: axes[axis].colour.whiten(rows) for axis, rows in column.items()} for column in columns]
     return State(bench, ordered, System(axes, whitened, np.array(spreads)), tuple(owners), target, columns)
 
@@ -226,7 +227,7 @@ def state_of(bench: Bench, effects: Sequence[PlacedEffect], colours: Mapping[str
 def _axis_system(bench: Bench, axis: str, known: Colour | AxisSystem, target: Array) -> AxisSystem:
     if isinstance(known, AxisSystem):
         return replace(known, target=known.colour.whiten(target))
-    unknown = np.column_stack([component.columns for component in bench.unknown[axis]])
+    unknown = np.column_stack([component.columns for component in bench.unknown[axis_of(axis)]])
     misfit = bench.settings.misfit * bench.rows.size[axis]
     return axis_system(known, unknown, misfit, target, bench.rows.of[axis].block)
 
@@ -238,7 +239,7 @@ def first_colours(bench: Bench) -> dict[str, Colour]:
         axis: white(
             rows.of[axis], bench.intervals, max(_rms(rows.target[axis]), _floor(bench, axis)), bench.settings.colour_order
         )
-        for axis in rows.axes
+        for axis in rows.compared
     }
 
 

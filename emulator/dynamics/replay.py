@@ -33,9 +33,20 @@ def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
 
 def replayed(motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """`motor_torque` (n,), and the acceleration (n,) of the joint meanwhile."""
-    through = _through_a_spring if axis.transmission.elastic else _through_a_rigid_gear
-    load, acceleration = through(motion, axis)
+    load, acceleration, _ = _followed(motion, axis)
     return np.asarray(motion.rotor_inertia * motion.acceleration + load), acceleration
+
+
+def deflection(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+    """How far the joint (n,) is ahead of its motor meanwhile, by the gear ratio [rad or m]: what a second encoder sees."""
+    return np.asarray(_followed(motion, axis)[2])
+
+
+def _followed(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+    """Torque that the load asks of the motor, acceleration and deflection of the joint, (3, n)."""
+    if not axis.transmission.elastic:
+        return _through_a_rigid_gear(motion, axis)
+    return motion.kept_lately(("followed", axis), lambda same: _through_a_spring(same, axis))
 
 
 def needed_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
@@ -53,12 +64,12 @@ def _weight(motion: Motion) -> NDArray[np.float64]:
     return np.asarray(motion.rigid_torque - motion.inertia * motion.acceleration)
 
 
-def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Torque (n,) that the load asks of the motor, by virtual work on the joint's motion, and the joint's acceleration (n,)."""
+def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+    """`_followed`, by virtual work on the joint's motion."""
     joint, ratio = _at_the_joint(motion, axis.transmission, axis.gear_ratio)
     link = motion.inertia - motion.rotor_inertia
     torque = (_weight(motion) + link * joint.acceleration + axis.friction.resistance(joint)) * ratio
-    return np.asarray(torque), joint.acceleration
+    return np.stack((torque, joint.acceleration, joint.position - motion.position))
 
 
 def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tuple[Motion, NDArray[np.float64]]:
@@ -74,12 +85,12 @@ def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tupl
     return replace(motion, position=position, velocity=velocity, acceleration=acceleration), ratio
 
 
-def _through_a_spring(motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Torque (n,) through the spring between a motor that moves as measured and its load, and the load's acceleration (n,)."""
+def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+    """`_followed` by a load on a spring, whose motor moves as measured."""
     law, gear, link = axis.friction, axis.transmission, motion.inertia - motion.rotor_inertia
     swing = sqrt((gear.stiffness + law.presliding_stiffness) / float(np.median(link)))
     steps = max(ceil(motion.period / _LONGEST_STEP), ceil(_STEPS_PER_RADIAN * swing * motion.period))
-    torque, speed = np.empty_like(motion.position), np.zeros_like(motion.position)
+    torque, speed, place = np.empty_like(motion.position), np.zeros_like(motion.position), np.empty_like(motion.position)
     _follow(
         records([(law,)])[0],
         records([(gear,)])[0],
@@ -94,8 +105,9 @@ def _through_a_spring(motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.fl
         min(_MOST_STEPS, steps),
         torque,
         speed,
+        place,
     )
-    return torque, np.gradient(speed, motion.period)
+    return np.stack((torque, np.gradient(speed, motion.period), place - motion.position))
 
 
 @compiled
@@ -123,13 +135,13 @@ def _viscous(law, v):  # type: ignore[no-untyped-def]
 
 @compiled
 def _follow(  # type: ignore[no-untyped-def]
-    law, gear, wave, position, velocity, link, weight, warmth, varying, period, steps, torque, moves
+    law, gear, wave, position, velocity, link, weight, warmth, varying, period, steps, torque, moves, place
 ) -> None:
-    """Torque (n,) of the motor on the spring of a link (n,), which `moves` (n,), as it is moved; `wave` [rad a rad or m]."""
+    """Torque (n,) of the motor on the spring of a link (n,), its speed `moves` and `place` (n,); `wave` [rad a rad or m]."""
     h = period / steps
     untwisted, ratio = _uneven(gear, wave, position[0])
     q, through = _start(law, gear, untwisted, weight[0], warmth[0], varying[0])
-    torque[0], v = ratio * through, 0.0
+    torque[0], v, place[0] = ratio * through, 0.0, q
     anchors = np.full(BRISTLES, q)
     for k in range(position.shape[0] - 1):
         level = max(0.0, warmth[k] * (level_at(law, abs(v)) + varying[k]))
@@ -158,7 +170,7 @@ def _follow(  # type: ignore[no-untyped-def]
                 q, v, pushes = _step(last, speed, through, 0.0, 0.0, 0.0, 0.0, link[k], viscous, against, holds, h)
             through = pushes
         torque[k + 1] = ratio * through
-        moves[k + 1] = v
+        moves[k + 1], place[k + 1] = v, q
 
 
 @compiled

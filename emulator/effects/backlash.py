@@ -11,8 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import replayed
-from drivetwin.emulator.effects.base import DAMPING, POSITION, STIFFNESS, Exciting, Look, Need, Parameter, ReplayedEffect, Start
+from drivetwin.emulator.dynamics.replay import deflection, replayed
+from drivetwin.emulator.effects.base import (
+    DAMPING,
+    JOINT_ENCODER,
+    POSITION,
+    STIFFNESS,
+    Exciting,
+    Look,
+    Need,
+    Parameter,
+    ReplayedEffect,
+    Start,
+)
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.springs import springs, too_soft
 from drivetwin.emulator.effects.waves import travel
@@ -42,7 +53,7 @@ class Backlash(ReplayedEffect):
     scales: ClassVar[bool] = False
     shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SMALL_REVERSALS, Exciting.SWEEP})
     by_motion: ClassVar[str] = "slow reversals with a light load, at several positions"
-    by_sensor: ClassVar[str] = "an encoder on the joint, behind the transmission"
+    by_sensor: ClassVar[str] = JOINT_ENCODER
     looks: ClassVar[frozenset[Look]] = frozenset({Look.PLAY})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("gap", POSITION, low=0.0),
@@ -59,6 +70,9 @@ class Backlash(ReplayedEffect):
 
     def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return replayed(motion, self._on(axis))
+
+    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return deflection(motion, self._on(axis)) - deflection(motion, axis)
 
     def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """A gear has minutes of arc of play, a hobby servo a degree or two: what has ten times that is no drive train."""

@@ -96,6 +96,10 @@ class Look(StrEnum):
     WAVE = "comes and goes with the position"
 
 
+JOINT_ENCODER = "an encoder on the joint, behind the transmission"
+"""The sensor that distinguishes what deflects a joint from its motor."""
+
+
 @dataclass(frozen=True)
 class Effect(ABC):
     """One physical effect on one axis. Subclasses are frozen dataclasses whose fields are the parameters."""
@@ -190,6 +194,10 @@ class AxisEffect(Effect):
     ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
         """`predict`, and how much more (n,) the joint accelerates with the effect: other axes feel that. None: as much."""
         return self.predict(motion, axis), None
+
+    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64] | None:
+        """How much further (n,) the joint is ahead of where the motor's encoder has it [rad or m]; None: no further."""
+        return None
 
     @classmethod
     @abstractmethod

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import needed_acceleration, needed_torque
+from drivetwin.emulator.dynamics.replay import deflection, needed_acceleration, needed_torque
 from drivetwin.emulator.effects.base import TIME, AxisEffect, Exciting, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
 
@@ -42,6 +42,10 @@ class Delay(AxisEffect):
     def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         joint = needed_acceleration(motion, axis)
         return self.predict(motion, axis), np.interp(motion.time + self.delay, motion.time, joint) - joint
+
+    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        joint = motion.position + deflection(motion, axis)
+        return np.interp(motion.time + self.delay, motion.time, joint) - joint
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

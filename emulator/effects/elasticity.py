@@ -12,8 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import replayed
-from drivetwin.emulator.effects.base import DAMPING, STIFFNESS, Exciting, Look, Need, Parameter, ReplayedEffect, Start
+from drivetwin.emulator.dynamics.replay import deflection, replayed
+from drivetwin.emulator.effects.base import (
+    DAMPING,
+    JOINT_ENCODER,
+    STIFFNESS,
+    Exciting,
+    Look,
+    Need,
+    Parameter,
+    ReplayedEffect,
+    Start,
+)
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.springs import springs, too_soft
 
@@ -32,7 +42,7 @@ class Elasticity(ReplayedEffect):
     scales: ClassVar[bool] = False
     shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SWEEP})
     by_motion: ClassVar[str] = "a sweep of small sines through the resonance"
-    by_sensor: ClassVar[str] = "an encoder on the joint, behind the transmission"
+    by_sensor: ClassVar[str] = JOINT_ENCODER
     looks: ClassVar[frozenset[Look]] = frozenset({Look.PLAY})
     rings: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (
@@ -48,6 +58,9 @@ class Elasticity(ReplayedEffect):
 
     def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return replayed(motion, self._on(axis))
+
+    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return deflection(motion, self._on(axis)) - deflection(motion, axis)
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         return too_soft(motion, self.stiffness)

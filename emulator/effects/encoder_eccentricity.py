@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import replayed
+from drivetwin.emulator.dynamics.replay import deflection, replayed
 from drivetwin.emulator.effects.base import ANGLE, POSITION, Exciting, Look, Need, Parameter, ReplayedEffect, Start
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.waves import amplitude_and_phase
@@ -45,6 +45,10 @@ class EncoderEccentricity(ReplayedEffect):
 
     def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return replayed(self._truth(motion, axis.gear_ratio), axis)
+
+    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        truth = self._truth(motion, axis.gear_ratio)
+        return truth.position - motion.position + deflection(truth, axis) - deflection(motion, axis)
 
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
         return super().sizes(motion, axis) | {"phase": 1.0}

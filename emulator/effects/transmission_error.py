@@ -12,8 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import replayed
-from drivetwin.emulator.effects.base import ANGLE, NUMBER, POSITION, Exciting, Look, Need, Parameter, ReplayedEffect, Start
+from drivetwin.emulator.dynamics.replay import deflection, replayed
+from drivetwin.emulator.effects.base import (
+    ANGLE,
+    JOINT_ENCODER,
+    NUMBER,
+    POSITION,
+    Exciting,
+    Look,
+    Need,
+    Parameter,
+    ReplayedEffect,
+    Start,
+)
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.waves import FRACTIONAL, amplitude_and_phase, orders, turns_apart, unexplained
 
@@ -36,7 +47,7 @@ class TransmissionError(ReplayedEffect):
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION})
     shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.WHOLE_TRAVEL})
     by_motion: ClassVar[str] = "constant velocities whose waves pass at several frequencies, with and without acceleration"
-    by_sensor: ClassVar[str] = "an encoder on the joint, behind the transmission"
+    by_sensor: ClassVar[str] = JOINT_ENCODER
     looks: ClassVar[frozenset[Look]] = frozenset({Look.WAVE})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude", POSITION, low=0.0),
@@ -53,6 +64,9 @@ class TransmissionError(ReplayedEffect):
 
     def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return replayed(motion, self._on(axis))
+
+    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return deflection(motion, self._on(axis)) - deflection(motion, axis)
 
     def natural(self, axis: AxisDynamics) -> TransmissionError | None:
         """Slots, poles and teeth come in whole numbers a turn."""

@@ -108,3 +108,39 @@ def test_a_slow_current_loop_answers_as_its_differential_equation() -> None:
     assert np.sqrt(np.mean(left**2)) < 0.02 * np.sqrt(np.mean(asked() ** 2))
     tone = np.sin(2.0 * pi * 20.0 * np.arange(4000, dtype=np.float64) * SAMPLE)
     assert np.abs(slow.respond(tone, SAMPLE)[2000:]).max() == pytest.approx(1.0 / np.sqrt(2.0), rel=0.01)
+
+
+@pytest.mark.parametrize("frequency", [2.0, 8.0, 30.0])
+def test_a_second_encoder_sees_a_spring_give_by_what_the_link_weighs(frequency: float) -> None:
+    """q - m = m (1 / (1 - (f/f0)²) - 1) of a link without friction; f0 = 20 Hz."""
+    motion = swing(frequency, 0.05)
+    spring = of_axis(effect("elasticity", stiffness=LINK * (2.0 * pi * 20.0) ** 2, damping=0.5).effect)
+    ahead = spring.deflect(motion, AxisDynamics(GEAR))
+    assert ahead is not None
+    steady = slice(5000, 7900)
+    moved = motion.position[steady]
+    further = float(ahead[steady] @ moved) / float(moved @ moved)
+    assert further == pytest.approx(1.0 / (1.0 - (frequency / 20.0) ** 2) - 1.0, rel=0.03)
+
+
+def test_a_second_encoder_sees_half_the_play_behind_friction_and_all_of_an_uneven_gear() -> None:
+    """A link that friction brakes lags by half the gap and what the flank gives; q = m + e(m) on a rigid gear."""
+    motion, braked = swing(0.5, 0.2), AxisDynamics(GEAR, friction=FrictionLaw(coulomb=3.0))
+    ahead = of_axis(effect("backlash", gap=0.002, stiffness=20000.0, damping=50.0).effect).deflect(motion, braked)
+    quick = np.abs(motion.velocity) > 0.3
+    assert ahead is not None
+    assert ahead[quick] == pytest.approx(-np.sign(motion.velocity[quick]) * (0.001 + 3.0 / 20000.0), rel=0.15)
+    uneven = of_axis(effect("transmission_error", amplitude=5e-4, order=2.0, phase=0.6).effect)
+    assert uneven.deflect(motion, braked) == pytest.approx(5e-4 * np.sin(2.0 * GEAR * motion.position + 0.6), abs=1e-12)
+
+
+def test_a_second_encoder_sees_what_the_first_one_misreads() -> None:
+    """Reading = m + a sin(gear m + phase), and reading(t) = m(t - delay), both on a rigid gear: the joint is where m is."""
+    motion, rigid = swing(0.5, 0.2), AxisDynamics(GEAR)
+    ahead = of_axis(effect("encoder_eccentricity", amplitude=1e-4, phase=0.4).effect).deflect(motion, rigid)
+    assert ahead is not None
+    true = motion.position + ahead
+    assert true + 1e-4 * np.sin(GEAR * true + 0.4) == pytest.approx(motion.position, abs=1e-12)
+    late = of_axis(effect("delay", delay=3.0 * SAMPLE).effect).deflect(motion, rigid)
+    assert late is not None
+    assert late[:-3] == pytest.approx(motion.position[3:] - motion.position[:-3], abs=1e-12)
