@@ -1,0 +1,50 @@
+"""Cases with a second encoder: what it records, and which plays count as plays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivetwin.blind.transmissions import cases, is_a_spring, without_joints
+from drivetwin.blind.wide.case import WideCase
+from drivetwin.blind.wide.record import record_wide
+from drivetwin.recording.reader import read_recording
+
+
+@pytest.fixture(scope="module")
+def case() -> WideCase:
+    """An elasticity of a linear axis."""
+    return next(cases(1, 3, ("linear",)))
+
+
+def test_the_second_encoder_sees_the_spring_of_the_case(case: WideCase, tmp_path: Path) -> None:
+    """Where the axis hardly accelerates, the joint is behind its motor by the drive's torque over the stiffness."""
+    (cause,) = case.causes
+    assert cause.effect == "elasticity"
+    record_wide(case, tmp_path / "case", second_encoder=True)
+    (recording,) = read_recording(tmp_path / "case/train_1")
+    columns = recording.columns[cause.axis]
+    window = max(1, round(0.05 / recording.info.sample_period))
+    slow = np.ones(window) / window
+    ahead = np.convolve(columns["joint_position"] - columns["position"], slow, "valid")
+    torque = np.convolve(columns["torque"], slow, "valid")
+    gives = -np.polyfit(torque, ahead, 1)[0] * cause.parameters["stiffness"]
+    assert 0.4 < gives < 1.1, "all of the torque but the motor's own share of the inertia"
+    assert np.corrcoef(torque, ahead)[0, 1] < -0.9
+    assert "joint_position" not in without_joints(recording).columns[cause.axis]
+    record_wide(case, tmp_path / "plain")
+    (plain,) = read_recording(tmp_path / "plain/train_1")
+    np.testing.assert_array_equal(plain.columns[cause.axis]["torque"], columns["torque"])
+    assert "joint_position" not in plain.columns[cause.axis]
+
+
+def test_a_play_smaller_than_its_flanks_give_is_a_spring(case: WideCase) -> None:
+    (cause,) = case.causes
+    gives = case.levels[cause.axis].torque / 1000.0
+    for gap, spring in ((0.5 * gives, True), (2.0 * gives, False)):
+        play = replace(cause, effect="backlash", parameters={"gap": gap, "stiffness": 1000.0, "damping": 1.0})
+        assert is_a_spring(replace(case, causes=(play,))) is spring
+    assert not is_a_spring(case)
