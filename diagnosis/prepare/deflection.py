@@ -33,12 +33,14 @@ def is_torque(rows: str) -> bool:
 def deflection(recording: Recording, axis: str, position: Array, period: float, cutoff_hz: float) -> Array | None:
     """How far the joint is ahead of its motor at `position` (n,), through the filter of the comparison [rad or m].
 
-    None where no second encoder was recorded, or one that misses a sample.
+    Less its mean, for two encoders have no zero in common. None where no second encoder was recorded, or one that misses a
+    sample.
     """
     joint = recording.columns[axis].get(JOINT)
     if joint is None or not np.isfinite(joint).all():
         return None
-    return zero_phase(joint - position, period, cutoff_hz)
+    ahead = zero_phase(joint - position, period, cutoff_hz)
+    return np.asarray(ahead - np.mean(ahead))
 
 
 def centred(rows: Array, run: Index) -> Array:

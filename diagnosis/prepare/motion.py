@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +34,8 @@ WIDE = 2.5
 """The motion that effects see is filtered this many times wider than what is compared: their torque is filtered once more."""
 RIGID_RATE = 3.0
 """The rigid model is evaluated at so many samples a period of the motion's own cut-off, and joined by a cubic spline."""
-SAMPLED = ("position", "velocity", "acceleration", "torque", "time", "rigid_torque", "inertia", "from_others")
-"""Fields of a motion that are samples."""
+SAMPLED = ("position", "velocity", "acceleration", "torque", "time", "rigid_torque", "inertia", "from_others", "deflection")
+"""Fields of a motion that are samples, where it has them."""
 HARDLY_COUPLED = 1e-3
 """Of the inertias of two axes, that the one between them must be to count."""
 ENOUGH_FITTED = 0.25
@@ -51,7 +52,7 @@ class AxisRun:
     """One axis over one recording, (n,) each; torque filtered [N·m or N]. `used` counts in gaps, `fitted` in fits.
 
     `base` is the torque of the simulation as it stands; where `sticks`, for a moment in the middle of a motion, the measured
-    one, for stiction holds any. `deflection`: how far a second encoder has the joint ahead of its motor, filtered [rad or m].
+    one, for stiction holds any.
     """
 
     axis: str
@@ -61,11 +62,10 @@ class AxisRun:
     sticks: Mask
     used: Mask
     fitted: Mask
-    deflection: Array | None = None
 
     def part(self, span: slice) -> AxisRun:
         """Some samples of it, at equal steps."""
-        own = {name: getattr(self.motion, name)[span] for name in SAMPLED}
+        own: dict[str, Any] = {name: samples[span] for name, samples in sampled(self.motion).items()}
         return replace(
             self,
             motion=replace(self.motion, **own),
@@ -74,7 +74,6 @@ class AxisRun:
             sticks=self.sticks[span],
             used=self.used[span],
             fitted=self.fitted[span],
-            deflection=self.deflection[span] if self.deflection is not None else None,
         )
 
     def without_edges(self, edge: int) -> AxisRun:
@@ -150,6 +149,11 @@ class Run:
         return self.felt(own, np.ones(len(own.torque)))
 
 
+def sampled(motion: Motion) -> dict[str, Array]:
+    """The samples (n,) of a motion, by field."""
+    return {name: samples for name in SAMPLED if (samples := getattr(motion, name)) is not None}
+
+
 def standstill_of(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz: float) -> list[dict[str, float]]:
     """Speed [rad/s or m/s] above which each axis counts as moving, recording by recording; infinite where it never moves.
 
@@ -208,6 +212,7 @@ def prepare(
             rotor_inertia=float(simulation.model.dof_armature[simulation.dof(axis)]),
             from_others=_from_others(inertia[:, k], kinematics.acceleration, k),
             band=cutoff,
+            deflection=deflection(recording, axis, measured_position(recording.columns[axis], period), period, cutoff),
         )
         chosen = select(narrow[axis], standstill[axis], 0.0)
         fitted = chosen.fitted if chosen.fitted.sum() >= ENOUGH_FITTED * chosen.moving.sum() else chosen.moving
@@ -215,8 +220,7 @@ def prepare(
         simulated = rigid[:, k] + dynamics[axis].friction.resistance(motion)
         base = zero_phase(np.where(sticks, motion.torque, simulated), period, cutoff)
         torque = zero_phase(motion.torque, period, cutoff)
-        ahead = deflection(recording, axis, measured_position(recording.columns[axis], period), period, cutoff)
-        axes[axis] = AxisRun(axis, motion, torque, base, sticks, fitted, fitted, ahead)
+        axes[axis] = AxisRun(axis, motion, torque, base, sticks, fitted, fitted)
     coupling = _coupling(simulation.axes, inertia)
     return Run(recording, period, cutoff, wide, stride_of(period, cutoff), compared, axes, coupling)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.deflection import axis_of, centred, deflection_of, is_torque
-from drivetwin.diagnosis.prepare.motion import SAMPLED, AxisRun, Run
+from drivetwin.diagnosis.prepare.motion import AxisRun, Run, sampled
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects import AxisEffect, Effect
@@ -62,7 +62,7 @@ class Rows:
     @cached_property
     def compared(self) -> tuple[str, ...]:
         """Names of all rows: torque of every axis, and its deflection where every recording has a second encoder."""
-        told = [axis for axis in self.axes if all(run.axes[axis].deflection is not None for run in self.runs)]
+        told = [axis for axis in self.axes if all(run.axes[axis].motion.deflection is not None for run in self.runs)]
         return (*self.axes, *(deflection_of(axis) for axis in told))
 
     @cached_property
@@ -154,7 +154,8 @@ class Rows:
         if is_torque(name):
             return self.rows(name, lambda _, own: own.torque - own.base)
         axis = axis_of(name)
-        ahead = [own.deflection for own in (run.axes[axis] for run in self.runs) if own.deflection is not None]
+        motions = [run.axes[axis].motion for run in self.runs]
+        ahead = [motion.deflection for motion in motions if motion.deflection is not None]
         return centred(self.picked(axis, ahead), self.of[axis].run)
 
     @cached_property
@@ -212,7 +213,9 @@ def _joined(runs: Sequence[AxisRun]) -> Motion:
     first = runs[0].motion
     if len(runs) == 1:
         return first
-    samples: dict[str, Any] = {name: np.concatenate([getattr(run.motion, name) for run in runs]) for name in SAMPLED}
+    each = [sampled(run.motion) for run in runs]
+    samples: dict[str, Any] = dict.fromkeys(each[0])
+    samples |= {name: np.concatenate([one[name] for one in each]) for name in each[0] if all(name in one for one in each)}
     return replace(first, band=max(run.motion.band for run in runs), **samples)
 
 

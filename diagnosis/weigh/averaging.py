@@ -73,8 +73,8 @@ def weighed(family: Family, systematic: Mapping[str, float], settings: Settings)
     """
     chosen = family.chosen
     own = next((one for one in family.proposals if chosen is not None and _same(one, chosen)), None)
-    least = SUBSTITUTES * own.share if own is not None else -np.inf
-    considered = sorted((one for one in family.proposals if one.share >= least), key=lambda one: -one.score)[:CONSIDERED]
+    least = SUBSTITUTES * own.takes if own is not None else -np.inf
+    considered = sorted((one for one in family.proposals if one.takes >= least), key=lambda one: -one.score)[:CONSIDERED]
     if chosen is not None and not any(_same(one, chosen) for one in considered):
         considered.extend(one for one in family.proposals if _same(one, chosen))
     densities = [_held_out(family, (), None, _without(family), settings)]

@@ -152,7 +152,7 @@ class Search:
 
         Of two causes on an axis that overlap, one alone takes what is the other's, and is bent by it for good.
         """
-        able = [one for one in proposals if one.score > 0.0 and one.share >= self.bench.settings.least_share]
+        able = [one for one in proposals if one.score > 0.0 and one.takes >= self.bench.settings.least_share]
         by_axis = [self._best_of_axis([one for one in able if one.effect.axis == axis], state) for axis in self.kinds]
         found: list[Proposal] = []
         gained = 0.0
@@ -208,7 +208,7 @@ class Search:
             others = [each for each in self.proposals(beside, [one.axis], rivals) if not same_kind(each.effect, one)]
             family = [*others, *([known] if known is not None else [])]
             best = max(family, key=lambda each: each.score, default=None)
-            able = best is not None and best is not known and best.share >= self.bench.settings.least_share
+            able = best is not None and best is not known and best.takes >= self.bench.settings.least_share
             if best is not None and able and (known is None or best.score > known.score + CLEARLY):
                 pair, changed = self.settled((*beside.whole.effects, best.effect), proposals, pair), True
                 continue
@@ -348,13 +348,15 @@ class Search:
         held = state.held(one.effect.name, one.axis)
         fit = state.system.fit(tangent, less, held)
         left = state.energy(state.patched, felt.tangents, felt.cost)
-        share = max(state.left[axis] - left[axis] for axis in felt.cost if is_torque(axis))
+        taken = {axis: state.left[axis] - left[axis] for axis in felt.cost}
+        share = max(part for axis, part in taken.items() if is_torque(axis))
         gain = fit.evidence - state.fit.evidence
         rare = one.effect.unlikely(state.rows.motion[one.axis], state.dynamics[one.axis])
         if one.effect.name in self.askew.get(one.axis, ()):
             rare -= log(self.bench.settings.askew)
         prior = -log(self.tried(one.axis)) - log(max(one.tried, 1)) - rare
-        return Proposal(placed(state.rows, one.axis, one.effect), gain + prior, prior, share, less, tangent, held, one.tried)
+        effect, takes = placed(state.rows, one.axis, one.effect), max(taken.values())
+        return Proposal(effect, gain + prior, prior, share, takes, less, tangent, held, one.tried)
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,8 @@ class Proposal:
     """Of the score, the logarithm of how rare it is, and how many effects and starts were tried."""
     share: float
     """Of the gap's energy, that it takes from what is left, on the axis where that is most."""
+    takes: float
+    """The same of everything that is compared: of the gap, or of the deflection of an axis."""
     column: Column
     tangents: Sequence[Column]
     held: frozenset[int]
@@ -67,7 +69,7 @@ def rivals_of(best: Proposal, proposals: Sequence[Proposal]) -> frozenset[str]:
     return frozenset(
         one.effect.effect.name
         for one in proposals
-        if one.effect.axis == best.effect.axis and one.score > RIVAL * best.score and one.share > RIVAL * best.share
+        if one.effect.axis == best.effect.axis and one.score > RIVAL * best.score and one.takes > RIVAL * best.takes
     )
 
 

@@ -21,7 +21,8 @@ class Motion:
     Position, as the encoder tells it, and its derivatives; `torque` is the motor's as the drive reports it, times the gear
     ratio. `rigid_torque` is what the frictionless rigid machine needs for this motion, `inertia` its d torque / d acceleration,
     both with the motor; `rotor_inertia` is the motor's share of it. `from_others`: what of `rigid_torque` the other axes'
-    accelerations cost. `band`: the highest frequency that the motion holds [Hz]. Samples stand in equal steps.
+    accelerations cost. `band`: the highest frequency that the motion holds [Hz]. `deflection`: how far a second encoder has the
+    joint ahead of its motor [rad or m], less its mean; None without one. Samples stand in equal steps.
     """
 
     position: NDArray[np.float64]
@@ -34,6 +35,7 @@ class Motion:
     rotor_inertia: float
     from_others: NDArray[np.float64] | float = 0.0
     band: float = inf
+    deflection: NDArray[np.float64] | None = None
     _kept: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
     _lately: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
     _lock: Lock = field(init=False, repr=False, compare=False, default_factory=Lock)

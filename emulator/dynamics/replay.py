@@ -20,6 +20,8 @@ _IMPLICIT = 0.52
 _LONGEST_STEP = 5e-4
 _MOST_STEPS = 16
 _STEPS_PER_RADIAN = 4.0
+_BEGINS = 0.02
+"""Of the highest speed, above which a motion begins in its middle: the joint then moves as a rigid one would."""
 
 
 def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
@@ -91,12 +93,15 @@ def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]
     swing = sqrt((gear.stiffness + law.presliding_stiffness) / float(np.median(link)))
     steps = max(ceil(motion.period / _LONGEST_STEP), ceil(_STEPS_PER_RADIAN * swing * motion.period))
     torque, speed, place = np.empty_like(motion.position), np.zeros_like(motion.position), np.empty_like(motion.position)
+    begins = float(motion.velocity[0]) if abs(motion.velocity[0]) > _BEGINS * np.max(np.abs(motion.velocity)) else 0.0
     _follow(
         records([(law,)])[0],
         records([(gear,)])[0],
         gear.error_order * axis.gear_ratio,
         motion.position,
         motion.velocity,
+        begins,
+        float(link[0] * motion.acceleration[0]),
         link,
         _weight(motion),
         law.warmth(motion),
@@ -120,13 +125,6 @@ def _uneven(gear, wave, motor):  # type: ignore[no-untyped-def]  # record arrays
 
 
 @compiled
-def _start(law, gear, untwisted, weight, warmth, varying):  # type: ignore[no-untyped-def]
-    """Joint position at first, and what hangs on the spring: the weight, but none where friction holds that."""
-    hangs = weight if abs(weight) > warmth * (level_at(law, 0.0) + varying) else 0.0
-    return untwisted - hangs / gear.stiffness - (copysign(0.5 * gear.gap, hangs) if hangs != 0.0 else 0.0), hangs
-
-
-@compiled
 def _viscous(law, v):  # type: ignore[no-untyped-def]
     speed = abs(v)
     direction = law.viscous_asymmetry if v > 0.0 else -law.viscous_asymmetry
@@ -134,14 +132,29 @@ def _viscous(law, v):  # type: ignore[no-untyped-def]
 
 
 @compiled
+def _start(law, gear, untwisted, weight, warmth, varying, v, pulls):  # type: ignore[no-untyped-def]
+    """Joint position at first, and what hangs on the spring: at rest the weight, but none where friction holds that.
+
+    At a speed v what the rigid joint asks for there: `pulls` for its acceleration, weight and friction.
+    """
+    level = warmth * (level_at(law, abs(v)) + varying)
+    if v != 0.0:
+        hangs = pulls + weight + copysign(level, v) + warmth * (law.coulomb_asymmetry + _viscous(law, v) * v)
+    else:
+        hangs = weight if abs(weight) > level else 0.0
+    return untwisted - hangs / gear.stiffness - (copysign(0.5 * gear.gap, hangs) if hangs != 0.0 else 0.0), hangs
+
+
+@compiled
 def _follow(  # type: ignore[no-untyped-def]
-    law, gear, wave, position, velocity, link, weight, warmth, varying, period, steps, torque, moves, place
+    law, gear, wave, position, velocity, begins, pulls, link, weight, warmth, varying, period, steps, torque, moves, place
 ) -> None:
     """Torque (n,) of the motor on the spring of a link (n,), its speed `moves` and `place` (n,); `wave` [rad a rad or m]."""
     h = period / steps
     untwisted, ratio = _uneven(gear, wave, position[0])
-    q, through = _start(law, gear, untwisted, weight[0], warmth[0], varying[0])
-    torque[0], v, place[0] = ratio * through, 0.0, q
+    v = ratio * begins
+    q, through = _start(law, gear, untwisted, weight[0], warmth[0], varying[0], v, pulls)
+    torque[0], moves[0], place[0] = ratio * through, v, q
     anchors = np.full(BRISTLES, q)
     for k in range(position.shape[0] - 1):
         level = max(0.0, warmth[k] * (level_at(law, abs(v)) + varying[k]))

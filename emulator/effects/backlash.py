@@ -25,7 +25,8 @@ from drivetwin.emulator.effects.base import (
     Start,
 )
 from drivetwin.emulator.effects.ground import Ground
-from drivetwin.emulator.effects.springs import springs, too_soft
+from drivetwin.emulator.effects.seen_deflection import play_seen
+from drivetwin.emulator.effects.springs import damped, springs, too_soft
 from drivetwin.emulator.effects.waves import travel
 
 _FLANKS = (15.0, 45.0)
@@ -85,7 +86,8 @@ class Backlash(ReplayedEffect):
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
         """By how long a link that coasts takes from flank to flank while the motor turns back, and by shares of the travel.
 
-        Where friction holds the link, the flanks are also tried that its friction bends by half a gap.
+        Where friction holds the link, the flanks are also tried that its friction bends by half a gap; and the play that a
+        second encoder shows.
         """
         turns, way = float(np.sqrt(np.mean(motion.acceleration**2))), travel(motion)
         coasting = 0.5 * turns * np.geomspace(*_CROSSING_TIMES, _GAPS) ** 2
@@ -96,6 +98,8 @@ class Backlash(ReplayedEffect):
         if level > 0.0 and flanks:
             link = float(np.median(motion.inertia)) - motion.rotor_inertia
             tried += [(float(gap), (float(2.0 * level / gap), float(0.4 * np.sqrt(2.0 * level / gap * link)))) for gap in held]
+        if (seen := play_seen(motion, axis)) is not None:
+            tried += [(seen[0], flank) for flank in (*damped(motion, seen[1], (0.05, 0.2)), *flanks)]
         return [cls._start(gap, flank) for gap, flank in tried]
 
     @classmethod

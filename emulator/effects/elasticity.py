@@ -25,7 +25,8 @@ from drivetwin.emulator.effects.base import (
     Start,
 )
 from drivetwin.emulator.effects.ground import Ground
-from drivetwin.emulator.effects.springs import springs, too_soft
+from drivetwin.emulator.effects.seen_deflection import stiffness_seen
+from drivetwin.emulator.effects.springs import damped, springs, too_soft
 
 
 @dataclass(frozen=True)
@@ -66,10 +67,11 @@ class Elasticity(ReplayedEffect):
         return too_soft(motion, self.stiffness)
 
     @classmethod
-    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
-        return [
-            cls._start(spring) for at in np.geomspace(5.0, 80.0, 12) for spring in springs(motion, float(at), (0.05,))
-        ]
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
+        """By how the link swings, and as stiff as a second encoder shows."""
+        usual = [spring for at in np.geomspace(5.0, 80.0, 12) for spring in springs(motion, float(at), (0.05,))]
+        seen = stiffness_seen(motion, axis)
+        return [cls._start(spring) for spring in (*usual, *([] if seen is None else damped(motion, seen, (0.05, 0.2))))]
 
     @classmethod
     def drawn(cls, ground: Ground) -> Elasticity:

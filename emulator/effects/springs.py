@@ -19,6 +19,14 @@ def springs(motion: Motion, frequency: float, damping_ratios: Iterable[float]) -
     return [(link * swing**2, 2.0 * ratio * link * swing) for ratio in damping_ratios]
 
 
+def damped(motion: Motion, stiffness: float, damping_ratios: Iterable[float]) -> list[tuple[float, float]]:
+    """(stiffness, damping) of a spring; none where the motor has no inertia."""
+    link = float(np.median(motion.inertia)) - motion.rotor_inertia
+    if link <= 0.0 or motion.rotor_inertia <= 0.0:
+        return []
+    return [(stiffness, 2.0 * ratio * sqrt(link * stiffness)) for ratio in damping_ratios]
+
+
 _SOFT = 8.0
 """Frequency [Hz] at which a link swings on a transmission that hardly any servo axis is softer than."""
 

@@ -85,7 +85,8 @@ class TransmissionError(ReplayedEffect):
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
-        return [cls._start(order, order * axis.gear_ratio) for order in orders(motion, axis, unexplained(motion, axis))]
+        shown = orders(motion, axis, unexplained(motion, axis) if motion.deflection is None else motion.deflection)
+        return [cls._start(order, order * axis.gear_ratio) for order in shown]
 
     @classmethod
     def drawn(cls, ground: Ground) -> TransmissionError:

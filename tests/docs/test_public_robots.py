@@ -36,8 +36,8 @@ def test_a_row_says_what_machine_new_said(tmp_path: Path, izz: float, axes: int,
 
 def test_errors_are_of_parameters_that_the_plant_has(tmp_path: Path) -> None:
     values = {"inertia": 2.02, "coulomb": 0.01, "viscous": 4.2}
-    told = {"parameters": {name: {"value": value} for name, value in values.items()}}
-    told["truth"] = {"inertia": 2.0, "coulomb": 0.0, "viscous": 4.0}
+    truth = {"inertia": 2.0, "coulomb": 0.0, "viscous": 4.0}
+    told = {"parameters": {name: {"value": value} for name, value in values.items()}, "truth": truth}
     path = tmp_path / "identified.json"
     path.write_text(json.dumps({"axes": {"turn": told}}), encoding="utf-8")
     errors = public_robots.errors_of(path)

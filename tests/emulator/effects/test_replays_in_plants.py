@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -144,3 +145,22 @@ def test_a_second_encoder_sees_what_the_first_one_misreads() -> None:
     late = of_axis(effect("delay", delay=3.0 * SAMPLE).effect).deflect(motion, rigid)
     assert late is not None
     assert late[:-3] == pytest.approx(motion.position[3:] - motion.position[:-3], abs=1e-12)
+
+
+@pytest.mark.parametrize(("name", "damping"), [("elasticity", 10.0), ("backlash", 20.0)])
+def test_a_stretch_of_a_motion_is_replayed_as_the_whole_is(name: str, damping: float) -> None:
+    """The joint of a motion that is cut in its middle moves as its motor does, and its friction has wound up the spring.
+
+    The spring is damped, so that nothing rings from the last reversal on.
+    """
+    motion, braked = swing(1.0, 0.2), AxisDynamics(GEAR, friction=FrictionLaw(coulomb=3.0, viscous=0.5))
+    kind = of_axis(effect(name, **PLANTS[name] | {"damping": damping}).effect)
+    cut = slice(5120, 7500)
+    samples = ("position", "velocity", "acceleration", "torque", "time", "rigid_torque", "inertia")
+    stretch = replace(motion, **{field: getattr(motion, field)[cut] for field in samples})
+    assert abs(stretch.velocity[0]) > 0.3
+    for whole, part in ((kind.predict(motion, braked), kind.predict(stretch, braked)),
+                        (kind.deflect(motion, braked), kind.deflect(stretch, braked))):  # fmt: skip
+        assert whole is not None
+        assert part is not None
+        assert np.abs(part - whole[cut])[20:].max() < 0.1 * np.abs(whole).max()
