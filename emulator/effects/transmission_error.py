@@ -85,8 +85,9 @@ class TransmissionError(ReplayedEffect):
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
-        shown = orders(motion, axis, unexplained(motion, axis) if motion.deflection is None else motion.deflection)
-        return [cls._start(order, order * axis.gear_ratio) for order in shown]
+        """By the waves of its torque, or of what a second encoder sees."""
+        seen = motion.deflection if motion.deflection is not None and motion.deflection.any() else unexplained(motion, axis)
+        return [cls._start(order, order * axis.gear_ratio) for order in orders(motion, axis, seen)]
 
     @classmethod
     def drawn(cls, ground: Ground) -> TransmissionError:
