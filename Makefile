@@ -21,6 +21,7 @@ check: .venv/.installed
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	MYPYPATH=$(TYPED_PATH) $(BIN)/mypy $(TYPED)
+	for one in $(CONFTESTS); do MYPYPATH=$(TYPED_PATH) $(BIN)/mypy $$one || exit 1; done
 	$(BIN)/lint-imports
 
 # The tutorial's own machine, command by command: out/gantry*, out/arm6*. Both, or TUTORIAL="--machine gantry".
@@ -35,8 +36,9 @@ coverage: .venv/.installed
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report
 
-# The type checker reads tests as strictly as the product; those in untyped.txt it does not read yet.
-TYPED := $(filter-out $(shell cat tests/untyped.txt),$(shell find tests -name '*.py' -not -path '*/node_modules/*'))
+# The type checker reads tests as strictly as the product. To it a conftest.py is the module `conftest`: one at a time.
+CONFTESTS := $(shell find tests -mindepth 2 -name conftest.py)
+TYPED := $(filter-out $(CONFTESTS),$(shell find tests -name '*.py' -not -path '*/node_modules/*'))
 EMPTY :=
 TYPED_PATH := scripts:docs/examples:$(subst $(EMPTY) $(EMPTY),:,$(sort $(dir $(TYPED))))
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import can
 import canopen
@@ -135,7 +136,7 @@ def test_every_service(tmp_path: Path) -> None:
 
 def talk(link: Link) -> int:
     """All services of CiA 301 and CiA 305 once; the code with which the one wrong request was aborted."""
-    sdo = link[1].sdo
+    sdo: Any = link[1].sdo
     name = sdo.upload(0x1008, 0)
     assert sdo.open(0x1008, 0, mode="rb", block_transfer=True).read() == name
     with sdo.open(0x6085, 0, mode="wb", size=4, block_transfer=True) as written:
