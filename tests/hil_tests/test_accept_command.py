@@ -173,7 +173,8 @@ def test_the_plugin_runs_cases_in_lockstep_in_the_common_arithmetic(tmp_path: Pa
     """As `drivetwin accept` does: the controller is started by the process of its case, and tells what both have."""
     bench_file(tmp_path, ["{python}", "-c", "import json, os; print(json.dumps(dict(os.environ)))"])
     own = scenario_file(tmp_path / "own", "04_moves/own")
-    (tmp_path / "test_own.py").write_text(f"from pathlib import Path\ndef test_it(run_scenario):\n    run_scenario(Path({str(own)!r}))\n")
+    runs_it = f"from pathlib import Path\ndef test_it(run_scenario):\n    run_scenario(Path({str(own)!r}))\n"
+    (tmp_path / "test_own.py").write_text(runs_it)
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
     pytest_on(tmp_path, "--bench", "bench.yaml", "--basetemp", "temporary", "test_own.py", "own")
     logs = sorted(tmp_path.rglob("controller.log"))
