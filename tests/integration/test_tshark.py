@@ -13,7 +13,7 @@ from typing import Any
 import can
 import canopen
 import pytest
-from processes import PATIENCE, drivetwin
+from processes import PATIENCE
 
 from drivetwin.bus.channel import InprocBus
 from drivetwin.controller.bus_log import BusLog
@@ -68,10 +68,8 @@ def fields(log: Path, *names: str, only: str = "") -> list[tuple[int, ...]]:
     return [tuple(int(cell, 0) if cell else -1 for cell in row.split("\t")) for row in rows]
 
 
-def test_a_whole_identification(tmp_path: Path) -> None:
-    ended = drivetwin("identify", "--machine", "stage", "--out", tmp_path / "out")
-    assert ended.status == 0, ended.err
-    log = tmp_path / "out" / "bus.log"
+def test_a_whole_identification(identified_stage: Path) -> None:
+    log = identified_stage / "bus.log"
     assert tshark(log, "-Y", "_ws.malformed") == []
     frames = lines(log)
     assert len(frames) > 50_000
