@@ -5,6 +5,8 @@ BIN := .venv/bin
 # Small matrices: threads of the linear algebra cost more than they bring.
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
+# Where it is set, every process compiles all modules again, and pytest rewrites the assertions of the tests: 12 s a process.
+unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := run
 
 .PHONY: run test check tutorial coverage nightly test-long test-vcan interoperability seeds bench wafer-handler fuzz fuzz-files unbroken blind measured accept accept-repeats mutants docs lock clean
@@ -46,8 +48,8 @@ TYPED_PATH := scripts:docs/examples:$(subst $(EMPTY) $(EMPTY),:,$(sort $(dir $(T
 nightly: coverage test-long tutorial mutants
 
 # Tests that repeat a claim over more cases than they do in `make test`, at their full length.
-LONG := $(addprefix tests/,blind/wide/test_wide_draw.py diagnosis/excitation/test_told_apart.py diagnosis/test_invariances.py drivetwin/test_container.py \
-	emulator/canopen/test_fuzz_frames.py hil_tests/test_arithmetic.py identification/test_calibration.py \
+LONG := $(addprefix tests/,blind/wide/test_wide_draw.py diagnosis/excitation/test_told_apart.py diagnosis/test_invariances.py \
+	drivetwin/test_container.py emulator/canopen/test_fuzz_frames.py hil_tests/test_arithmetic.py identification/test_calibration.py \
 	integration/test_wafer_handler.py)
 test-long: .venv/.installed
 	DRIVETWIN_LONG=1 DRIVETWIN_REPETITIONS=150 $(BIN)/pytest --numprocesses auto --dist worksteal $(LONG)
