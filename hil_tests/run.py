@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 
 from drivetwin.emulator.effects import EffectFile, add_effects, added_effects
@@ -110,8 +111,13 @@ class CaseProcesses:
     """Processes for cases in lockstep, which compute as on any other host; the first begins with the first case."""
 
     def __init__(self, number: int) -> None:
+        self._number = number
+
+    @cached_property
+    def _pool(self) -> ProcessPoolExecutor:
+        """With the effects that have been added by now."""
         begun = (os.getpid(), added_effects())
-        self._pool = ProcessPoolExecutor(number, multiprocessing.get_context("spawn"), _begin_worker, begun)
+        return ProcessPoolExecutor(self._number, multiprocessing.get_context("spawn"), _begin_worker, begun)
 
     def submit(self, bench: Bench, scenario: Scenario, folder: Path) -> Future[CaseResult]:
         """`run_one` in one of them."""
@@ -129,7 +135,8 @@ class CaseProcesses:
 
     def end(self) -> None:
         """Begin no further case, and wait for those that run."""
-        self._pool.shutdown(wait=True, cancel_futures=True)
+        if "_pool" in vars(self):
+            self._pool.shutdown(wait=True, cancel_futures=True)
 
 
 KILLED = "a process that ran a case was killed: is there enough memory"
