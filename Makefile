@@ -5,6 +5,8 @@ BIN := .venv/bin
 # Small matrices: threads of the linear algebra cost more than they bring.
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
+# Where it is set, every process compiles all modules again, and pytest rewrites the assertions of the tests: 12 s a process.
+unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := run
 
 .PHONY: run test check tutorial coverage nightly test-long test-vcan interoperability seeds bench wafer-handler fuzz fuzz-files unbroken blind measured accept accept-repeats mutants docs lock clean
@@ -21,6 +23,7 @@ check: .venv/.installed
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	MYPYPATH=$(TYPED_PATH) $(BIN)/mypy $(TYPED)
+	for one in $(CONFTESTS); do MYPYPATH=$(TYPED_PATH) $(BIN)/mypy $$one || exit 1; done
 	$(BIN)/lint-imports
 
 # The tutorial's own machine, command by command: out/gantry*, out/arm6*. Both, or TUTORIAL="--machine gantry".
@@ -35,8 +38,9 @@ coverage: .venv/.installed
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report
 
-# The type checker reads tests as strictly as the product; those in untyped.txt it does not read yet.
-TYPED := $(filter-out $(shell cat tests/untyped.txt),$(shell find tests -name '*.py' -not -path '*/node_modules/*'))
+# The type checker reads tests as strictly as the product. To it a conftest.py is the module `conftest`: one at a time.
+CONFTESTS := $(shell find tests -mindepth 2 -name conftest.py)
+TYPED := $(filter-out $(CONFTESTS),$(shell find tests -name '*.py' -not -path '*/node_modules/*'))
 EMPTY :=
 TYPED_PATH := scripts:docs/examples:$(subst $(EMPTY) $(EMPTY),:,$(sort $(dir $(TYPED))))
 
@@ -44,8 +48,9 @@ TYPED_PATH := scripts:docs/examples:$(subst $(EMPTY) $(EMPTY),:,$(sort $(dir $(T
 nightly: coverage test-long tutorial mutants
 
 # Tests that repeat a claim over more cases than they do in `make test`, at their full length.
-LONG := $(addprefix tests/,diagnosis/excitation/test_told_apart.py diagnosis/test_invariances.py drivetwin/test_container.py \
-	emulator/canopen/test_fuzz_frames.py identification/test_calibration.py integration/test_wafer_handler.py)
+LONG := $(addprefix tests/,blind/test_record.py blind/wide/test_wide_draw.py diagnosis/excitation/test_told_apart.py \
+	diagnosis/test_invariances.py drivetwin/test_container.py emulator/canopen/test_fuzz_frames.py hil_tests/test_arithmetic.py \
+	identification/test_calibration.py integration/test_wafer_handler.py)
 test-long: .venv/.installed
 	DRIVETWIN_LONG=1 DRIVETWIN_REPETITIONS=150 $(BIN)/pytest --numprocesses auto --dist worksteal $(LONG)
 

@@ -108,7 +108,6 @@ class DriveNode:
         link.add_node(self._node)
         self._node.emcy.add_callback(self._take_emergency)
         self._rpdo_cob_id = 0x200 + axis.node_id
-        self.doubled = 0
         self._input = b""
         self._output = b""
         self._repeated = 0
@@ -312,7 +311,6 @@ class DriveNode:
         alone (ISO 11898-1, end of frame), and two samples of one SYNC differ by the noise of the torque at least.
         """
         if self.received and data == self._input:
-            self.doubled += 1
             return
         self._input = data
         self.position, self.torque = INPUT.unpack(data)

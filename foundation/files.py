@@ -18,7 +18,7 @@ from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.scratch import held_directory
 
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
-"""What an operating system says of a disk that takes no more, which names no file."""
+"""What an operating system says of a disk that takes no more; of a file that it was writing, it names none."""
 
 
 class DiskError(UserError):
@@ -26,23 +26,46 @@ class DiskError(UserError):
 
     def __init__(self, path: Path, reason: str) -> None:
         super().__init__(f"{path} cannot be written {reason}")
-        self.reason = reason
+        self.path, self.reason = path, reason
 
 
 @contextmanager
 def _told_of(path: Path) -> Iterator[None]:
-    """Whatever keeps the block from writing is told as being about `path`. Raises DiskError."""
+    """What keeps the block from writing is told as being about `path`, unless it names something else. Raises DiskError."""
     folder = path.parent
     try:
         yield
-    except DiskError as error:  # of a file in the folder that is being written
-        raise DiskError(path, error.reason) from None
+    except DiskError as error:
+        if not _is_below(folder, error.path):
+            raise
+        raise DiskError(path, error.reason) from None  # of a file in the folder that is being written
     except OSError as error:
         if error.errno in FULL:
-            raise DiskError(path, f"({os.strerror(error.errno)}): make room, or choose another --out") from None
+            raise _disk_error(path, error) from None
         if error.errno == errno.ENOENT and not folder.exists():
             raise UserError(f"{path} cannot be written: its folder was removed meanwhile; run this again") from None
         raise
+
+
+def _disk_error(path: Path, error: OSError) -> DiskError:
+    """About the file that is named, or else about `path`, and temporary files on another disk, which may be the full one."""
+    said = f"({os.strerror(error.errno or 0)}): make room"
+    if error.filename is not None and not _is_below(path.parent, Path(os.fsdecode(error.filename))):
+        return DiskError(Path(os.fsdecode(error.filename)), f"{said} there")
+    temporary = Path(tempfile.gettempdir())
+    others = "" if _same_disk(path.parent, temporary) else f", there or in {temporary}"
+    return DiskError(path, f"{said}{others}, or choose another --out")
+
+
+def _is_below(folder: Path, path: Path) -> bool:
+    return path.absolute().is_relative_to(folder.absolute())
+
+
+def _same_disk(one: Path, other: Path) -> bool:
+    try:
+        return one.stat().st_dev == other.stat().st_dev
+    except OSError:  # a folder that is gone tells nothing
+        return True
 
 
 @contextmanager

@@ -40,6 +40,11 @@ def scale_of(unit: str, largest: float) -> Scale:
     return Scale(*known[-1])
 
 
+def short(value: float) -> float:
+    """Of four digits: more than anybody commissions or reads."""
+    return float(f"{value:.4g}")
+
+
 def decimals_for(half_width: float, largest: float) -> int:
     """Decimals that show two digits of an interval's half width; five digits of the value where there is no interval."""
     first = math.floor(math.log10(half_width)) - 1 if half_width > 0.0 and math.isfinite(half_width) else None

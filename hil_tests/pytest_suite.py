@@ -16,7 +16,7 @@ from drivetwin.hil_tests.bench import Bench, read_bench
 from drivetwin.hil_tests.evidence import BusFrame
 from drivetwin.hil_tests.folder import VERDICT
 from drivetwin.hil_tests.results.wording import failure_words, measured_words
-from drivetwin.hil_tests.run import run_one
+from drivetwin.hil_tests.run import CaseProcesses
 from drivetwin.hil_tests.scenario import Scenario, read_scenario
 from drivetwin.hil_tests.stand.log import FrameLog
 from drivetwin.hil_tests.stand.observer import Observer
@@ -24,6 +24,7 @@ from drivetwin.hil_tests.suite import CASES
 from drivetwin.hil_tests.verdict import CaseResult, Outcome
 
 BENCH = pytest.StashKey[Bench]()
+PROCESSES = pytest.StashKey[CaseProcesses]()
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -32,6 +33,8 @@ def pytest_configure(config: pytest.Config) -> None:
         config.stash[BENCH] = read_bench(config.getoption("--bench"))
     except UserError as error:
         raise pytest.UsageError(str(error)) from None
+    config.stash[PROCESSES] = CaseProcesses(1)
+    config.add_cleanup(config.stash[PROCESSES].end)
     if config.args_source is not pytest.Config.ArgsSource.ARGS:
         config.args = [*config.args, str(CASES)]
 
@@ -72,7 +75,8 @@ class ScenarioItem(pytest.Item):
 
     def runtest(self) -> None:
         """Run and judge it."""
-        result = run_one(self.config.stash[BENCH], self.scenario, _out(self.config) / self.scenario.identity)
+        folder = _out(self.config) / self.scenario.identity
+        result = self.config.stash[PROCESSES].run(self.config.stash[BENCH], self.scenario, folder)
         self.user_properties.extend((measured.name, measured_words(measured)) for measured in result.measured)
         if result.outcome is Outcome.SKIPPED:
             pytest.skip(result.skipped_because)
@@ -109,12 +113,12 @@ def bench(pytestconfig: pytest.Config) -> Bench:
 
 
 @pytest.fixture
-def run_scenario(bench: Bench, tmp_path: Path) -> Callable[[Path], CaseResult]:
+def run_scenario(bench: Bench, tmp_path: Path, pytestconfig: pytest.Config) -> Callable[[Path], CaseResult]:
     """Runs the bench's controller through a scenario file, and judges it; the case's folder is below `tmp_path`."""
 
     def run(path: Path) -> CaseResult:
         scenario = read_scenario(path, bench)
-        return run_one(bench, scenario, tmp_path / scenario.identity)
+        return pytestconfig.stash[PROCESSES].run(bench, scenario, tmp_path / scenario.identity)
 
     return run
 

@@ -7,9 +7,10 @@ import os
 import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 
 from drivetwin.emulator.effects import EffectFile, add_effects, added_effects
@@ -70,14 +71,18 @@ def run_all(
     as none is rejected. Else they run in processes that compute as on any other host: at once, but one by one on a bus that all
     cases share.
     """
-    alone = bench.drives == "real" or bench.clock == "realtime"
     jobs = jobs if bench.bus == EMBEDDED else 1
     places = [cases / scenario.identity for scenario in scenarios]
     results: dict[str, CaseResult] = {}
-    for result in _one_by_one(bench, scenarios, places) if alone else _at_once(bench, scenarios, places, jobs):
+    for result in _at_once(bench, scenarios, places, jobs) if _in_lockstep(bench) else _one_by_one(bench, scenarios, places):
         results[f"{result.number:02d}_{result.group}.{result.name}"] = result
         done(result)
     return [results[scenario.identity] for scenario in scenarios]
+
+
+def _in_lockstep(bench: Bench) -> bool:
+    """Whether what is computed is all that counts: nobody sees how long it takes, nor where."""
+    return bench.drives == "virtual" and bench.clock == "sync"
 
 
 def _one_by_one(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Path]) -> Iterator[CaseResult]:
@@ -102,6 +107,41 @@ def _one_by_one(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Pa
         yield result
 
 
+class CaseProcesses:
+    """Processes for cases in lockstep, which compute as on any other host; the first begins with the first case."""
+
+    def __init__(self, number: int) -> None:
+        self._number = number
+
+    @cached_property
+    def _pool(self) -> ProcessPoolExecutor:
+        """With the effects that have been added by now."""
+        begun = (os.getpid(), added_effects())
+        return ProcessPoolExecutor(self._number, multiprocessing.get_context("spawn"), _begin_worker, begun)
+
+    def submit(self, bench: Bench, scenario: Scenario, folder: Path) -> Future[CaseResult]:
+        """`run_one` in one of them."""
+        with children_compute_alike():
+            return self._pool.submit(run_one, bench, scenario, folder)
+
+    def run(self, bench: Bench, scenario: Scenario, folder: Path) -> CaseResult:
+        """`run_one`: in lockstep in one of them, else in this process. Raises UserError also where that process is killed."""
+        if not _in_lockstep(bench):
+            return run_one(bench, scenario, folder)
+        try:
+            return self.submit(bench, scenario, folder).result()
+        except BrokenProcessPool:
+            raise UserError(f"{KILLED}?") from None
+
+    def end(self) -> None:
+        """Begin no further case, and wait for those that run."""
+        if "_pool" in vars(self):
+            self._pool.shutdown(wait=True, cancel_futures=True)
+
+
+KILLED = "a process that ran a case was killed: is there enough memory"
+
+
 def _begin_worker(parent: int, effects: Sequence[EffectFile]) -> None:
     """A process of the pool ends with the one that started it, and knows the same effects."""
     end_with_parent(parent)
@@ -109,16 +149,15 @@ def _begin_worker(parent: int, effects: Sequence[EffectFile]) -> None:
 
 
 def _at_once(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Path], jobs: int) -> Iterator[CaseResult]:
-    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _begin_worker, (os.getpid(), added_effects()))
+    processes = CaseProcesses(jobs)
     try:
         # what comes late in a machine's life lasts longest, and is not left for the end
         runs = reversed(list(zip(scenarios, places, strict=True)))
-        with children_compute_alike():
-            tasks = [pool.submit(run_one, bench, scenario, place) for scenario, place in runs]
+        tasks = [processes.submit(bench, scenario, place) for scenario, place in runs]
         for task in as_completed(tasks):
             yield task.result()
     except BrokenProcessPool:
         fewer = "; --jobs 1 needs the least" if jobs > 1 else ""
-        raise UserError(f"a process that ran a case was killed: is there enough memory{fewer}?") from None
+        raise UserError(f"{KILLED}{fewer}?") from None
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        processes.end()

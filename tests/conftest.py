@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from importlib import import_module
+from pathlib import Path
 
 import mujoco
 import pytest
 from hypothesis import settings
 from in_process import Command, exit_status
-from processes import Ended
+from processes import Ended, drivetwin
+from shared import once
 
 from drivetwin.motion import compilation
 from drivetwin.motion.mjcf_fault import fault
@@ -36,6 +38,17 @@ def models_compile_here() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compilation, "_wrong_with", lambda path, _changed: " ".join(fault(str(path)).split()))
         yield
+
+
+@pytest.fixture(scope="session")
+def identified_stage(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What `drivetwin identify --machine stage` writes; to be read only."""
+
+    def identify(out: Path) -> None:
+        done = drivetwin("identify", "--machine", "stage", "--out", out)
+        assert (done.status, done.err) == (0, "")
+
+    return once(tmp_path_factory, "identified_stage", identify)
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import mujoco
 
 from drivetwin.emulator.machine import Axis, Machine
+from drivetwin.foundation.quantities import short
 
 FILE = "bench.yaml"
 CONTROLLER = ("{python}", "-m", "drivetwin.controller", "{task_file}", "--bus", "{bus}", "--clock", "{clock}", "--out", "{out}")
@@ -63,17 +64,17 @@ def new_bench(
         },
         "limits": {
             "travel": {name: _wider(axis.travel) for name, axis in motion.items()},
-            "speed": {name: _short(1.1 * axis.max_speed) for name, axis in motion.items()},
-            "torque": {name: _short(1.01 * axis.motor.peak_torque * axis.gear_ratio) for name, axis in virtual.axes.items()},
-            "enable_jump": {name: _short(0.5 * error) for name, error in lag.items()},
-            "homing_error": {name: _short(0.01 * speed) for name, speed in edge_speed.items()},
-            "tracking_error": {name: _short(error) for name, error in lag.items()},
-            "settling_band": {name: _short(0.05 * error) for name, error in lag.items()},
+            "speed": {name: short(1.1 * axis.max_speed) for name, axis in motion.items()},
+            "torque": {name: short(1.01 * axis.motor.peak_torque * axis.gear_ratio) for name, axis in virtual.axes.items()},
+            "enable_jump": {name: short(0.5 * error) for name, error in lag.items()},
+            "homing_error": {name: short(0.01 * speed) for name, speed in edge_speed.items()},
+            "tracking_error": {name: short(error) for name, error in lag.items()},
+            "settling_band": {name: short(0.05 * error) for name, error in lag.items()},
             "settling_time": 0.4,
-            "overshoot": {name: _short(0.5 * error) for name, error in lag.items()},
+            "overshoot": {name: short(0.5 * error) for name, error in lag.items()},
             "apart": 0.01,
             "stop_time": 0.5,
-            "stop_speed": {name: _short(0.01 * axis.max_speed) for name, axis in motion.items()},
+            "stop_speed": {name: short(0.01 * axis.max_speed) for name, axis in motion.items()},
             "disable_time": 1.2,
             "identification_error": 0.03,
             "feed_forward_ratio": dict.fromkeys(motion, 0.8),
@@ -97,7 +98,7 @@ def _lag(axis: Axis, motion: Motion, truth: Mapping[str, float]) -> float:
 def _wider(travel: tuple[float, float]) -> list[float]:
     """By as much as an axis may swing beyond its travel, which ends well before the switches."""
     room = 0.005 * (travel[1] - travel[0])
-    return [_short(travel[0] - room), _short(travel[1] + room)]
+    return [short(travel[0] - room), short(travel[1] + room)]
 
 
 def _payload(model: mujoco.MjModel, joint: str) -> dict[str, float]:
@@ -108,15 +109,10 @@ def _payload(model: mujoco.MjModel, joint: str) -> dict[str, float]:
     first = int(model.joint(joint).bodyid[0])
     masses = [float(model.body_mass[body]) for body in range(model.nbody) if _is_below(model, body, first)]
     heavy = [mass for mass in masses if mass > 0.0]
-    return {"payload": _short(LOAD * heavy[-1])} if heavy else {}
+    return {"payload": short(LOAD * heavy[-1])} if heavy else {}
 
 
 def _is_below(model: mujoco.MjModel, body: int, above: int) -> bool:
     while body not in (0, above):
         body = int(model.body_parentid[body])
     return body == above
-
-
-def _short(value: float) -> float:
-    """Four digits."""
-    return float(f"{value:.4g}")

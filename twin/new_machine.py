@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.machine_file import MOST_AXES
+from drivetwin.foundation.quantities import short
 from drivetwin.motion.coupled_motion import check_axes_move_alone
 from drivetwin.motion.followers import relations_of
 from drivetwin.motion.inverse_dynamics import Model
@@ -188,18 +189,18 @@ def _axis(
         **({"feed": feed} if feed else {}),
         "drive": {
             "motor": {
-                "rated_torque": _short(max(peak / PEAK, RESERVE * steady) / ratio),
-                "peak_torque": _short(peak / ratio),
+                "rated_torque": short(max(peak / PEAK, RESERVE * steady) / ratio),
+                "peak_torque": short(peak / ratio),
                 "inertia": float(model.dof_armature[model.joint(joint).dofadr[0]] / ratio**2),
-                "holding_brake": _short(1.5 * need.weight / ratio),
+                "holding_brake": short(1.5 * need.weight / ratio),
             },
             "encoder": {"increments_per_revolution": INCREMENTS},
             "current_sensor": dict(SENSOR),
             "current_loop_time_constant": CURRENT_LAG,
             "loops": {
-                "position_gain": _short(width / 2.5),
-                "velocity_gain": _short(min(width * need.inertia, 2.0 * pi * MOST_BANDWIDTH * need.least_inertia)),
-                "integral_time": _short(2.0 / width),
+                "position_gain": short(width / 2.5),
+                "velocity_gain": short(min(width * need.inertia, 2.0 * pi * MOST_BANDWIDTH * need.least_inertia)),
+                "integral_time": short(2.0 / width),
                 "velocity_feedforward": 1.0,
                 "velocity_filter_hz": FILTER_HZ,
             },
@@ -210,14 +211,14 @@ def _axis(
         "motion": {
             "travel": [low + 0.04 * room, high - 0.04 * room],
             "rest": rest if low + 0.05 * room < rest < high - 0.05 * room else low + 0.5 * room,
-            "max_speed": _short(speed),
-            "max_acceleration": _short(acceleration),
+            "max_speed": short(speed),
+            "max_acceleration": short(acceleration),
             "homing": {
                 "method": 17,
                 "switch_position": switches["negative"],
-                "search_speed": _short(0.25 * speed),
-                "edge_speed": _short(0.03 * speed),
-                "acceleration": _short(0.3 * acceleration),
+                "search_speed": short(0.25 * speed),
+                "edge_speed": short(0.03 * speed),
+                "acceleration": short(0.3 * acceleration),
             },
         },
     }
@@ -279,8 +280,3 @@ def _force_of_actuators(model: mujoco.MjModel, number: int) -> float:
         else:
             return inf
     return total or inf
-
-
-def _short(value: float) -> float:
-    """Four digits are more than anybody commissions."""
-    return float(f"{value:.4g}")

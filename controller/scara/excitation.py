@@ -12,7 +12,7 @@ POSES = (0.1, 0.9)
 """Where stretch moves about, as shares of its travel: folded and stretched, where the arm weighs most apart."""
 
 DURATION = 60.0
-"""Of the motion about each pose [s]."""
+"""Usual length of the motion about each pose [s]."""
 
 WAVE = Multisine(frequencies=(0.7, 1.1, 1.6, 2.1, 2.6), fade=0.05, draws=100)
 """Slow: belts that ring at f_0 make what hangs on them seem heavier by (f / f_0)²."""
@@ -21,12 +21,13 @@ SHORT_WAVE = Multisine(frequencies=(1.6, 1.9, 2.2, 2.6), fade=0.05, draws=100)
 """Of stretch, which has little room about either pose: nothing slow, or it would hardly accelerate."""
 
 
-def capture_together(session: Session, seed: int) -> list[Recording]:
+def capture_together(session: Session, seed: int, seconds: float = DURATION) -> list[Recording]:
     """Multisines of lift, rotate and stretch at the same time, about each of `POSES`; the arm is at rest afterwards."""
-    return [_capture_about(session, number, pose, seed + number * len(session.axes)) for number, pose in enumerate(POSES)]
+    seeds = [seed + number * len(session.axes) for number in range(len(POSES))]
+    return [_capture_about(session, number, pose, seeds[number], seconds) for number, pose in enumerate(POSES)]
 
 
-def _capture_about(session: Session, number: int, pose: float, seed: int) -> Recording:
+def _capture_about(session: Session, number: int, pose: float, seed: int, seconds: float) -> Recording:
     """One pose; each axis has phases of its own."""
     axes = session.machine.axes
     centers = {name: 0.5 * (axis.travel[0] + axis.travel[1]) for name, axis in axes.items()}
@@ -39,7 +40,7 @@ def _capture_about(session: Session, number: int, pose: float, seed: int) -> Rec
             axis.travel,
             axis.max_speed,
             axis.max_acceleration,
-            DURATION,
+            seconds,
             session.cycle.period,
             seed + offset,
             SHORT_WAVE if name == "stretch" else WAVE,

@@ -95,7 +95,7 @@ class Backlash(ReplayedEffect):
         flanks = [spring for at in _FLANKS for spring in springs(motion, at, (0.2,))]
         tried = [(float(gap), flank) for flank in flanks for gap in (*coasting, *held) if gap < 0.1 * way]
         level = max(axis.friction.coulomb, axis.friction.static_torque)
-        if level > 0.0 and flanks:
+        if level > 0.0 and flanks and way > 0.0:
             link = float(np.median(motion.inertia)) - motion.rotor_inertia
             tried += [(float(gap), (float(2.0 * level / gap), float(0.4 * np.sqrt(2.0 * level / gap * link)))) for gap in held]
         if (seen := play_seen(motion, axis)) is not None:

@@ -8,6 +8,7 @@ Prints what was tried and what broke, writes OUT/unbroken.json, and ends with 1 
 from __future__ import annotations
 
 import argparse
+import subprocess
 import sys
 import tempfile
 import time
@@ -20,13 +21,14 @@ from rich.console import Console
 
 from drivetwin.foundation.files import write_json
 from unbroken.disks import can_mount, on_a_small_disk
-from unbroken.kills import Victim, kill_at_random
+from unbroken.kills import DRIVETWIN, Victim, kill_at_random
 from unbroken.soak import soak
 
 DISKS = ("size=4k", "size=16k", "size=64k", "size=256k", "size=1m", "ro")
 """Mount options: the first ones are smaller than what is written, the last takes nothing."""
 
 RECORDING = ("recording.json", "signals.parquet")
+RECORDED = "identified"
 
 
 def main() -> int:
@@ -59,6 +61,8 @@ def _all(told: argparse.Namespace) -> Iterator[tuple[str, dict[str, object], lis
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         chosen = [one for one in victims(folder) if not told.only or one.name in told.only]
+        if any(one.name == "diagnose" for one in chosen):
+            record(folder)
         for victim in chosen if told.kills else ():
             killed = kill_at_random(victim, told.kills, told.seed, folder / f"killed {victim.name}")
             yield f"killed: {victim.name}", {"kills": killed.kills, "while it ran": killed.running}, list(killed.broken)
@@ -80,12 +84,12 @@ def _disks(chosen: list[Victim], folder: Path) -> Iterator[tuple[str, dict[str, 
 
 
 def victims(folder: Path) -> list[Victim]:
-    """The commands that write, on inputs that are written to `folder`; diagnose takes what identify has recorded before it."""
+    """The commands that write, on inputs that are written to `folder`; what diagnose takes is written by `record`."""
     table, recording = folder / "table", folder / "recording"
     for place, kind in ((table, "csv"), (recording, "recording.json")):
         place.mkdir()
         KINDS[kind].write(place)
-    recorded = folder / "killed identify" / "first" / "out" / "recordings"
+    recorded = folder / RECORDED / "recordings"
     motion = [str(recorded / f"{kind}_slide") for kind in ("strokes", "excitation")]
     gap = ["diagnose", "emulator/machines/stage/stage.xml", *motion, "--validate", str(recorded / "validation_slide")]
     boot = ["--bench", "hil_tests/benches/scara.yaml", "--select", "01", "--jobs", "2"]
@@ -96,6 +100,12 @@ def victims(folder: Path) -> list[Victim]:
         Victim("diagnose", [*gap, "--quiet", "--out", "OUT"], ("report.json", "report.html", "patched.xml")),
         Victim("accept", ["accept", *boot, "--quiet", "--out", "OUT"], ("results.json", "report.html"), resumes=True),
     ]
+
+
+def record(folder: Path) -> None:
+    """What an identification records, below `folder`."""
+    asked = ["identify", "--machine", "stage", "--quiet", "--out", str(folder / RECORDED)]
+    subprocess.run([*DRIVETWIN, *asked], stdin=subprocess.DEVNULL, check=True)
 
 
 if __name__ == "__main__":

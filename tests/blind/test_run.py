@@ -193,6 +193,7 @@ def test_foreign_folder_is_refused(stubs: Stubs) -> None:
 
 
 def test_running_scheduler_is_used_and_left_running(stubs: Stubs, three_workers: Client) -> None:
+    assert three_workers.scheduler is not None
     replace(stubs, workers=cluster(three_workers.scheduler.address, 1)).run(2)
     assert stubs.calls == {0: 1, 1: 1}
     assert three_workers.submit(os.getpid).result() > 0

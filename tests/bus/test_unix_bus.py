@@ -221,15 +221,13 @@ def frames_from_the_reset_on(log: Path) -> list[tuple[str, str]]:
     return frames[first:]
 
 
-def test_the_reference_controller_as_a_process_sees_what_it_sees_in_process(tmp_path: Path) -> None:
+def test_the_reference_controller_as_a_process_sees_what_it_sees_in_process(identified_stage: Path, tmp_path: Path) -> None:
     """Every frame of a cycle and every sample of a whole identification, bit for bit.
 
     Within a cycle an SDO answer is read before or after the next SYNC, for which nobody waits: the order there is luck.
     """
     common = ("--machine", "stage", "--clock", "sync")
-    alone, joined = tmp_path / "alone", tmp_path / "joined"
-    done = drivetwin("identify", "--machine", "stage", "--out", alone)
-    assert (done.status, done.err) == (0, "")
+    alone, joined = identified_stage, tmp_path / "joined"
     with emulator(*common, bus=f"unix:{tmp_path}/bus") as bus:
         done = drivetwin("identify", *common, "--bus", bus, "--out", joined)
     assert (done.status, done.err) == (0, "")

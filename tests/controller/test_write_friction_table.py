@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import differential_evolution
+from scipy.optimize import Bounds, differential_evolution
 from virtual_bench import VirtualBench
 
 from drivetwin.controller.excitation import SPEED_LEVELS, excitation, strokes
@@ -99,7 +99,7 @@ def test_no_other_three_points_are_closer(velocity: float, exponent: float) -> N
         compared = np.append(speed, [first, middle])
         return float(np.abs(np.interp(compared, [first, middle, ROTATE.max_speed], shape[2:]) - amount(law, compared)).max())
 
-    bounds = [(np.log(0.02 * velocity), np.log(ROTATE.max_speed))] * 2 + [(1.0, 6.0)] * 3
+    bounds = Bounds([np.log(0.02 * velocity)] * 2 + [1.0] * 3, [np.log(ROTATE.max_speed)] * 2 + [6.0] * 3)
     found = differential_evolution(worst, bounds, rng=0, maxiter=600)
     table = friction_table(law, ROTATE)
     assert table.deviation < 1.005 * found.fun

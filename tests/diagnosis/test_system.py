@@ -232,7 +232,8 @@ def test_held_out_densities_are_those_of_fits_without_the_rows(kind: str) -> Non
             for block in np.unique(own.blocks[~kept[axis]]):
                 here = own.blocks == block
                 spread = shared[np.ix_(here, here)] + fit.level[axis] ** 2 * np.eye(int(here.sum()))
-                full = multivariate_t(np.zeros(len(spread)), spread * (FREEDOM - 2.0) / FREEDOM, FREEDOM).logpdf(left[here])
+                scale = spread * (FREEDOM - 2.0) / FREEDOM
+                full = multivariate_t(np.zeros(len(spread)), scale, int(FREEDOM)).logpdf(left[here])
                 expected[axis][block] = full + 0.5 * here.sum() * np.log(2.0 * np.pi)
     for axis, densities in expected.items():
         np.testing.assert_allclose(found[axis], densities, rtol=1e-5, atol=1e-5)

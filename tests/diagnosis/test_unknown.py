@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from rig_bench import PERIOD, compared, strokes
 
 from drivetwin.diagnosis.model.unknown import Component, by_quantity, components
@@ -24,7 +25,7 @@ def of(rows: Rows, quantity: str, absolute: bool = True) -> list[Component]:
     return [one for one in components(rows, "lift", WAVES, absolute) if one.goes_with == quantity]
 
 
-def clear(rows: Rows) -> Array:
+def clear(rows: Rows) -> NDArray[np.intp]:
     """Some rows (numbers) far from any standstill, where a filter changes little of what varies slowly."""
     far = 3 * reach(PERIOD, rows.runs[0].cutoff_hz)
     moves = rows.picked("lift", [(~widen(run.axes["lift"].sticks, far)).astype(np.float64) for run in rows.runs])

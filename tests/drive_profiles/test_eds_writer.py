@@ -56,15 +56,15 @@ def expected_default(entry: ObjectEntry) -> int | float | str | None:
     return entry.default
 
 
+def addresses(dictionary: canopen.ObjectDictionary, index: int) -> list[tuple[int, int]]:
+    entry = dictionary[index]
+    return [(index, sub) for sub in ([0] if isinstance(entry, ODVariable) else entry.subindices)]
+
+
 def test_canopen_reads_it_back_equal(profile_name: str) -> None:
     profile, dictionary = load_profile(profile_name), read_back(profile_name)
-    addresses = {
-        (index, sub)
-        for index in dictionary
-        if index >= 0x1000
-        for sub in ([0] if isinstance(dictionary[index], ODVariable) else dictionary[index].subindices)
-    }
-    assert addresses == {(entry.index, entry.subindex) for entry in profile.objects}
+    listed = {address for index in dictionary if index >= 0x1000 for address in addresses(dictionary, index)}
+    assert listed == {(entry.index, entry.subindex) for entry in profile.objects}
     for entry in profile.objects:
         found = variable(dictionary, entry)
         is_float = entry.data_type is DataType.R32
@@ -147,6 +147,6 @@ def dcfchk(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_dcfchk_accepts_it(profile_name: str, dcfchk: Path, tmp_path: Path) -> None:
     file = tmp_path / f"{profile_name}.eds"
     file.write_text(eds_text(load_profile(profile_name), file.name), encoding="ascii")
-    check = [dcfchk, "--node_id", str(NODE), file]
+    check = [str(dcfchk), "--node_id", str(NODE), str(file)]
     done = subprocess.run(check, capture_output=True, text=True, timeout=60, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

@@ -55,7 +55,7 @@ def test_a_drive_of_the_required_objects_works_in_every_mode(name: str) -> None:
         drive.dictionary[0x6060].write(mode)
         for controlword in (SHUTDOWN, SWITCH_ON, ENABLE, START, ENABLE, HALT, ENABLE):
             run(virtual, drive, controlword)
-        assert drive.machine.state is State.OPERATION_ENABLED, mode
+        assert (mode, drive.machine.state) == (mode, State.OPERATION_ENABLED)
         run(virtual, drive, QUICK_STOP, 20)
         run(virtual, drive, 0)
         assert drive.machine.state is State.SWITCH_ON_DISABLED
@@ -151,7 +151,8 @@ def test_a_minimal_drive_moves(tmp_path: Path) -> None:
     drive.dictionary[0x6060].write(8)
     for controlword in (SHUTDOWN, SWITCH_ON, ENABLE):
         run(virtual, drive, controlword)
-    assert drive.machine.state is State.OPERATION_ENABLED
+    enabled = drive.machine.state
+    assert enabled is State.OPERATION_ENABLED
     for step in range(1, 501):
         drive.dictionary[0x607A].write(position + round(step / 500 * 524288))
         run(virtual, drive, ENABLE, 1)

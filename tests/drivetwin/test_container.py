@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -50,6 +51,16 @@ def test_it_starts_the_project_s_command_as_a_user_without_rights() -> None:
     assert said("USER") == ["drivetwin"]
 
 
+def test_whoever_runs_it_may_write_where_it_writes() -> None:
+    """A mounted folder keeps its owner, so the command is run as that user, who has no home there and owns nothing."""
+    (environment,) = said("ENV")
+    places = dict(pair.split("=") for pair in environment.split())
+    assert {places["HOME"], str(Path(places["NUMBA_CACHE_DIR"]).parent)} == {"/tmp"}
+    assert said("WORKDIR")[-1] == "/out"
+    assert any("mkdir --mode 1777 /out" in line for line in said("RUN"))
+    assert '--user "$(id -u):$(id -g)" --volume "$PWD/out:/out"' in FILE.read_text(encoding="utf-8")
+
+
 def test_it_installs_extras_that_exist() -> None:
     (extras,) = re.findall(r"\.whl\)\[([a-z,]+)\]", "\n".join(said("RUN")))
     assert set(extras.split(",")) == set(PROJECT["optional-dependencies"]) - {"dev"}
@@ -73,7 +84,7 @@ def test_what_is_not_sent_to_the_builder_is_not_in_the_wheel() -> None:
 
 
 @pytest.mark.skipif(not LONG, reason="minutes, and the builder downloads: make test-long")
-def test_it_builds_and_answers() -> None:
+def test_it_builds_and_answers_and_writes_as_who_runs_it(tmp_path: Path) -> None:
     builder = next((name for name in BUILDERS if shutil.which(name) and answers(name)), None)
     if builder is None:
         pytest.skip(f"no builder of container images answers here: neither of {', '.join(BUILDERS)}")
@@ -81,6 +92,11 @@ def test_it_builds_and_answers() -> None:
     subprocess.run([builder, "build", "--file", str(FILE), "--tag", tag, str(ROOT)], check=True, timeout=1800)
     done = subprocess.run([builder, "run", "--rm", tag, "--version"], capture_output=True, text=True, check=True, timeout=120)
     assert done.stdout.startswith("drivetwin ")
+    as_who = ["--userns", "keep-id"] if builder == "podman" else ["--user", f"{os.getuid()}:{os.getgid()}"]
+    own = [*as_who, "--volume", f"{tmp_path}:/out"]
+    writes = ["eds", "--profile", "cia402-full", "--out", "/out/drive.eds"]
+    subprocess.run([builder, "run", "--rm", *own, tag, *writes], check=True, timeout=300)
+    assert (tmp_path / "drive.eds").stat().st_uid == os.getuid()
 
 
 def answers(builder: str) -> bool:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 import unbroken.soak as soaking
+from unbroken import __main__ as program
 from unbroken import kills
-from unbroken.disks import can_mount, on_a_small_disk
+from unbroken.disks import Refusal, can_mount, on_a_small_disk
 from unbroken.kills import Victim, kill_at_random
 from unbroken.soak import soak
 
@@ -53,6 +54,33 @@ def test_kills_see_what_is_half_written_and_what_is_left(tmp_path: Path, monkeyp
     found = kill_at_random(Victim("half", ["OUT"], ("first", "second")), 2, 0, tmp_path / "place")
     assert "second is missing after a whole run" in found.broken
     assert "litter is left beside OUT" in found.broken
+
+
+RECORDS = """
+import sys
+from pathlib import Path
+assert sys.argv[1] == "identify"
+for name in ("strokes_slide", "excitation_slide", "validation_slide"):
+    Path(sys.argv[-1], "recordings", name).mkdir(parents=True)
+"""
+
+
+def test_a_diagnosis_on_a_small_disk_has_its_recordings_where_nothing_is_killed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inputs: list[Path] = []
+
+    def noted(victim: Victim, _options: str, _folder: Path) -> Refusal:
+        inputs.extend(Path(word) for word in victim.words if word.endswith("_slide"))
+        assert all(path.is_dir() for path in inputs)
+        return Refusal(0, "", ())
+
+    monkeypatch.setattr(program, "can_mount", lambda: True)
+    monkeypatch.setattr(program, "on_a_small_disk", noted)
+    monkeypatch.setattr(program, "DRIVETWIN", [sys.executable, "-c", RECORDS], raising=False)
+    monkeypatch.setattr(sys, "argv", ["unbroken", "--soak", "0", "--kills", "0", "--only", "diagnose", "--out", str(tmp_path)])
+    assert program.main() == 0
+    assert len(inputs) == 3 * len(program.DISKS)
 
 
 @pytest.mark.parametrize(("options", "said"), [("size=4k", "(No space left on device): make"), ("ro", "no directory that may")])

@@ -47,12 +47,12 @@ def read(tmp_path: Path, content: object) -> tuple[PlacedEffect, ...]:
 def test_the_contracts_example(tmp_path: Path) -> None:
     (found,) = read(tmp_path, CONTRACT)
     assert found.axis == "rotate"
-    assert found.effect == library()["stribeck"](static_torque=1.3, stribeck_velocity=0.05, exponent=2.0)
+    assert found.effect == placed("rotate", "stribeck", static_torque=1.3, stribeck_velocity=0.05, exponent=2.0).effect
 
 
 def test_exponent_is_gaussian_where_it_is_not_given(tmp_path: Path) -> None:
     content = one("stribeck", static_torque=(1.3, "N·m"), stribeck_velocity=(0.05, "rad/s"))
-    assert read(tmp_path, content)[0].effect == library()["stribeck"](static_torque=1.3, stribeck_velocity=0.05)
+    assert read(tmp_path, content)[0].effect == placed("rotate", "stribeck", static_torque=1.3, stribeck_velocity=0.05).effect
 
 
 def ripples(*orders: float) -> dict[str, object]:
@@ -186,7 +186,7 @@ NEEDED = 0.3 * ACCELERATION + 0.8 * SIGN + 0.3 * VELOCITY
 
 def loaded(coefficient: float) -> np.ndarray:
     """The torque that carries its own friction, T = needed + coefficient |T| sgn(v), by iteration."""
-    torque = NEEDED
+    torque: np.ndarray = NEEDED
     for _ in range(60):
         torque = NEEDED + coefficient * np.abs(torque) * SIGN
     return torque

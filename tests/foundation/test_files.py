@@ -7,6 +7,7 @@ import hashlib
 import json
 import os
 import shutil
+import tempfile
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -137,6 +138,37 @@ def test_a_disk_that_takes_no_more_is_told_by_the_output(
         half()
     assert str(told.value).startswith(f"{tmp_path / 'out'} cannot be written ({os.strerror(number)})")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("writes", [new_file, new_directory])
+def test_a_full_disk_elsewhere_is_told_by_what_stands_there(
+    writes: Callable[[Path], AbstractContextManager[Path]], tmp_path: Path
+) -> None:
+    """Also where an output within an output was being written."""
+
+    def half() -> None:
+        with new_directory(tmp_path / "outer"), writes(tmp_path / "out"):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "/elsewhere/scratch.bin")
+
+    with pytest.raises(UserError) as told:
+        half()
+    assert str(told.value) == "/elsewhere/scratch.bin cannot be written (No space left on device): make room there"
+
+
+def test_where_nobody_says_what_is_full_the_disk_of_temporary_files_is_told_of_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = Path("/dev/shm")
+    if not other.is_dir() or other.stat().st_dev == tmp_path.stat().st_dev:
+        pytest.skip("there is only one disk here")
+    monkeypatch.setattr(tempfile, "tempdir", str(other))
+
+    def half() -> None:
+        with new_file(tmp_path / "out"):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with pytest.raises(UserError, match=r"out cannot be written .*: make room, there or in /dev/shm, or choose another --out$"):
+        half()
 
 
 @pytest.mark.parametrize("writes", [new_file, new_directory])

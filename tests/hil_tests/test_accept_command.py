@@ -18,6 +18,7 @@ from processes import PATIENCE, Ended, drivetwin, start
 from stage_bench import REFERENCE, bad, bench_file, scenario_file
 
 from drivetwin.cli.accept import accept_command
+from drivetwin.foundation.arithmetic import common_arithmetic
 from drivetwin.foundation.errors import UserError
 
 MOVES = {"task": "move", "parameters": {"dwell": 0.3, "moves": [{"axis": "slide", "to": 0.1}, {"axis": "slide", "to": -0.05}]}}
@@ -166,6 +167,22 @@ def test_the_plugin_runs_own_tests_and_own_cases(project: Path) -> None:
     assert "04_moves.needs_more FAILED" in done.out
     assert "the machine never stood at slide 0.1 m" in done.out
     assert done.status == 1
+
+
+def test_the_plugin_runs_cases_in_lockstep_in_the_common_arithmetic(tmp_path: Path) -> None:
+    """As `drivetwin accept` does: the controller is started by the process of its case, and tells what both have."""
+    bench_file(tmp_path, ["{python}", "-c", "import json, os; print(json.dumps(dict(os.environ)))"])
+    own = scenario_file(tmp_path / "own", "04_moves/own")
+    runs_it = f"from pathlib import Path\ndef test_it(run_scenario):\n    run_scenario(Path({str(own)!r}))\n"
+    (tmp_path / "test_own.py").write_text(runs_it)
+    (tmp_path / "pytest.ini").write_text("[pytest]\n")
+    pytest_on(tmp_path, "--bench", "bench.yaml", "--basetemp", "temporary", "test_own.py", "own")
+    logs = sorted(tmp_path.rglob("controller.log"))
+    assert len(logs) == 2, "of the case, and of the test's own run of it"
+    wanted = common_arithmetic()
+    for log in logs:
+        told = json.loads(log.read_text(encoding="utf-8").splitlines()[0])
+        assert {name: told[name] for name in wanted} == wanted
 
 
 def test_the_plugin_brings_the_products_cases_where_no_files_are_named(project: Path) -> None:

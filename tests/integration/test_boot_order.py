@@ -41,6 +41,10 @@ def add_drive(network: canopen.Network, node: int) -> BaseNode402:
     return drive
 
 
+def until_state(drive: canopen.RemoteNode, wanted: int) -> None:
+    until(lambda: state(drive) == wanted)
+
+
 def until(condition: Callable[[], bool]) -> None:
     deadline = time.monotonic() + PATIENCE
     while not condition():
@@ -57,7 +61,7 @@ def enable(drive: canopen.RemoteNode) -> None:
     """The way to 'operation enabled', from wherever the drive is but a fault."""
     for controlword, wanted in ((0x06, 0x21), (0x07, 0x23), (0x0F, 0x27)):
         drive.sdo[0x6040].raw = controlword
-        until(lambda wanted=wanted: state(drive) == wanted)
+        until_state(drive, wanted)
 
 
 def test_sto_low_at_boot(tmp_path: Path) -> None:

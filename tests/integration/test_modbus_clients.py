@@ -16,6 +16,7 @@ import venv
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 from foreign import FOREIGN, installed, missing
@@ -85,7 +86,7 @@ class PymodbusMaster:
 
 @contextmanager
 def pymodbus(port: int) -> Iterator[PymodbusMaster]:
-    client = ModbusTcpClient("127.0.0.1", port=port, timeout=PATIENCE)
+    client: Any = ModbusTcpClient("127.0.0.1", port=port, timeout=PATIENCE)
     assert client.connect()
     try:
         yield PymodbusMaster(client)
@@ -119,7 +120,7 @@ def test_pymodbus_enables_and_moves_an_axis(profile: str) -> None:
 def test_pymodbus_over_a_serial_line() -> None:
     """Modbus RTU: a drive is enabled and disabled, values and exceptions come back."""
     with line() as (here, there), emulated("--machine", "scara", "--modbus-serial", here):
-        client = ModbusSerialClient(there, baudrate=19200, timeout=PATIENCE, retries=0)  # a pseudo terminal has no parity
+        client: Any = ModbusSerialClient(there, baudrate=19200, timeout=PATIENCE, retries=0)  # a pseudo terminal has no parity
         assert client.connect()
         try:
             master = PymodbusMaster(client)

@@ -8,11 +8,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import can
 import canopen
 import pytest
-from processes import PATIENCE, drivetwin
+from processes import PATIENCE
 
 from drivetwin.bus.channel import InprocBus
 from drivetwin.controller.bus_log import BusLog
@@ -67,10 +68,8 @@ def fields(log: Path, *names: str, only: str = "") -> list[tuple[int, ...]]:
     return [tuple(int(cell, 0) if cell else -1 for cell in row.split("\t")) for row in rows]
 
 
-def test_a_whole_identification(tmp_path: Path) -> None:
-    ended = drivetwin("identify", "--machine", "stage", "--out", tmp_path / "out")
-    assert ended.status == 0, ended.err
-    log = tmp_path / "out" / "bus.log"
+def test_a_whole_identification(identified_stage: Path) -> None:
+    log = identified_stage / "bus.log"
     assert tshark(log, "-Y", "_ws.malformed") == []
     frames = lines(log)
     assert len(frames) > 50_000
@@ -135,7 +134,7 @@ def test_every_service(tmp_path: Path) -> None:
 
 def talk(link: Link) -> int:
     """All services of CiA 301 and CiA 305 once; the code with which the one wrong request was aborted."""
-    sdo = link[1].sdo
+    sdo: Any = link[1].sdo
     name = sdo.upload(0x1008, 0)
     assert sdo.open(0x1008, 0, mode="rb", block_transfer=True).read() == name
     with sdo.open(0x6085, 0, mode="wb", size=4, block_transfer=True) as written:

@@ -1,6 +1,7 @@
 """`make wafer-handler` once, from the command to its files: what it claims, some of it computed anew from its recordings.
 
-Every claim of one axis; `make test-long` holds them against all three, on which the same program does the same.
+Every claim of one axis, from a shorter motion of the whole arm; `make test-long` holds them against all three, on which the
+same program does the same, at the usual length.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from drivetwin.recording.reader import read_recording
 from drivetwin.recording.recording import Samples
 
 AXES = ("lift", "rotate", "stretch") if LONG else ("rotate",)
+LENGTH = () if LONG else ("--together", "20")
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 
 PUBLISHED = {
@@ -39,8 +41,9 @@ STRAIGHT = 1e-4
 def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What one run has written."""
     folder = tmp_path_factory.mktemp("wafer_handler") / "out"
+    asked = ["--out", str(folder), "--seed", "0", *LENGTH, *(f"--axis={axis}" for axis in AXES)]
     done = subprocess.run(
-        [sys.executable, "-m", "wafer_handler", "--out", str(folder), "--seed", "0", *(f"--axis={axis}" for axis in AXES)],
+        [sys.executable, "-m", "wafer_handler", *asked],
         env=os.environ | {"PYTHONPATH": str(EXAMPLES), "OMP_NUM_THREADS": "1"},
         stdin=subprocess.DEVNULL,
         capture_output=True,

@@ -10,6 +10,7 @@ import pytest
 from drivetwin.hil_tests.bench import Bench, read_bench
 from drivetwin.hil_tests.judge import skipped
 from drivetwin.hil_tests.suite import CASES, find_cases
+from drivetwin.hil_tests.verdict import CaseResult
 from drivetwin.mutants.base import CaughtBy, Mutant
 from drivetwin.mutants.cells import REFERENCE, Cell, Field, fill
 from drivetwin.mutants.library import mutant, mutant_names
@@ -83,14 +84,20 @@ def test_a_case_that_is_skipped_is_a_cell_too(tmp_path: Path) -> None:
 def test_a_cell_is_of_one_bench_and_its_truth(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A cell that is of disk is not run again; with another bench, or another truth beside it, it is."""
     (jitter,) = find_cases(read_bench(BENCH), [CASES], ["09_bus.sync_jitter"])
-    path, truth, runs = tmp_path / "bench.yaml", tmp_path / "truth.json", []
-    monkeypatch.setattr("drivetwin.mutants.cells.run_one", lambda *given: runs.append(given) or skipped(jitter, "by the test"))
+    path, truth = tmp_path / "bench.yaml", tmp_path / "truth.json"
+    runs: list[tuple[object, ...]] = []
+
+    def run(*given: object) -> CaseResult:
+        runs.append(given)
+        return skipped(jitter, "by the test")
+
+    monkeypatch.setattr("drivetwin.mutants.cells.run_one", run)
     own = read_truth(read_bench(BENCH))
-    for text, effects, run in (("", own, 1), ("", own, 1), ("# other\n", own, 2), ("# other\n", f"{own}\n", 3)):
+    for text, effects, number in (("", own, 1), ("", own, 1), ("# other\n", own, 2), ("# other\n", f"{own}\n", 3)):
         path.write_text(f"{BENCH.read_text(encoding='utf-8')}\ntruth: truth.json\n{text}", encoding="utf-8")
         truth.write_text(effects, encoding="utf-8")
         fill(read_bench(path), Field("drifts", jitter, evidence=False), tmp_path / "out")
-        assert len(runs) == run
+        assert len(runs) == number
 
 
 def read_truth(bench: Bench) -> str:

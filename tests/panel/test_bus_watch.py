@@ -46,8 +46,9 @@ def test_frames_are_named_with_what_they_carry() -> None:
     names = {0x281: "TPDO of lift", 0x701: "heartbeat of lift", 0x081: "EMCY of lift", 0x000: "NMT"}
     assert {identifier: bus.name(identifier) for identifier in names} == names
     bus.take(can.Message(arbitration_id=0x181, data=(0x27).to_bytes(2, "little"), is_extended_id=False))
-    (frame,) = bus.told()["frames"]  # type: ignore[misc]
-    assert frame["values"] == "Statusword 39"
+    frames = bus.told()["frames"]
+    assert isinstance(frames, list)
+    assert [frame["values"] for frame in frames] == ["Statusword 39"]
 
 
 def test_a_bit_rate_that_no_bus_has_is_refused() -> None:

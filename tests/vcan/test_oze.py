@@ -48,6 +48,7 @@ def test_each_data_type_is_read(code: int) -> None:
         node = network.add_node(NODE, canopen.ObjectDictionary())
         node.sdo.RESPONSE_TIMEOUT = PATIENCE
         node.sdo.download(FIRST + code, 0, data)
+        assert network.notifier is not None
         network.notifier.stop()
     assert read(NODE, FIRST + code) == data
 

@@ -13,6 +13,7 @@ from drivetwin.controller.machine import load_machine
 from drivetwin.controller.pacing import Lockstep
 from drivetwin.controller.progress import Progress
 from drivetwin.controller.scara.arm import load_arm
+from drivetwin.controller.scara.excitation import DURATION
 from drivetwin.controller.session import Streaming, session_on
 from drivetwin.drive_profiles import load_profile
 from drivetwin.foundation.files import new_directory, provenance, write_json
@@ -48,11 +49,12 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=0, help="of the exciting motion, the sensors' noise and the random states")
     parser.add_argument("--axis", action="append", choices=AXES, help="study this axis; can be repeated; without it, all")
+    parser.add_argument("--together", type=float, default=DURATION, metavar="SECONDS", help="of all axes at once, at each pose")
     options = parser.parse_args()
     machine = load_machine("scara")
     inputs = [machine.model_path, machine.axes_path, TRUTH]
     with new_directory(options.out) as staged:
-        study = run_study(staged, options.seed, inputs, options.axis or AXES)
+        study = run_study(staged, options.seed, inputs, options.axis or AXES, options.together)
         found = {"schema": "wafer-handler/1", **provenance(options.seed, inputs), **study.to_json()}
         write_json(staged / "wafer-handler.json", found)
         write_report(study, staged / "report.html")
@@ -60,7 +62,7 @@ def main() -> None:
     print_summary(console, study, options.out)
 
 
-def run_study(folder: Path, seed: int, inputs: list[Path], studied: Sequence[str]) -> Study:
+def run_study(folder: Path, seed: int, inputs: list[Path], studied: Sequence[str], together: float) -> Study:
     """The whole arm, and each axis that is `studied` by itself; recordings and bus logs go below `folder`."""
     console.print(f"kinematics and dynamics on {STATES} random states")
     dynamics, kinematics = maximum_relative_difference(seed, STATES), maximum_error(seed, STATES)
@@ -70,7 +72,7 @@ def run_study(folder: Path, seed: int, inputs: list[Path], studied: Sequence[str
     console.print("servoone drives, 1 ms: P375 feeds the velocity forward, 60B2h the torque")
     log = folder / "servoone_bus.log"
     with session_on(virtual.bus, arm.machine, load_profile("servoone"), Lockstep(), None, progress, log) as session:
-        identified = identify_through_the_bus(session, recorder, seed)
+        identified = identify_through_the_bus(session, recorder, seed, together)
         axes = {axis: study_axis(session, axis, identified, recorder) for axis in studied}
         blade = BladeBench(bench_of(session, identified.full), virtual.witness, arm)
         straight, carried = straight_move(blade), carry_wafer(blade)

@@ -57,10 +57,13 @@ class Recorder:
         write_into(recording, self.folder / name, seed=self.seed, inputs=self.inputs)
 
 
-def identify_through_the_bus(session: Session, recorder: Recorder, seed: int) -> Identified:
-    """Strokes, excitation, and all axes together; friction of each axis, then the arm's base parameters."""
+def identify_through_the_bus(session: Session, recorder: Recorder, seed: int, seconds: float) -> Identified:
+    """Strokes, excitation, and for `seconds` about each pose all axes together.
+
+    Friction of each axis, then the arm's base parameters.
+    """
     captured = capture_friction(session, seed)
-    together = capture_together(session, seed)
+    together = capture_together(session, seed, seconds)
     for recording in (*captured.recordings, *captured.validation, *together):
         recorder.keep(recording, recording.name)
     session.progress.phase("fit", 1.0)

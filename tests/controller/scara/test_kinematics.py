@@ -61,7 +61,7 @@ def test_both_branches_reach_the_position(distance: float, angle: float, z: floa
     branches = inverse_position(GEOMETRY, x, y, z)
     assert branches.outward is not None
     assert (branches.inward is not None) == (distance <= 2 * GEOMETRY.arm - GEOMETRY.blade)
-    for joints in filter(lambda branch: branch is not None, (branches.outward, branches.inward)):
+    for joints in (branch for branch in (branches.outward, branches.inward) if branch is not None):
         pose = forward(GEOMETRY, joints)
         np.testing.assert_allclose([pose.x, pose.y, pose.z], [x, y, z], rtol=0, atol=1e-9)
 

@@ -119,4 +119,6 @@ def test_a_written_eds_has_them(eds: Path) -> None:
     again.write_text(eds_text(profile, again.name), encoding="utf-8")
     theirs = canopen.import_od(str(again), NODE)
     for code in INTEGERS:
-        assert (theirs[FIRST + code].data_type, theirs[FIRST + code].default) == (code, 1)
+        entry = theirs[FIRST + code]
+        assert isinstance(entry, canopen.objectdictionary.ODVariable)
+        assert (entry.data_type, entry.default) == (code, 1)

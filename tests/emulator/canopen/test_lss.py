@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
-import canopen
-import canopen.lss
 import pytest
 from canopen.lss import LssError, LssMaster
 from canopen_bench import NODE, RESET_COMMUNICATION, RESET_NODE, START, STOP, Bench, Master
@@ -22,7 +22,7 @@ WAITING, CONFIGURATION = LssMaster.WAITING_STATE, LssMaster.CONFIGURATION_STATE
 @pytest.fixture(autouse=True)
 def no_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
     """The master waits for slow devices and for answers that do not come; here an answer is there at once."""
-    monkeypatch.setattr(canopen.lss.time, "sleep", lambda _seconds: None)
+    monkeypatch.setattr("canopen.lss.time.sleep", lambda _seconds: None)
     monkeypatch.setattr(LssMaster, "RESPONSE_TIMEOUT", 0.001)
 
 
@@ -78,7 +78,8 @@ def test_inquire_address_and_node_id() -> None:
 def test_nothing_is_configured_while_waiting() -> None:
     bench, lss = connect()
     bench.take()
-    for request in (lambda: lss.configure_node_id(9), lss.inquire_node_id, lss.store_configuration):
+    configure: Callable[[], object] = partial(lss.configure_node_id, 9)
+    for request in (configure, lss.inquire_node_id, lss.store_configuration):
         with pytest.raises(LssError):
             request()
     assert bench.take() == []
@@ -97,9 +98,10 @@ def test_a_new_node_id_is_taken_at_reset_communication() -> None:
     assert bench.od[0x1014].value == 0x89
     assert bench.od[0x1018, 4].value == NODE  # the identity stays
     bench.nmt(START)
-    assert bench.device.nmt.state is NmtState.PRE_OPERATIONAL
+    passed = [bench.device.nmt.state]
     bench.nmt(START, node=9)
-    assert bench.device.nmt.state is NmtState.OPERATIONAL
+    passed.append(bench.device.nmt.state)
+    assert passed == [NmtState.PRE_OPERATIONAL, NmtState.OPERATIONAL]
 
 
 @pytest.mark.parametrize("node_id", [0, 128, 200, 254])

@@ -77,7 +77,7 @@ STATES = {
     "stopped": STOP,
 }
 
-TABLE = {
+TABLE: dict[Callable[[Bench], bool], tuple[str, ...]] = {
     rpdo: ("operational",),
     synchronous_tpdo: ("operational",),
     remote_tpdo: ("operational",),

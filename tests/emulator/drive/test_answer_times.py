@@ -107,7 +107,8 @@ def way(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(params=[("stage", "slide"), ("arm", "shoulder")], ids=["level", "under gravity"])
 def bus(request: pytest.FixtureRequest, profile: str, way: str) -> Bus:
-    return Bus(profile, *request.param, way)
+    machine, axis = request.param
+    return Bus(profile, machine, axis, way)
 
 
 @pytest.mark.parametrize("change", CHANGES, ids=lambda change: change.name)

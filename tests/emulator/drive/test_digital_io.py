@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import ceil, pi
 
 import pytest
@@ -44,12 +45,13 @@ def test_digital_inputs() -> None:
     bench = DriveBench()
     hardware = bench.drive.hardware
     assert bench.read(0x60FD) == 0
-    for bit, disturb in (
-        (0, lambda: setattr(hardware, "switches", LimitSwitches(1e9, 1e9))),
-        (1, lambda: setattr(hardware, "switches", LimitSwitches(-1e9, -1e9))),
-        (2, lambda: setattr(hardware, "home_switch", ALWAYS)),
-        (3, lambda: setattr(hardware, "sto", True)),
-    ):
+    disturbances: tuple[Callable[[], None], ...] = (
+        lambda: setattr(hardware, "switches", LimitSwitches(1e9, 1e9)),
+        lambda: setattr(hardware, "switches", LimitSwitches(-1e9, -1e9)),
+        lambda: setattr(hardware, "home_switch", ALWAYS),
+        lambda: setattr(hardware, "sto", True),
+    )
+    for bit, disturb in enumerate(disturbances):
         disturb()
         assert int(bench.read(0x60FD)) >> bit & 1
     hardware.home_switch = None

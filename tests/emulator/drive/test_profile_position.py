@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import sqrt
 
 import numpy as np
@@ -148,13 +149,22 @@ def test_bit_4_that_was_set_when_operation_was_enabled_is_no_edge() -> None:
     assert not status(bench) & ACKNOWLEDGED
 
 
+def over(bench: DriveBench, cycles: int, of: Callable[[DriveBench], float]) -> list[float]:
+    """What is read after each of the next cycles."""
+    values = []
+    for _ in range(cycles):
+        bench.sync()
+        values.append(of(bench))
+    return values
+
+
 def test_change_immediately() -> None:
     """Bit 5: the new target replaces the one in progress, without a stop where the way goes on."""
     bench = position_bench()
     send(bench, 10.0)
     bench.sync(200)
     send(bench, 20.0, IMMEDIATELY)
-    slowest = min(speed(bench) for _ in range(200) if bench.sync() is None)
+    slowest = min(over(bench, 200, speed))
     assert slowest == pytest.approx(SPEED)
     cycles_until_reached(bench)
     assert demand(bench) == pytest.approx(20.0, abs=1e-5)
@@ -166,7 +176,7 @@ def test_change_immediately_backwards() -> None:
     bench.sync(200)
     turn = demand(bench)
     send(bench, 0.0, IMMEDIATELY)
-    furthest = max(demand(bench) for _ in range(400) if bench.sync() is None)
+    furthest = max(over(bench, 400, demand))
     assert furthest - turn == pytest.approx(SPEED**2 / (2.0 * DOWN), abs=3.0 * SPEED * CYCLE)
     cycles_until_reached(bench)
     assert demand(bench) == pytest.approx(0.0, abs=1e-5)

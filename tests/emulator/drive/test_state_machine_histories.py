@@ -131,7 +131,7 @@ class Histories(RuleBasedStateMachine):
 
     @invariant()
     def state_and_ramp_are_the_standard_s(self) -> None:
-        expected = None if self.ramp is None else {"fault": Stop.FAULT_REACTION, **RAMPS}[self.ramp]
+        expected = None if self.ramp is None else Stop.FAULT_REACTION if isinstance(self.ramp, str) else RAMPS[self.ramp]
         assert (self.machine.state, self.machine.stop) == (self.state, expected)
 
     @invariant()

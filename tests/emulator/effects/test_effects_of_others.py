@@ -50,7 +50,7 @@ def test_a_file_adds_its_effects_behind_those_of_the_library(tmp_path: Path) -> 
     before = list(library())
     added(tmp_path, EFFECT)
     assert list(library()) == [*before, "drag"]
-    assert library()["drag"](level=2.0) == library()["drag"](level=2.0)
+    assert effect("drag", level=2.0) == effect("drag", level=2.0)
 
 
 def test_a_torque_by_one_equation_acts_in_the_plant(tmp_path: Path) -> None:

@@ -6,13 +6,13 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
-from effect_bench import GEAR, PERIOD, WHOLE, Rig, effect, hinge, slide
+from effect_bench import GEAR, PERIOD, WHOLE, Array, Rig, effect, hinge, slide
 
 from drivetwin.drive_profiles import load_profile
 from drivetwin.emulator.clock import SyncClock
 from drivetwin.emulator.drive.servo import Loop, Servo, ServoBank
 from drivetwin.emulator.dynamics import Motion
-from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.effects import AxisEffect, PlacedEffect
 from drivetwin.emulator.machine import load_machine
 from drivetwin.emulator.plant import Plant
 from drivetwin.emulator.virtual_machine import VirtualMachine
@@ -71,6 +71,11 @@ def test_several_ripples_of_an_axis_act_as_their_sum(make: object, angle: float)
     assert rig.velocity * WHOLE / PERIOD == pytest.approx(0.7 + cogging, rel=1e-9)
 
 
+def predicted(placed: PlacedEffect, motion: Motion, rig: Rig) -> Array:
+    assert isinstance(placed.effect, AxisEffect)
+    return placed.effect.predict(motion, rig.mechanism.dynamics["axis"])
+
+
 def test_several_ripples_predict_what_they_cost_together_in_any_order() -> None:
     """Each on top of those before it: a ripple does not change what another costs."""
     effects = [effect("torque_ripple", amplitude=a, order=n, phase=p) for a, n, p in RIPPLES]
@@ -78,9 +83,7 @@ def test_several_ripples_predict_what_they_cost_together_in_any_order() -> None:
     still = np.zeros_like(position)
     motion = Motion(position, still, still, still, still, still, np.full_like(position, WHOLE), 0.0)
     for order in (effects, effects[::-1]):
-        costs = [
-            one.effect.predict(motion, hinge(*order[:number]).mechanism.dynamics["axis"]) for number, one in enumerate(order)
-        ]
+        costs = [predicted(one, motion, hinge(*order[:number])) for number, one in enumerate(order)]
         expected = -sum(a * np.sin(n * GEAR * position + p) for a, n, p in RIPPLES)
         np.testing.assert_allclose(np.sum(costs, axis=0), expected, atol=1e-12)
 

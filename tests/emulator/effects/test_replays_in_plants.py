@@ -12,7 +12,7 @@ from effect_bench import Array, effect
 from drivetwin.emulator.conformance.bench import GEAR, LINK, SAMPLE, axis, record
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from drivetwin.emulator.dynamics.replay import motor_torque
-from drivetwin.emulator.effects import AxisEffect, DriveEffect, Effect, library
+from drivetwin.emulator.effects import AxisEffect, DriveEffect, Effect
 
 PLANTS = {
     "stribeck": {"static_torque": 1.1, "stribeck_velocity": 0.2, "exponent": 1.3},
@@ -103,7 +103,7 @@ def test_a_slow_current_loop_answers_as_its_differential_equation() -> None:
     for k, torque in enumerate(fine):
         now += share * (torque - now)
         given[k] = now
-    slow = library()["current_bandwidth"](bandwidth=20.0)
+    slow = effect("current_bandwidth", bandwidth=20.0).effect
     assert isinstance(slow, DriveEffect)
     left = slow.respond(asked(), SAMPLE) - given[::8]
     assert np.sqrt(np.mean(left**2)) < 0.02 * np.sqrt(np.mean(asked() ** 2))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from math import cos, exp, inf, pi, sin, sqrt
 
 import numpy as np
@@ -13,6 +15,7 @@ from scipy.optimize import brentq
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from drivetwin.emulator.dynamics.replay import motor_torque
 from drivetwin.emulator.dynamics.transmission import Transmission
+from drivetwin.emulator.effects.backlash import Backlash
 from drivetwin.foundation.errors import UserError
 
 STIFFNESS = 800.0
@@ -115,12 +118,25 @@ def test_lost_motion_is_the_gap_and_the_spring() -> None:
     assert abs(rest[0] + rest[1]) < 1e-5
 
 
+@pytest.mark.parametrize("make", [hinge, slide])
+def test_on_an_axis_that_stands_no_gap_is_looked_for(make: Callable[[], Rig]) -> None:
+    """A share of a travel of nothing is no gap, and no flank bends by half of it."""
+    none = np.zeros(100)
+    still = Motion(none, none, none, none, 0.001 * np.arange(100.0), none, np.full(100, 0.3), 0.1)
+    axis = replace(make().mechanism.dynamics["axis"], friction=FrictionLaw(coulomb=0.8))
+    with np.errstate(all="raise"):
+        assert Backlash.starts(still, axis) == []
+
+
 def test_flight_through_the_gap_is_free_and_bounces_keep_the_energy() -> None:
     """Between the flanks of a locked motor the speed stays to the rounding; without damping it turns at them."""
     rig = hinge(effect("backlash", gap=0.1, stiffness=20000.0), brake=500.0)
     rig.mechanism.brakes[0] = True
     rig.data.qvel[rig.model.joint("axis").dofadr[0]] = 1.0
-    speeds = np.array([(rig.position, rig.velocity) for _ in range(4000) if rig.step() is None])
+    speeds = np.empty((4000, 2))
+    for row in speeds:
+        rig.step()
+        row[:] = rig.position, rig.velocity
     inside = np.abs(speeds[:, 0]) < 0.049
     assert np.abs(np.abs(speeds[inside, 1]) - 1.0).max() < 5e-3
     turns = np.flatnonzero(np.diff(np.sign(speeds[:, 1])))

@@ -179,6 +179,13 @@ def test_an_encoder_glitch_kicks_an_axis_whose_loops_are_closed() -> None:
     assert bench.state(ROTATE) == ENABLED
 
 
+def touched(bench: FaultBench) -> int:
+    """Bits 16 and 17 of 60FDh."""
+    inputs = bench.read(ROTATE, 0x60FD)
+    assert inputs is not None
+    return inputs >> 16 & 3
+
+
 @pytest.mark.parametrize("probe", [1, 2])
 def test_a_touch_probe_is_touched(probe: int) -> None:
     """CiA 402-2, 60B8h to 60BDh: both edges are latched where the axis stands, and 60FDh shows the input (bits 16, 17)."""
@@ -188,9 +195,9 @@ def test_a_touch_probe_is_touched(probe: int) -> None:
     bench.sync(2)
     fault = bench.strike("probe_input", node=ROTATE, probe=probe)
     bench.sync(2)
-    assert bench.read(ROTATE, 0x60FD) >> 16 & 3 == probe
+    assert touched(bench) == probe
     assert bench.read(ROTATE, 0x60B9) == 0x03 << shift
     fault.end(bench.virtual)
     bench.sync(2)
-    assert bench.read(ROTATE, 0x60FD) >> 16 & 3 == 0
+    assert touched(bench) == 0
     assert bench.read(ROTATE, 0x60B9) == 0x07 << shift

@@ -191,7 +191,8 @@ def test_a_power_cycle_restarts_a_can_controller_that_is_off_the_bus() -> None:
 
 def test_the_power_stage_stays_what_it_is_in_a_power_cycle() -> None:
     """A current limit of the plant's truth (`torque_saturation`), against a jam before and after: 10 N·m at the joint."""
-    bench = FaultBench(more=(PlacedEffect("rotate", library()["torque_saturation"](limit=10.0), {}),))
+    saturation = library()["torque_saturation"](**{"limit": 10.0})
+    bench = FaultBench(more=(PlacedEffect("rotate", saturation, {}),))
     bench.start()
     bench.strike("jam", node=ROTATE)
     for _ in range(2):

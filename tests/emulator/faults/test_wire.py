@@ -164,7 +164,7 @@ def test_stored_parameters_of_a_machine_survive_its_power_cycle(tmp_path: Path) 
     bench = Bench(store=tmp_path)
     dictionary = bench.machine.drives[0].dictionary
     gain = dictionary[0x60FB, 1]
-    commissioned = gain.value
+    commissioned = float(gain.value)
     gain.write(commissioned * 0.5)
     dictionary[0x1010, 1].write(0x65766173)
     assert [path.name for path in tmp_path.iterdir()] == ["lift.json"]

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
+from typing import Any
 
 import canopen
 import pytest
 from accept_bench import BENCH, FAULT, with_files
+from canopen.sdo.client import SdoClient
 
 from drivetwin.hil_tests.bench import OrderedPdo
 from drivetwin.hil_tests.results.bus_excerpt import AFTER, BEFORE, MOST_TELLING, excerpt, words
@@ -52,7 +54,7 @@ def test_expedited_values_are_what_a_foreign_client_sends(size: int) -> None:
             sent.append(bytes(data))
             client.on_response(0x582, bytearray([0x60, *data[1:4], 0, 0, 0, 0]), 0.0)
 
-    client = canopen.sdo.SdoClient(0x602, 0x582, canopen.ObjectDictionary())
+    client: Any = SdoClient(0x602, 0x582, canopen.ObjectDictionary())
     client.network = Wire()
     client.download(0x1A02, 3, (0x0A0B0C0D).to_bytes(4, "little")[:size])
     value = (0x0A0B0C0D & (1 << 8 * size) - 1).to_bytes(size, "big").hex().upper()
