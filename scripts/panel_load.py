@@ -332,7 +332,7 @@ def main() -> None:
         alone, deaf = long.rates
         print(f"frames a second of a page: {alone:.2f} alone, {deaf:.2f} beside a deaf page")
         print(f"memory of the panel: {long.memory[0][1]:.1f} MB first, {long.memory[-1][1]:.1f} MB last, "
-              f"{long.grown:+.2f} MB since {WARM:g} s")  # fmt: skip
+              f"{long.grown:+.2f} MB from {WARM:g} s on, or in all")  # fmt: skip
     write_json(told.out / "panel_load.json", {"schema": "panel_load/1", **provenance(0, []), **report})
 
 
