@@ -9,7 +9,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := run
 
-.PHONY: run test check tutorial coverage nightly test-long test-vcan interoperability seeds bench wafer-handler fuzz fuzz-files unbroken blind measured accept accept-repeats mutants docs lock clean
+.PHONY: run test check tutorial coverage nightly test-long test-vcan interoperability seeds bench panel-load wafer-handler fuzz fuzz-files unbroken blind measured accept accept-repeats mutants docs lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -75,6 +75,10 @@ seeds: .venv/.installed
 
 bench: .venv/.installed
 	$(BIN)/python scripts/bench.py
+
+# Late cycles with a panel and without in turn, its memory, a page that reads nothing beside one that does; about 22 minutes.
+panel-load: .venv/.installed
+	$(BIN)/python scripts/panel_load.py
 
 # A million random and mutated frames at a live emulator, judged after each one, then twenty thousand at the Modbus ports.
 fuzz: .venv/.installed

@@ -6,7 +6,9 @@ within a measured period (Ljung, System Identification, 1999, 13.3, on small sig
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from drivetwin.controller.machine import Axis
 from drivetwin.controller.motion import Offsets, positions_now
 from drivetwin.controller.session import Session
 from drivetwin.controller.trajectory import Positions
+from drivetwin.foundation.errors import UserError
 from drivetwin.identification.frequency.phasors import Excited, response
 from drivetwin.identification.frequency.result import AxisResponse, axis_response
 from drivetwin.identification.frequency.steps import Stepped
@@ -98,6 +101,33 @@ def commission(session: Session, axis: str, seed: int) -> Commissioned:
     path = strokes(known, CURVE_LEVELS, session.cycle.period)
     units = UNITS[JointKind.PRISMATIC if known.prismatic else JointKind.REVOLUTE]
     return Commissioned(excited, stepped, session.capture(f"torque_speed_{axis}", {axis: path}), units)
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """An axis that was measured: what that tells, or in one line why it tells nothing."""
+
+    axis: str
+    measured: Commissioned
+    found: AxisResponse | None
+    failure: str
+
+
+def attempt_each(session: Session, axes: Sequence[str], seed: int) -> Iterator[Attempt]:
+    """Measure one axis after the other and evaluate each at once: one that tells nothing takes nothing from the others.
+
+    Raises UserError where the machine stops an axis.
+    """
+    for axis in axes:
+        measured = commission(session, axis, seed)
+        yield session.meanwhile(partial(_attempted, axis, measured))
+
+
+def _attempted(axis: str, measured: Commissioned) -> Attempt:
+    try:
+        return Attempt(axis, measured, measured.evaluate(), "")
+    except UserError as error:
+        return Attempt(axis, measured, None, str(error))
 
 
 # -- excited travel -------------------------------------------------------------------------------------------------------

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
+from drivetwin.controller.commissioning import Attempt
 from drivetwin.controller.drive_node import DriveNode, place
 from drivetwin.controller.session import Session
 from drivetwin.foundation.files import provenance
@@ -16,15 +17,19 @@ from drivetwin.identification.frequency.wording import rows
 SCHEMA = "bode/1"
 
 
-def responses_to_json(found: Sequence[AxisResponse], session: Session, seed: int) -> dict[str, Any]:
-    """The whole file; `objects` of an axis are the proposed gains in its drive's units, `summary` is what a person reads."""
+def responses_to_json(attempts: Sequence[Attempt], session: Session, seed: int) -> dict[str, Any]:
+    """The whole file; `objects` of an axis are the proposed gains in its drive's units, `summary` is what a person reads.
+
+    `failed` says why an axis is not among the others.
+    """
     drives = {drive.name: drive for drive in session.drives}
     machine = session.machine
     return {
         "schema": SCHEMA,
         "machine": machine.machine,
         **provenance(seed, [machine.model_path, machine.axes_path]),
-        "axes": {each.axis: _axis(each, drives[each.axis]) for each in found},
+        "axes": {each.axis: _axis(each.found, drives[each.axis]) for each in attempts if each.found is not None},
+        "failed": {each.axis: each.failure for each in attempts if each.found is None},
     }
 
 

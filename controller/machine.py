@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import partial
 from math import pi
 from pathlib import Path
@@ -78,6 +79,11 @@ class Machine(Strict):
     def _each_has_its_node(cls, axes: dict[str, Axis]) -> dict[str, Axis]:
         check_each_its_own({name: axis.node_id for name, axis in axes.items()})
         return axes
+
+    def check_axes(self, names: Iterable[str]) -> None:
+        """Raise UserError for the first name that is no axis of this machine."""
+        if strange := [name for name in names if name not in self.axes]:
+            raise UserError(f"machine {self.machine} has no axis {strange[0]!r}, only {', '.join(self.axes)}")
 
     @property
     def model_path(self) -> Path:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from math import isfinite
 from pathlib import Path
 
 from drivetwin.drive_profiles.eds_reader import EdsFile, EdsObject, parse_number, read_eds
 from drivetwin.drive_profiles.eds_sections import Complaints
+from drivetwin.drive_profiles.eds_values import number_of
 from drivetwin.drive_profiles.profile import (
     BITS,
     BYTE_TYPES,
-    FLOATS,
-    SIGNED,
     TEXT_TYPES,
     Access,
     DataType,
@@ -153,7 +150,7 @@ def _name(entry: EdsObject) -> str:
 
 
 def _limits(entry: EdsObject, data_type: DataType, complaints: Complaints) -> tuple[int | float | None, int | float | None]:
-    low, high = (_number(text, data_type) if text else None for text in (entry.low, entry.high))
+    low, high = (number_of(text, data_type) if text else None for text in (entry.low, entry.high))
     unreadable = (entry.low and low is None) or (entry.high and high is None)
     crossed = low is not None and high is not None and low > high
     if data_type in TEXT_TYPES or unreadable or crossed:
@@ -172,7 +169,7 @@ def _default(
         return _text(text, data_type, entry, complaints), False
     if not text:
         return None, False
-    value = _number(text, data_type)
+    value = number_of(text, data_type)
     if value is None:
         complaints.note("the value of {} is no value of its type and is not taken", entry.section)
         return None, False
@@ -198,32 +195,6 @@ def _text(text: str, data_type: DataType, entry: EdsObject, complaints: Complain
     except ValueError:
         complaints.note("the value of {} is not made of hexadecimal bytes and is not taken", entry.section)
         return ""
-
-
-def _number(text: str, data_type: DataType) -> int | float | None:
-    """The number that a text says for a type, None where it is none or beyond the type."""
-    if data_type in FLOATS:
-        return _real(text, data_type)
-    told = parse_number(text)
-    if told is None or data_type in TEXT_TYPES:
-        return None
-    value, bits = told.value, BITS[data_type]
-    if data_type in SIGNED:
-        if value >> (bits - 1) == 1:  # two's complement, as vendors write negative numbers in hexadecimal
-            value -= 1 << bits
-        return value if -(1 << (bits - 1)) <= value < 1 << (bits - 1) else None
-    return value if 0 <= value < 1 << bits else None
-
-
-def _real(text: str, data_type: DataType) -> float | None:
-    """A REAL32 or REAL64 as a number, or as the bit pattern that some tools write in hexadecimal."""
-    real, pattern = ("!f", "!I") if data_type is DataType.R32 else ("!d", "!Q")
-    try:
-        is_pattern = text.lower().startswith("0x")
-        value = struct.unpack(real, struct.pack(pattern, int(text, 16)))[0] if is_pattern else float(text)
-    except (ValueError, struct.error):
-        return None
-    return float(value) if isfinite(value) else None
 
 
 def _within(value: int | float, low: int | float | None, high: int | float | None) -> bool:

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from drivetwin.drive_profiles.eds_sections import Complaints, Section, read_sections
+from drivetwin.drive_profiles.eds_sections import Complaints, Section, read_sections, text_of
 from drivetwin.foundation.errors import UserError
 
 _VAR, _ARRAY, _RECORD = 0x7, 0x8, 0x9
@@ -71,8 +71,13 @@ def read_eds(path: Path) -> EdsFile:
 
     Raises UserError where there is no such file, where it is no EDS, or where it has no object at all.
     """
+    return parse_eds(path, text_of(path))
+
+
+def parse_eds(path: Path, text: str) -> EdsFile:
+    """Read the text of an EDS or DCF; `path` is what messages call it. Raises UserError as `read_eds`."""
     complaints = Complaints(path)
-    sections = read_sections(path, complaints)
+    sections = read_sections(text, complaints)
     objects = tuple(sorted(_objects(sections, complaints), key=lambda entry: (entry.index, entry.subindex)))
     if not objects:
         raise UserError(f"{path} has no object: expected a section [1000] and more, each with a DataType (CiA 306)")

@@ -49,9 +49,8 @@ class Section:
         return self.values.get(key.lower(), "")
 
 
-def read_sections(path: Path, complaints: Complaints) -> dict[str, Section]:
-    """Sections by name in lower case. Raises UserError where the file cannot be read or is no EDS at all."""
-    text = _text(path)
+def read_sections(text: str, complaints: Complaints) -> dict[str, Section]:
+    """Sections by name in lower case. Raises UserError where the text is no EDS at all."""
     sections: dict[str, Section] = {}
     current: Section | None = None
     for number, raw in enumerate(text.splitlines(), 1):
@@ -67,7 +66,7 @@ def read_sections(path: Path, complaints: Complaints) -> dict[str, Section]:
             complaints.note("line {} is neither [section] nor key=value; skipped", str(number))
             continue
         current.values[key.strip().lower()] = _COMMENT.sub("", f" {value}").strip()
-    _refuse_foreign(path, text, sections)
+    _refuse_foreign(complaints.path, text, sections)
     return sections
 
 
@@ -77,7 +76,8 @@ def _open(sections: dict[str, Section], name: str, complaints: Complaints) -> Se
     return sections.setdefault(name.lower(), Section(name))
 
 
-def _text(path: Path) -> str:
+def text_of(path: Path) -> str:
+    """The text of an EDS or DCF. Raises UserError where the file cannot be read."""
     try:
         data = path.read_bytes()
     except FileNotFoundError:

@@ -1,12 +1,14 @@
-"""An electronic data sheet from a drive type (CiA 306-1), as masters and configuration tools read it.
+"""An electronic data sheet from a drive type, or a device configuration file (CiA 306-1), as masters and tools read them.
 
-The text depends on the profile and the file's name alone. REAL32 defaults and limits stay empty: tools disagree whether
-they are written as numbers or as bit patterns (CiA 306-1 says nothing), and a wrong one is worse than none.
+The text of an EDS depends on the profile and the file's name alone. REAL32 defaults and limits stay empty: tools disagree
+whether they are written as numbers or as bit patterns (CiA 306-1 says nothing), and a wrong one is worse than none. A DCF is
+worth nothing without its values: there a REAL32 is a decimal number, which python's and npm's `canopen` read.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from itertools import groupby
 
 from drivetwin.drive_profiles.profile import BYTE_TYPES, FLOATS, SIGNED, TEXT_TYPES, Access, DataType, DriveProfile, ObjectEntry
@@ -36,22 +38,47 @@ _TIME = "12:00AM"
 """The data sheet is not dated by the clock: the same profile gives the same file."""
 
 
+@dataclass(frozen=True)
+class Configured:
+    """A node as it stands: its ID and name, and its values by address; those of byte types as hexadecimal bytes."""
+
+    node_id: int
+    name: str
+    values: Mapping[tuple[int, int], int | float | str]
+
+
 def eds_text(profile: DriveProfile, file_name: str) -> str:
     """The data sheet of a drive type, to be saved under `file_name`."""
-    grouped = [(index, tuple(entries)) for index, entries in groupby(_sorted(profile), key=lambda entry: entry.index)]
-    indices = [index for index, _ in grouped]
-    lines = [
-        *_section("FileInfo", _file_info(profile, file_name)),
-        *_section("DeviceInfo", _device_info(profile, indices)),
-        *_section("DummyUsage", {f"Dummy{code:04X}": str(int(code in DUMMIES)) for code in range(1, 8)}),
-        *_section("Comments", {"Lines": "1", "Line1": f"Written by drivetwin from the drive type {profile.name}"}),
-        *_list("MandatoryObjects", [index for index in indices if index in MANDATORY]),
-        *_list("OptionalObjects", [index for index in indices if index not in MANDATORY and index not in MANUFACTURER]),
-        *_list("ManufacturerObjects", [index for index in indices if index in MANUFACTURER]),
+    sections = [*_head(profile, _file_info(profile, file_name))]
+    for index, entries in _grouped(profile):
+        sections += _object(index, entries, {})
+    return "\n".join(sections) + "\n"
+
+
+def dcf_text(profile: DriveProfile, file_name: str, node: Configured) -> str:
+    """The configuration of one drive (CiA 306-1, 4.7): its data sheet with a ParameterValue wherever `node` has one.
+
+    Without a Baudrate: no object of CiA 301 tells it.
+    """
+    commissioned = {"NodeID": str(node.node_id), "NodeName": _plain(node.name), "CANopenManager": "0"}
+    sections = [
+        *_head(profile, {**_file_info(profile, file_name), "LastEDS": f"{profile.name}.eds"}),
+        *_section("DeviceComissioning", commissioned),  # spelt as the standard spells it
     ]
-    for index, entries in grouped:
-        lines += _object(index, entries)
-    return "\n".join(lines) + "\n"
+    for index, entries in _grouped(profile):
+        sections += _object(index, entries, node.values)
+    return "\n".join(sections) + "\n"
+
+
+def _head(profile: DriveProfile, file_info: dict[str, str]) -> Iterator[str]:
+    indices = [index for index, _ in _grouped(profile)]
+    yield from _section("FileInfo", file_info)
+    yield from _section("DeviceInfo", _device_info(profile, indices))
+    yield from _section("DummyUsage", {f"Dummy{code:04X}": str(int(code in DUMMIES)) for code in range(1, 8)})
+    yield from _section("Comments", {"Lines": "1", "Line1": f"Written by drivetwin from the drive type {profile.name}"})
+    yield from _list("MandatoryObjects", [index for index in indices if index in MANDATORY])
+    yield from _list("OptionalObjects", [index for index in indices if index not in MANDATORY and index not in MANUFACTURER])
+    yield from _list("ManufacturerObjects", [index for index in indices if index in MANUFACTURER])
 
 
 def eds_access(entry: ObjectEntry) -> str:
@@ -61,8 +88,10 @@ def eds_access(entry: ObjectEntry) -> str:
     return entry.access.value
 
 
-def _sorted(profile: DriveProfile) -> list[ObjectEntry]:
-    return sorted(profile.objects, key=lambda entry: (entry.index, entry.subindex))
+def _grouped(profile: DriveProfile) -> list[tuple[int, tuple[ObjectEntry, ...]]]:
+    """The entries of each index, in the order of their addresses."""
+    entries = sorted(profile.objects, key=lambda entry: (entry.index, entry.subindex))
+    return [(index, tuple(each)) for index, each in groupby(entries, key=lambda entry: entry.index)]
 
 
 def _section(name: str, values: dict[str, str]) -> Iterator[str]:
@@ -114,10 +143,12 @@ def _list(name: str, indices: list[int]) -> Iterator[str]:
     return _section(name, {"SupportedObjects": str(len(indices)), **numbered})
 
 
-def _object(index: int, entries: tuple[ObjectEntry, ...]) -> Iterator[str]:
+def _object(
+    index: int, entries: tuple[ObjectEntry, ...], values: Mapping[tuple[int, int], int | float | str]
+) -> Iterator[str]:
     first = entries[0]
     if len(entries) == 1 and first.subindex == 0:
-        yield from _section(f"{index:04X}", _variable(first, first.name))
+        yield from _section(f"{index:04X}", {**_variable(first, first.name), **_value(first, values)})
         return
     head = {
         "ParameterName": _plain(first.name.partition(".")[0]),
@@ -126,7 +157,20 @@ def _object(index: int, entries: tuple[ObjectEntry, ...]) -> Iterator[str]:
     }
     yield from _section(f"{index:04X}", head)
     for entry in entries:
-        yield from _section(f"{index:04X}sub{entry.subindex:X}", _variable(entry, entry.name.partition(".")[2]))
+        told = {**_variable(entry, entry.name.partition(".")[2]), **_value(entry, values)}
+        yield from _section(f"{index:04X}sub{entry.subindex:X}", told)
+
+
+def _value(entry: ObjectEntry, values: Mapping[tuple[int, int], int | float | str]) -> dict[str, str]:
+    """ParameterValue, where the node has one."""
+    value = values.get((entry.index, entry.subindex))
+    if value is None:
+        return {}
+    if isinstance(value, str):
+        return {"ParameterValue": _plain(value)}
+    if entry.data_type in FLOATS:
+        return {"ParameterValue": f"{value:.9g}" if entry.data_type is DataType.R32 else repr(float(value))}
+    return {"ParameterValue": _number(entry, value)}
 
 
 def _object_code(index: int, entries: tuple[ObjectEntry, ...]) -> int:

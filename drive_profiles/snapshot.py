@@ -58,10 +58,19 @@ def write_snapshot(path: Path, snapshot: Snapshot, inputs: Iterable[Path]) -> No
 def read_snapshot(path: Path) -> Snapshot:
     """Read a snapshot. Raises UserError naming the key that is wrong."""
     try:
-        told = _File.model_validate(parse_json(path.read_text(encoding="utf-8")))
+        text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise UserError(f"{path} does not exist; expected a file of: drivetwin snapshot --out {path}") from None
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"{path} cannot be read as a snapshot: {error}; take one with: drivetwin snapshot") from None
+    return parse_snapshot(path, text)
+
+
+def parse_snapshot(path: Path, text: str) -> Snapshot:
+    """Read the text of a snapshot; `path` is what messages call it. Raises UserError as `read_snapshot`."""
+    try:
+        told = _File.model_validate(parse_json(text))
+    except json.JSONDecodeError as error:
         raise UserError(f"{path} cannot be read as a snapshot: {error}; take one with: drivetwin snapshot") from None
     except ValidationError as error:
         first = error.errors()[0]

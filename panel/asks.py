@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import asdict
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
@@ -10,6 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from drivetwin.foundation.errors import UserError
 from drivetwin.panel.dictionary import told_objects
 from drivetwin.panel.panel import Panel
+from drivetwin.panel.parameter_desk import restore
+from drivetwin.panel.parameter_file import ParameterFile, read_parameters
 from drivetwin.panel.power_states import COMMANDS
 from drivetwin.panel.scope.picture import Span
 from drivetwin.panel.scope.save import recording_of
@@ -40,7 +44,7 @@ class Objects(_Ask):
     node: int
 
     def answer(self, panel: Panel) -> object:
-        return told_objects(panel.node(self.node).profile)
+        return told_objects(panel.node(self.node).profile, self.node)
 
 
 class Read(_Ask):
@@ -75,6 +79,40 @@ class Write(_Ask):
             raise UserError(f"{entry.name} ({self.index:04X}h:{self.subindex:02X}) is {entry.access}: it cannot be written")
         node.write(self.index, self.subindex, encode(entry, self.value))
         return decode(entry.data_type, node.read(self.index, self.subindex)) if entry.access.readable else None
+
+
+class _OfFile(_Ask):
+    """A file of parameters that the page holds: an EDS, a DCF or a snapshot."""
+
+    node: int
+    name: str
+    text: str
+
+    def read(self, panel: Panel) -> ParameterFile:
+        """Raises UserError for what is no such file."""
+        return read_parameters(Path(self.name).name or "the file", self.text, panel.node(self.node).entries, self.node)
+
+
+class Compare(_OfFile):
+    """What a file says of the drive's objects; nothing is written."""
+
+    ask: Literal["compare"]
+
+    def answer(self, panel: Panel) -> dict[str, object]:
+        file, entries = self.read(panel), panel.node(self.node).entries
+        values = [[*address, decode(entries[address].data_type, data)] for address, data in sorted(file.values.items())]
+        return {"values": values, "strange": file.strange}
+
+
+class Restore(_OfFile):
+    """Write what a file says, where it differs."""
+
+    writes: ClassVar[bool] = True
+
+    ask: Literal["restore"]
+
+    def answer(self, panel: Panel) -> dict[str, object]:
+        return asdict(restore(panel.node(self.node), self.read(panel)))
 
 
 class Store(_Ask):
@@ -267,7 +305,9 @@ class BitRate(_Ask):
 _OfScope = ScopeSet | ScopeRun | ScopeZoom | ScopeRecording
 _OfFaults = Faults | Strike | End
 
-Ask = Objects | Read | Write | Store | Command | Nmt | Move | Commission | BitRate | _OfScope | _OfFaults
+_OfParameters = Objects | Read | Write | Compare | Restore | Store
+
+Ask = _OfParameters | Command | Nmt | Move | Commission | BitRate | _OfScope | _OfFaults
 
 _ASK: TypeAdapter[Ask] = TypeAdapter(Annotated[Ask, Field(discriminator="ask")])
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from drivetwin.drive_profiles import DriveProfile, ObjectEntry
-from drivetwin.drive_profiles.profile import BITS
-from drivetwin.panel.values import limits
+from drivetwin.drive_profiles.profile import BITS, FLOATS
+from drivetwin.panel.values import Value, decode, limits, pack
 
 LUST = 0x16
 """Vendor-ID of LTi (Lust): manufacturer object 2000h + n is the drive's parameter n, as DriveManager shows it."""
@@ -60,9 +60,10 @@ _UNITS_OF_ENTRIES = {0x607B: _POSITION, 0x607D: _POSITION, 0x6099: _VELOCITY, 0x
 """Of every entry of a record but its first."""
 
 
-def told_objects(profile: DriveProfile) -> list[dict[str, object]]:
-    """Every entry of a drive type's object dictionary, in the order of its addresses."""
-    return [_told(profile, entry) for entry in sorted(profile.objects, key=lambda entry: (entry.index, entry.subindex))]
+def told_objects(profile: DriveProfile, node_id: int) -> list[dict[str, object]]:
+    """Every entry of a drive type's object dictionary, in the order of its addresses, as a node with that ID has it."""
+    ordered = sorted(profile.objects, key=lambda entry: (entry.index, entry.subindex))
+    return [_told(profile, entry, node_id) for entry in ordered]
 
 
 def unit_of(profile: DriveProfile, index: int, subindex: int) -> tuple[str, float | None]:
@@ -73,7 +74,7 @@ def unit_of(profile: DriveProfile, index: int, subindex: int) -> tuple[str, floa
     return _UNITS.get(index, "") if subindex == 0 else _UNITS_OF_ENTRIES.get(index, ""), None
 
 
-def _told(profile: DriveProfile, entry: ObjectEntry) -> dict[str, object]:
+def _told(profile: DriveProfile, entry: ObjectEntry, node_id: int) -> dict[str, object]:
     unit, scaling = unit_of(profile, entry.index, entry.subindex)
     head, dot, tail = entry.name.partition(".")
     low, high = limits(entry) if entry.data_type in BITS else (None, None)
@@ -90,6 +91,17 @@ def _told(profile: DriveProfile, entry: ObjectEntry) -> dict[str, object]:
         "scaling": scaling,
         "low": low,
         "high": high,
-        "default": None if entry.default_node_relative else entry.default,
+        "default": _default(entry, node_id),
         "parameter": f"P{entry.index - 0x2000}" if numbered else "",
     }
+
+
+def _default(entry: ObjectEntry, node_id: int) -> Value | None:
+    """What the node holds at power-on by its type, as `decode` gives values."""
+    if isinstance(entry.default, str):
+        return decode(entry.data_type, entry.default.encode("latin-1"))
+    if entry.default_node_relative and isinstance(entry.default, int):
+        return entry.default + node_id
+    if entry.default is not None and entry.data_type in FLOATS:
+        return decode(entry.data_type, pack(entry.data_type, entry.default))
+    return entry.default

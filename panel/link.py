@@ -31,6 +31,10 @@ ANSWER = 1.0
 """Longest wait for a drive's answer [s]; it answers within milliseconds, a loaded host may not."""
 
 
+class ObjectRefusedError(UserError):
+    """The drive is there, and an object is not read or not taken."""
+
+
 class Link(canopen.Network):
     """A canopen network on an open python-can bus. `hearers` get every frame of others, in the thread of the bus.
 
@@ -73,7 +77,7 @@ class Link(canopen.Network):
         return node
 
     def read(self, node: canopen.RemoteNode, index: int, subindex: int) -> bytes:
-        """The bytes of an object. Raises UserError with the drive's reason, or where it does not answer."""
+        """The bytes of an object. Raises ObjectRefusedError with the drive's reason, UserError where it does not answer."""
         with self._one_at_a_time:
             return bytes(self._ask(node, index, subindex, lambda: node.sdo.upload(index, subindex)))
 
@@ -102,7 +106,7 @@ class Link(canopen.Network):
         try:
             return exchange() or b""
         except SdoAbortedError as error:
-            raise UserError(f"{where}: the drive refused: {error}") from None
+            raise ObjectRefusedError(f"{where}: the drive refused: {error}") from None
         except SdoCommunicationError as error:
             raise UserError(f"{where}: {error}") from None
 

@@ -25,6 +25,7 @@ from drivetwin.foundation.errors import UserError
 from drivetwin.panel.access import COOKIE, Access, RefusedError
 from drivetwin.panel.asks import read_ask
 from drivetwin.panel.panel import Panel
+from drivetwin.panel.parameter_desk import dcf_name, saved
 from drivetwin.panel.scope.save import csv_of, recording_of, zipped
 from drivetwin.panel.views import VIEWS
 
@@ -35,8 +36,8 @@ PAGES = Path(__file__).with_name("pages")
 FRAMES = 20
 """How often a page is told what it watches, at most [1/s]."""
 
-LONGEST_QUESTION = 65_536
-"""[byte]"""
+LONGEST_QUESTION = 4_000_000
+"""[byte]; the EDS of a drive with thousands of objects is one."""
 
 _HEADERS = (
     (b"content-security-policy", b"default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'"),
@@ -203,7 +204,16 @@ def application(panel: Panel, access: Access) -> ASGIApp:
 
         return _file("scope.zip", "application/zip", made)
 
-    files = [Route("/scope.csv", scope_csv), Route("/scope.zip", scope_recording)]
+    def parameters(request: Request) -> Response:
+        number = request.path_params["node"]
+        name = dcf_name(panel.nodes[number]) if number in panel.nodes else ""
+        return _file(name, "text/plain", lambda: saved(panel.node(number)).encode())
+
+    files = [
+        Route("/parameters/{node:int}.dcf", parameters),
+        Route("/scope.csv", scope_csv),
+        Route("/scope.zip", scope_recording),
+    ]
     pages = StaticFiles(directory=PAGES, html=True)
     return Guard(Starlette(routes=[WebSocketRoute("/live", live), *files, Mount("/", pages)]), access)
 

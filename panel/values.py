@@ -37,9 +37,14 @@ def encode(entry: ObjectEntry, text: str) -> bytes:
         raise UserError(f"{entry.name}: {text!r} is no {_kind(entry)}") from None
     if not low <= number <= high:
         raise UserError(f"{entry.name}: {number:g} is outside {low:g} to {high:g}")
-    if isinstance(number, float):
-        return _FLOAT[entry.data_type].pack(number)
-    return number.to_bytes(-(-BITS[entry.data_type] // 8), "little", signed=entry.data_type in SIGNED)
+    return pack(entry.data_type, number)
+
+
+def pack(data_type: DataType, number: int | float) -> bytes:
+    """The bytes of a number that the type can hold."""
+    if data_type in FLOATS:
+        return _FLOAT[data_type].pack(number)
+    return int(number).to_bytes(-(-BITS[data_type] // 8), "little", signed=data_type in SIGNED)
 
 
 def limits(entry: ObjectEntry) -> tuple[int | float, int | float]:

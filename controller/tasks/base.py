@@ -78,8 +78,7 @@ class Task(BaseModel, ABC):
 
 def check_target(machine: Machine, axis: str, position: float) -> None:
     """Raise UserError where a machine has no such axis, or it may not go there [m or rad]."""
-    if axis not in machine.axes:
-        raise UserError(f"machine {machine.machine} has no axis {axis!r}, only {', '.join(machine.axes)}")
+    machine.check_axes([axis])
     low, high = machine.axes[axis].travel
     if not low <= position <= high:
         raise UserError(f"{axis} is to go to {position:g}, and its travel is {low:g} .. {high:g}: choose a position within it")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -14,9 +15,9 @@ from drivetwin.bus.channel import INPROC
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.on_machine import bar_progress, check_clock, join, log_kept, within_limits
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
-from drivetwin.controller.commissioning import Commissioned, commission
+from drivetwin.controller.commissioning import Attempt, attempt_each
 from drivetwin.controller.commissioning_file import responses_to_json
-from drivetwin.controller.machine import Machine, load_machine
+from drivetwin.controller.machine import load_machine
 from drivetwin.controller.pacing import PACINGS
 from drivetwin.controller.procedure import fitting
 from drivetwin.controller.session import session_on
@@ -27,6 +28,9 @@ from drivetwin.identification.frequency.page import write_report
 from drivetwin.identification.frequency.result import AxisResponse
 from drivetwin.identification.frequency.wording import rows
 from drivetwin.recording.writer import write_into
+
+SOME_FAILED = 1
+"""Exit status where an axis tells nothing and another one does."""
 
 
 def bode_command(
@@ -59,13 +63,15 @@ def bode_command(
     Example: drivetwin bode --machine stage --out out/bode
 
     Nothing is written to a drive that stays. Ctrl-C quick-stops and disables every axis. If it fails, OUT is not written; the
-    bus log is OUT.failed.log.
+    bus log is OUT.failed.log. Exit status 1 where an axis was measured and tells nothing, which costs the others nothing; 2
+    where none tells anything.
     """
     console = terminal(silent=quiet or json_)
     check_clock(clock, bus)
     use_effects(effects_from)
     known, allowed = within_limits(load_machine(machine), limits, bus, yes)
-    axes = _axes(known, axis)
+    known.check_axes(axis or ())
+    axes = axis or list(known.axes)
     drive_type = load_profile(profile)
     refuse_foreign(out)
     refuse_to_replace(out, [file for file in (limits, truth) if file is not None])
@@ -79,25 +85,26 @@ def bode_command(
         with session_on(
             joined.bus, known, drive_type, PACINGS[clock](), allowed, progress, staged / "bus.log", streaming
         ) as session:
-            measured = [commission(session, each, seed) for each in axes]
-            found = [session.meanwhile(each.evaluate) for each in measured]
-            told = responses_to_json(found, session, seed)
-        _write(measured, found, told, staged, seed)
+            attempts = list(attempt_each(session, axes, seed))
+            told = responses_to_json(attempts, session, seed)
+        found = [each.found for each in attempts if each.found is not None]
+        failures = [each.failure for each in attempts if each.failure]
+        if not found:
+            raise UserError("; ".join(failures))
+        _write(attempts, found, told, staged, seed)
     _print(console, found, out)
     if json_:
         print((out / "bode.json").read_text(encoding="utf-8"), end="")
+    for failure in failures:
+        print(f"drivetwin: {failure}", file=sys.stderr)
+    if failures:
+        raise typer.Exit(SOME_FAILED)
 
 
-def _axes(machine: Machine, asked: list[str] | None) -> list[str]:
-    if strange := [axis for axis in asked or [] if axis not in machine.axes]:
-        raise UserError(f"machine {machine.machine} has no axis {strange[0]!r}, only {', '.join(machine.axes)}")
-    return asked or list(machine.axes)
-
-
-def _write(measured: list[Commissioned], found: list[AxisResponse], told: dict[str, object], staged: Path, seed: int) -> None:
-    """Recordings, bode.json and report.html."""
-    for each in measured:
-        for recording in each.recordings:
+def _write(attempts: list[Attempt], found: list[AxisResponse], told: dict[str, object], staged: Path, seed: int) -> None:
+    """Recordings, also of axes that tell nothing, bode.json and report.html."""
+    for each in attempts:
+        for recording in each.measured.recordings:
             write_into(recording, staged / "recordings" / recording.name, seed=seed, inputs=[])
     write_json(staged / "bode.json", told)
     write_report(found, told, staged / "report.html")

@@ -85,8 +85,7 @@ def _chosen(identified: Path, machine: Machine, names: Sequence[str] | None) -> 
     chosen = []
     for name in dict.fromkeys(names or friction.laws):
         law = friction.law(name)
-        if name not in machine.axes:
-            raise UserError(f"machine {machine.machine} has no axis {name!r}; it has {', '.join(machine.axes)}")
+        machine.check_axes([name])
         chosen.append(_Chosen(name, machine.axes[name], law))
     return chosen
 

@@ -26,7 +26,13 @@ def write_report(found: Sequence[AxisResponse], told: dict[str, Any], path: Path
     title = f"{told['machine']}: commissioning over the bus"
     head = f"<header><h1>{html.escape(title)}</h1><p>Frequency response, step response, torque over speed</p></header>"
     sections = [_axis(each, told["axes"][each.axis]["objects"]) for each in found]
-    write_page(path, title, [head, *sections, _method()])
+    write_page(path, title, [head, *_failed(told["failed"]), *sections, _method()])
+
+
+def _failed(reasons: dict[str, str]) -> list[str]:
+    """One line an axis that tells nothing."""
+    lines = "".join(f"<li>{html.escape(reason)}</li>" for reason in reasons.values())
+    return [f"<section><h2>Measured in vain</h2><ul>{lines}</ul></section>"] if lines else []
 
 
 def _axis(found: AxisResponse, objects: Sequence[dict[str, Any]]) -> str:

@@ -1,7 +1,7 @@
 // Commissioning: an axis is measured, and its loops are drawn with margins and proposed gains.
 import { act } from "./app.js";
 import { element, say, table } from "./elements.js";
-import { bodePlot, colour } from "./plot.js";
+import { bodePlot, colour, linePlot } from "./plot.js";
 
 const LOOPS = [["velocity loop", "velocity_loop"], ["position loop", "position_loop"]];
 
@@ -34,14 +34,17 @@ export function commissioning(place) {
     chart(charts, "Open loops, gain", "dB", loops("open", "gain"));
     chart(charts, "Open loops, phase", "degrees", loops("open", "phase"));
     chart(charts, "Closed loops, gain", "dB", loops("closed", "gain"));
+    chart(charts, "Step of the position, its height is 1", "1", [{ label: "position", over: found.step.time, values: found.step.position }], "s");
+    chart(charts, "Torque over speed", found.units.torque, [torqueOverSpeed(found)], found.units.speed);
   }
 
-  function chart(where, title, unit, curves) {
+  // Over the frequency, or over what `over` is the unit of.
+  function chart(where, title, unit, curves, over) {
     const names = curves.length < 2 ? [] : curves.map((each, number) => element("span", { class: "soft key", "data-colour": number }, `${each.label} `));
     const box = element("div", { class: "plot", role: "img", "aria-label": title });
     where.append(element("h3", {}, title), element("p", {}, ...names), box);
     names.forEach((each, number) => { each.style.color = colour(number); });
-    plots.push(bodePlot(box, unit, curves));
+    plots.push(over === undefined ? bodePlot(box, unit, curves) : linePlot(box, over, unit, curves));
   }
 
   function close() {
@@ -69,6 +72,11 @@ export function commissioning(place) {
       draw();
     },
   };
+}
+
+function torqueOverSpeed(found) {
+  const points = [...found.torque_speed].sort((one, other) => one.speed - other.speed);
+  return { label: "torque", over: points.map((each) => each.speed), values: points.map((each) => each.torque) };
 }
 
 // Lines that are not relied on are left out.

@@ -1,5 +1,6 @@
 // Parameters: the object dictionary of a drive as a tree with search; values are read when they are asked for.
-import { act } from "./app.js";
+// They are compared with the drive type's defaults, or with a file; saved as a DCF, and restored from a file.
+import { act, refused } from "./app.js";
 import { address, element, say } from "./elements.js";
 
 const MOST_SHOWN_LIMIT = 1e15;
@@ -11,15 +12,25 @@ export function parameters(place) {
   const count = element("span", { class: "soft" });
   const all = element("button", {}, "Read all");
   const store = element("button", {}, "Store in the drive (1010h)");
+  const file = element("input", { type: "file", accept: ".eds,.dcf,.json", "aria-label": "Compare with a file" });
+  const restore = element("button", { disabled: true }, "Restore from the file");
+  const save = element("button", {}, "Save as DCF");
+  const compared = element("label", { for: "changed" });
+  const outcome = element("div", { "data-is": "outcome", role: "status" });
   const tree = element("div");
   let rows = [];
   let allowed = false;
+  let held = null; // the file to compare with: name and text
 
   async function load() {
     const objects = await act("objects", { node: Number(node.value) });
     if (objects === undefined) return;
     rows = objects.map((each) => row(Number(node.value), each));
     for (const each of rows) each.allow(allowed);
+    held = null;
+    file.value = "";
+    outcome.replaceChildren();
+    withFile();
     const groups = Map.groupBy(rows, (each) => each.told.index);
     tree.replaceChildren(...[...groups.values()].map(group));
     filter();
@@ -38,6 +49,50 @@ export function parameters(place) {
     say(count, `${rows.filter((each) => !each.line.hidden).length} of ${rows.length} entries`);
   }
 
+  function withFile() {
+    restore.disabled = !allowed || held === null;
+    restore.title = allowed ? "" : "needs --allow-writes";
+    say(compared, `only what differs from ${held === null ? "the drive type's default" : held.name}`);
+  }
+
+  async function compare() {
+    const [chosen] = file.files;
+    if (chosen === undefined) return;
+    const told = { node: Number(node.value), name: chosen.name, text: await chosen.text() };
+    const answer = await act("compare", told);
+    if (answer === undefined) return;
+    held = told;
+    const values = new Map(answer.values.map(([index, subindex, value]) => [address(index, subindex), value]));
+    for (const each of rows) each.expect(values.get(address(each.told.index, each.told.subindex)));
+    withFile();
+    await readAll();
+    const differ = rows.filter((each) => each.differs()).length;
+    const strange = answer.strange === 0 ? "" : ` ${answer.strange} values are of objects that this drive does not have.`;
+    outcome.replaceChildren(element("p", {}, `${values.size} values of ${told.name}: ${differ} differ from the drive's.${strange}`));
+  }
+
+  async function restoreAll() {
+    const answer = await act("restore", held);
+    if (answer === undefined) return;
+    const { written, same, left_out, refused: lines } = answer;
+    await readAll();
+    outcome.replaceChildren(
+      element("p", {}, `${written} written and read back, ${same} stood there already, ${left_out} left out (read only, commands and set-points, communication), ${lines.length} not taken.`),
+      element("ul", {}, ...lines.map((line) => element("li", {}, line))));
+  }
+
+  async function saveAll() {
+    save.disabled = true;
+    try {
+      const answer = await fetch(`parameters/${node.value}.dcf`);
+      if (answer.ok) keep(await answer.blob(), /filename="(.*)"/.exec(answer.headers.get("content-disposition"))[1]);
+      else refused(new Error(await answer.text()));
+    } catch {
+      refused(new Error("the panel has gone"));
+    }
+    save.disabled = false;
+  }
+
   async function readAll() {
     all.disabled = true;
     for (const each of rows.filter((one) => one.told.access !== "wo")) {
@@ -52,14 +107,20 @@ export function parameters(place) {
   changed.addEventListener("change", filter);
   all.addEventListener("click", readAll);
   store.addEventListener("click", () => act("store", { node: Number(node.value) }));
+  file.addEventListener("change", compare);
+  restore.addEventListener("click", restoreAll);
+  save.addEventListener("click", saveAll);
   place.replaceChildren(element("section", {},
     element("div", { class: "row" }, node, search, all, store),
-    element("div", { class: "row" }, changed, element("label", { for: "changed" }, "only what differs from the drive type's default"), count),
+    element("div", { class: "row" }, save, element("label", { class: "row" }, "Compare with", file), restore),
+    outcome,
+    element("div", { class: "row" }, changed, compared, count),
     tree));
   return {
     take(told) {
       allowed = told.pen.allowed;
       store.disabled = !allowed;
+      withFile();
       if (node.children.length === told.nodes.length) {
         for (const each of rows) each.allow(allowed);
         return;
@@ -70,11 +131,21 @@ export function parameters(place) {
   };
 }
 
+// What is read only beyond identity and communication is a measured value, and differs at any two instants.
+const measured = (told) => told.access === "ro" && told.index >= 0x2000;
+
+// Hand a file to the person.
+function keep(blob, name) {
+  const link = element("a", { href: URL.createObjectURL(blob), download: name });
+  link.click();
+  URL.revokeObjectURL(link.href);
+}
+
 // The entries of one index.
 function group(rows) {
   const { index, object, parameter } = rows[0].told;
   const title = `${address(index, 0).slice(0, 5)} ${object}${parameter === "" ? "" : ` · ${parameter}`}`;
-  const head = element("tr", {}, ...["sub", "name", "value", "", "unit", "limits", "default", "access"].map((each) => element("th", {}, each)));
+  const head = element("tr", {}, ...["sub", "name", "value", "", "unit", "limits", "default", "file", "access"].map((each) => element("th", {}, each)));
   const details = element("details", { "data-index": index }, element("summary", {}, title),
     element("div", { class: "scroll" }, element("table", {}, head, ...rows.map((each) => each.line))));
   head.hidden = true;
@@ -92,19 +163,26 @@ function row(node, told) {
   const writable = told.access === "rw" || told.access === "wo";
   const input = element("input", { size: 12, "aria-label": `New value of ${told.object} ${told.name}`, disabled: true });
   const write = element("button", { disabled: true }, "write");
+  const inFile = element("td", { class: "n", "data-is": "file" });
   const line = element("tr", { "data-subindex": told.subindex },
     element("td", {}, told.subindex), element("td", {}, told.name), element("td", { class: "n" }, value),
     element("td", {}, writable ? element("span", { class: "row" }, input, write) : ""),
-    element("td", {}, unit(told)), element("td", {}, limits(told)), element("td", {}, `${told.default ?? ""}`),
+    element("td", {}, unit(told)), element("td", {}, limits(told)), element("td", {}, `${told.default ?? ""}`), inFile,
     element("td", {}, `${told.access} ${told.type}`));
   let present;
+  let expected; // by the file, undefined without one
+  let isCompared = false;
 
   const show = (read) => {
     present = read;
     say(value, read === null ? "no value" : `${read}`);
     value.classList.toggle("changed", differs());
   };
-  const differs = () => present !== undefined && told.default !== null && told.default !== "" && present !== told.default;
+  const differs = () => {
+    if (isCompared && measured(told)) return false;
+    const other = isCompared ? expected : told.default;
+    return present !== undefined && other !== undefined && other !== null && other !== "" && present !== other;
+  };
   const read = async () => {
     if (told.access === "wo") return;
     const answer = await act("read", where);
@@ -121,6 +199,11 @@ function row(node, told) {
     line,
     read,
     differs,
+    expect: (other) => {
+      isCompared = true;
+      expected = other;
+      say(inFile, `${other ?? ""}`);
+    },
     words: `${address(told.index, told.subindex)} ${told.object} ${told.name} ${told.parameter} ${told.unit}`.toLowerCase(),
     first: () => {
       if (present === undefined && !line.hidden) read();

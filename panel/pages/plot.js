@@ -50,15 +50,23 @@ export function timePlot(place, channels, cursors, onZoom) {
 
 // Curves over the logarithm of the frequency, all in one unit.
 export function bodePlot(place, unit, curves) {
+  const horizontal = { ...axis("Hz"), values: (_, splits) => splits.map((each) => (each === null ? "" : String(each))) };
+  return curvePlot(place, horizontal, 3, unit, curves.map((each) => ({ ...each, over: each.frequency })));
+}
+
+// Curves over anything else that rises, `over`, each axis in its unit.
+export const linePlot = (place, over, unit, curves) => curvePlot(place, axis(over), 1, unit, curves);
+
+function curvePlot(place, horizontal, distr, unit, curves) {
   const height = 240;
   const plot = new uPlot({
     ...size(place, height),
     legend: { show: false },
     cursor: { show: false },
-    scales: { x: { time: false, distr: 3 } },
-    axes: [{ ...axis("Hz"), values: (_, splits) => splits.map((each) => (each === null ? "" : String(each))) }, axis(unit)],
+    scales: { x: { time: false, distr } },
+    axes: [horizontal, axis(unit)],
     series: [{}, ...curves.map((each, number) => ({ label: each.label, stroke: colour(number), width: 1.6, points: { show: false } }))],
-  }, [curves[0].frequency, ...curves.map((each) => each.values)], place);
+  }, [curves[0].over, ...curves.map((each) => each.values)], place);
   const watcher = new ResizeObserver(() => plot.setSize(size(place, height)));
   watcher.observe(place);
   return { destroy: () => { watcher.disconnect(); plot.destroy(); } };

@@ -16,8 +16,8 @@ class Ring:
 
     def __init__(self, capacity: int = CAPACITY) -> None:
         self._capacity = capacity
-        self._times = np.empty(2 * capacity)
-        self._values = np.empty(2 * capacity)
+        self._times = np.full(2 * capacity, np.nan)  # written to, so that all memory is taken now and not as samples come
+        self._values = np.full(2 * capacity, np.nan)
         self._count = 0
         self.last: float | None = None
 

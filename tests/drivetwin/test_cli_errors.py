@@ -161,7 +161,7 @@ def test_a_limits_file_on_any_bus_is_checked(refused: Refused, tmp_path: Path) -
         ([], "", "is no identified/1 file: the file: Input should be an object"),
         ({"schema": "identified/1", "machine": "arm", "axes": {}}, "", "is of machine arm, and --machine is stage"),
         (FRICTION, "--axis elbow", "nothing was identified of axis 'elbow'; the file has slide, screw"),
-        (FRICTION, "--axis screw", "machine stage has no axis 'screw'; it has slide"),
+        (FRICTION, "--axis screw", "machine stage has no axis 'screw', only slide"),
         (FRICTION, "--axis slide", "which drives? give --bus can0, vcan0 or ws://127.0.0.1:PORT, or --dry-run"),
         (HALF_IDENTIFIED, "", "axis slide has no viscous friction, so that its friction is not known at every speed"),
     ],

@@ -6,11 +6,12 @@ import json
 import re
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
 import canopen
+from canopen.sdo.exceptions import SdoCommunicationError
 from processes import PATIENCE, start
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
@@ -19,6 +20,10 @@ from drivetwin.bus.channel import open_bus
 
 ATTEMPTS = 2000
 """Messages of the panel after which what is awaited counts as missing."""
+
+
+ASKED_AGAIN = 5
+"""How often another master asks again where the panel has taken its answer."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +104,9 @@ def read_by_canopen(bus: str, node: int, index: int) -> float:
         variable.data_type = canopen.objectdictionary.REAL32
         remote = network.add_node(node, dictionary)
         remote.sdo.RESPONSE_TIMEOUT = PATIENCE  # a loaded host takes longer than its 0.3 s
+        for _ in range(ASKED_AGAIN):
+            with suppress(SdoCommunicationError):  # the panel asks too, and a drive has one SDO channel
+                return float(remote.sdo[index].raw)
         return float(remote.sdo[index].raw)
     finally:
         network.disconnect()

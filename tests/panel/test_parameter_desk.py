@@ -1,0 +1,118 @@
+"""Parameters of a drive saved as a DCF and restored from it, over the bus, and in the page."""
+
+from __future__ import annotations
+
+import re
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import canopen
+import pytest
+from browser_bench import browser_page, needs_chromium
+from panel_bench import Page, Served, page, panel, read_by_canopen
+from playwright.sync_api import expect
+from processes import emulator
+
+
+@pytest.fixture(scope="module")
+def served() -> Iterator[Served]:
+    """Drives at rest, on somebody else's emulator."""
+    with emulator("--machine", "scara") as bus, panel("--bus", bus, "--machine", "scara", "--allow-writes") as found:
+        yield found
+
+
+@pytest.fixture
+def looking(served: Served) -> Iterator[Page]:
+    with page(served) as found:
+        found.ask("watch", view="drives")
+        found.until(lambda told: all(node["state"] == "Switch on disabled" for node in told["nodes"]))
+        yield found
+
+
+def saved(served: Served, node: int) -> str:
+    with urllib.request.urlopen(f"{served.url}parameters/{node}.dcf") as answer:
+        text: str = answer.read().decode()
+        return text
+
+
+def write(looking: Page, index: int, value: str) -> None:
+    assert "answer" in looking.ask("write", node=1, index=index, subindex=0, value=value)
+
+
+def test_a_dcf_holds_what_the_drive_held(served: Served, looking: Page, tmp_path: Path) -> None:
+    write(looking, 0x2168, "1800.5")
+    file = tmp_path / "lift.dcf"
+    file.write_text(saved(served, 1), encoding="ascii")
+    found = canopen.import_od(str(file))
+    assert found.node_id == 1
+    assert found[0x2168].value == 1800.5 == read_by_canopen(served.bus, 1, 0x2168)
+    assert found[0x1400][1].value == 0x201
+
+
+def test_it_is_restored_and_read_back(served: Served, looking: Page) -> None:
+    write(looking, 0x2168, "1800.5")
+    text = saved(served, 1)
+    write(looking, 0x2168, "2400")
+    write(looking, 0x6083, "77")
+    same = looking.ask("compare", node=1, name="lift.dcf", text=text)["answer"]
+    assert [0x2168, 0, 1800.5] in same["values"]
+    assert same["strange"] == 0
+    answer = looking.ask("restore", node=1, name="lift.dcf", text=text)["answer"]
+    assert (answer["written"], answer["refused"]) == (2, [])
+    assert answer["same"] > 50
+    assert read_by_canopen(served.bus, 1, 0x2168) == 1800.5
+    assert looking.ask("restore", node=1, name="lift.dcf", text=text)["answer"]["written"] == 0
+
+
+def test_what_the_drive_does_not_take_is_named_and_stops_nothing_else(served: Served, looking: Page) -> None:
+    text = saved(served, 1)
+    write(looking, 0x22EA, "9")
+    spoiled = re.sub(r"(\[2172\][^\[]*ParameterValue=)\S+", r"\g<1>0x7", text)
+    answer = looking.ask("restore", node=1, name="lift.dcf", text=spoiled)["answer"]
+    assert answer["written"] == 1
+    assert answer["refused"] == ["Interpolation type (2172h:00): 7 is outside 0 to 2"]
+
+
+def test_a_drive_that_has_power_is_not_rewritten() -> None:
+    with panel("--allow-writes") as served, page(served) as looking:
+        looking.ask("watch", view="drives")
+        looking.until(lambda told: all((node["state"], node["mode"]) == ("Operation enabled", 7) for node in told["nodes"]))
+        refused = looking.ask("restore", node=1, name="lift.dcf", text=saved(served, 1))["refused"]
+        assert refused.startswith("lift is in Operation enabled; stop the motion and disable the drive")
+
+
+def test_a_panel_that_reads_saves_and_does_not_restore() -> None:
+    with emulator("--machine", "stage") as bus, panel("--bus", bus) as served, page(served) as looking:
+        assert "ParameterValue=" in saved(served, 1)
+        assert "--allow-writes" in looking.ask("restore", node=1, name="x.dcf", text="")["refused"]
+        with pytest.raises(urllib.error.HTTPError, match="409") as refused:
+            saved(served, 9)
+        assert b"there is no node 9" in refused.value.read()
+
+
+@needs_chromium
+@pytest.mark.parametrize(("theme", "width"), [("light", 1280), ("dark", 390)])
+def test_the_page_saves_compares_and_restores(served: Served, looking: Page, tmp_path: Path, theme: str, width: int) -> None:
+    write(looking, 0x2168, "2400")
+    looking.ask("release")
+    with browser_page(f"{served.url}#parameters", width=width, theme=theme) as browser:
+        with browser.expect_download() as download:
+            browser.get_by_role("button", name="Save as DCF").click()
+        file = tmp_path / download.value.suggested_filename
+        download.value.save_as(file)
+        assert file.name == "lift-1.dcf"
+        write(looking, 0x2168, "1800.5")
+        looking.ask("release")
+        browser.get_by_label("Compare with").set_input_files(file)
+        outcome = browser.locator("[data-is='outcome']")
+        expect(outcome).to_contain_text("1 differ from the drive's")
+        browser.get_by_label("only what differs from lift-1.dcf").check()
+        assert browser.locator("details:visible").count() == 1
+        expect(browser.locator("tr:visible [data-is='file']")).to_have_text("2400")
+        browser.get_by_role("button", name="Restore").click()
+        expect(outcome).to_contain_text("1 written and read back")
+        assert read_by_canopen(served.bus, 1, 0x2168) == 2400.0
+        assert browser.evaluate("document.documentElement.scrollWidth") <= width
+        browser.locator("#release").click()
