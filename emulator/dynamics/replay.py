@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.axis import AxisDynamics
-from drivetwin.emulator.dynamics.friction import BRISTLES, bristles_torque, level_at
+from drivetwin.emulator.dynamics.friction import BRISTLES, FrictionLaw, bristles_torque, level_at
 from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.emulator.dynamics.records import records
 from drivetwin.emulator.dynamics.transmission import Transmission
@@ -81,8 +81,8 @@ def _through_a_spring(motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.fl
     steps = max(ceil(motion.period / _LONGEST_STEP), ceil(_STEPS_PER_RADIAN * swing * motion.period))
     torque, speed = np.empty_like(motion.position), np.zeros_like(motion.position)
     _follow(
-        records([(law,)])[0],
-        records([(gear,)])[0],
+        records((FrictionLaw,), [(law,)])[0],
+        records((Transmission,), [(gear,)])[0],
         gear.error_order * axis.gear_ratio,
         motion.position,
         motion.velocity,
