@@ -42,6 +42,11 @@ class Colour:
         return total
 
     @property
+    def level(self) -> float:
+        """Of the innovations of the first group [N·m or N]: of all, where the noise is white. 0 without any row."""
+        return self.scale[0] if self.scale else 0.0
+
+    @property
     def independent(self) -> float:
         """As many rows as would tell a mean as well if they were independent: Bartlett's, by the density at zero frequency."""
         count = 0.0

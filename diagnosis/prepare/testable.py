@@ -49,6 +49,8 @@ WHY: Mapping[Need, tuple[str, str]] = {
     ),
 }
 
+AT_REST = ("the axis does not move in the recordings that are fitted", "a recording in which it moves")
+
 
 @dataclass(frozen=True)
 class NotTestable:
@@ -78,10 +80,12 @@ def testable(rows: Rows, axis: str, absolute: bool, drive_told: bool) -> Testabl
         if not issubclass(kind, (AxisEffect, ModelEffect, DriveEffect)):
             continue
         missing = next((need for need in Need if need in kind.needs and need not in met), None)
-        if missing is None:
-            kinds.append(kind)
-        else:
+        if not rows.count(axis):
+            refused.append(NotTestable(kind.name, *AT_REST))
+        elif missing is not None:
             refused.append(NotTestable(kind.name, *WHY[missing]))
+        else:
+            kinds.append(kind)
     weights = [kind.name for kind in kinds if Need.WEIGHT in kind.needs]
     return Testable(tuple(kinds), tuple(refused), frozenset(weights if _stands_plumb(rows, axis) else ()))
 

@@ -26,7 +26,7 @@ class Gaps:
     def systematic(self) -> dict[str, float]:
         """Share of the energy that the patch leaves on each axis which is neither noise nor what the comparison errs by."""
         left = {axis: max(gap_rms(motion, axis, "after") for motion in (self.unseen, self.fitted)) for axis in self.noise}
-        return {axis: max(0.0, 1.0 - (own.floor / max(left[axis], 1e-300)) ** 2) for axis, own in self.noise.items()}
+        return {axis: 1.0 - min(own.floor / max(left[axis], own.floor, 1e-300), 1.0) ** 2 for axis, own in self.noise.items()}
 
 
 def gaps_of(ready: Prepared, patch: Patch, settings: Settings) -> Gaps:

@@ -257,7 +257,7 @@ class Search:
             columns.append(state.system.whiten(column))
         fit = state.system.fit(columns)
         left = state.system.residual(fit, columns)
-        level = {axis: own.colour.scale[0] for axis, own in state.system.axes.items()}
+        level = {axis: own.colour.level for axis, own in state.system.axes.items()}
         return colours_of(
             bench,
             {axis: (rows - state.system.unknown_of(axis, rows, fit.level[axis])) * level[axis] for axis, rows in left.items()},

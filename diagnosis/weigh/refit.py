@@ -93,7 +93,7 @@ def _left(state: State, fit: Fit) -> float:
             value = fit.coefficients[number]
             if value != 0.0 and axis in state.plain.columns[number]:
                 rows -= value * state.plain.columns[number][axis]
-        total += float(rows @ rows) * own.colour.scale[0] ** 2 / max(state.rows.gap_energy[axis], 1e-300)
+        total += float(rows @ rows) * own.colour.level ** 2 / max(state.rows.gap_energy[axis], 1e-300)
     return total
 
 

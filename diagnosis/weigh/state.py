@@ -32,6 +32,8 @@ SHARES = (1.0, 0.5, 0.25, 0.1)
 
 NEAR = 0.02
 """Of its deviation, by which a parameter may miss the best one: the evidence feels the square of it."""
+NO_TORQUE = 1e-12
+"""Below which a torque counts as none [N·m or N]: of an axis without rows, or whose torque is 0."""
 HELD = 400
 """Felt effects that a bench remembers: those of a few sets, one after the other."""
 
@@ -187,7 +189,7 @@ class State:
         left = self.plain.residual(self.plain.fit(columns, torque, held), columns, torque)
         gap = self.bench.rows.gap_energy
         return {
-            axis: float(rows @ rows) * self.plain.axes[axis].colour.scale[0] ** 2 / max(gap[axis], 1e-300)
+            axis: float(rows @ rows) * self.plain.axes[axis].colour.level ** 2 / max(gap[axis], 1e-300)
             for axis, rows in left.items()
         }
 
@@ -227,7 +229,7 @@ def _axis_system(bench: Bench, axis: str, known: Colour | AxisSystem, target: Ar
     if isinstance(known, AxisSystem):
         return replace(known, target=known.colour.whiten(target))
     unknown = np.column_stack([component.columns for component in bench.unknown[axis]])
-    misfit = bench.settings.misfit * bench.rows.size[axis]
+    misfit = max(bench.settings.misfit * bench.rows.size[axis], NO_TORQUE)
     return axis_system(known, unknown, misfit, target, bench.rows.of[axis].block)
 
 
@@ -252,7 +254,7 @@ def colours_of(bench: Bench, residual: Mapping[str, Array]) -> dict[str, Colour]
 
 def _floor(bench: Bench, axis: str) -> float:
     """A quarter of what the comparison itself errs by is white; and never nothing."""
-    return max(0.25 * bench.settings.model_error * bench.rows.size[axis], 1e-12)
+    return max(0.25 * bench.settings.model_error * bench.rows.size[axis], NO_TORQUE)
 
 
 def moved_by_fit(state: State, fit: Fit, share: float) -> tuple[PlacedEffect, ...]:

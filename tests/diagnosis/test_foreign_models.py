@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import mujoco
+import numpy as np
 import pytest
-from rig_bench import CARRIAGE, GRAVITY, MODEL, as_modelled, moved, recording, strokes
+from rig_bench import CARRIAGE, GRAVITY, MODEL, as_modelled, lift_torque, moved, recording, strokes
 
 from drivetwin.diagnosis.diagnose import diagnose
 from drivetwin.diagnosis.prepare.inputs import read_inputs
@@ -46,6 +47,21 @@ def patched(found: Diagnosis, place: Path) -> mujoco.MjModel:
     place.mkdir()
     (place / "patched.xml").write_text(found.model_xml, encoding="utf-8")
     return mujoco.MjModel.from_xml_path(str(place / "patched.xml"))
+
+
+def with_the_column_at_rest(seed: int, name: str) -> Recording:
+    """Only the lift moves, with a carriage that is heavier than modelled."""
+    lift = moved(seed, SECONDS)["lift"]
+    rest = np.zeros_like(lift.position)
+    torques = {"turn": rest, "lift": lift_torque(lift) + HEAVIER * (GRAVITY + lift.acceleration)}
+    return recording(torques, {"turn": rest, "lift": lift.position}, seed, name)
+
+
+def test_an_axis_that_never_moves_does_not_hinder_the_others(tmp_path: Path) -> None:
+    fitted, held = with_the_column_at_rest(1, "fitted"), with_the_column_at_rest(2, "held")
+    found = diagnosed(written(tmp_path, MODEL), fitted, held)
+    assert [(one.axis, one.effect.name) for one in found.selected] == [("lift", "payload")]
+    assert not found.axes["turn"].significant
 
 
 NAMELESS = MODEL.replace("</worldbody>", '<body><geom type="sphere" size="0.1" mass="7" pos="3 0 0"/></body></worldbody>')

@@ -132,7 +132,11 @@ def test_what_is_judged_of_real_drives_is_told() -> None:
 def test_what_is_skipped_on_real_drives_is_told() -> None:
     bench = read_bench(ROOT / "hil_tests/benches/scara_can0.yaml", real=True)
     skipped = {case.identity: case.skipped_because for case in find_cases(bench, [CASES], ()) if case.skipped_because}
-    reasons = {"faults strike": "faults strike", "apart from the outcome": "apart from the controller", "its targets": "is to go to"}
+    reasons = {
+        "faults strike": "faults strike",
+        "apart from the outcome": "apart from the controller",
+        "its targets": "is to go to",
+    }
     for names, said in real_rows("skipped"):
         (reason,) = [theirs for ours, theirs in reasons.items() if said.startswith(ours)]
         for name in names:
