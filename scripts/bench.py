@@ -1,8 +1,8 @@
 """Speed of the lockstep bench beside bare MuJoCo, measured in one run, and how long a master waits for an answer.
 
 Speed is in simulated seconds a second of processor time, as other work may share the machine: the controller, three drives at a
-1 kHz cycle and the capture on one side; `mj_step` of the same plant alone on the other. Answers are those of an SDO upload, and of
-a controlword: until the statusword is there that tells the state it asks for, on the wall clock and on the simulated one.
+1 kHz cycle and the capture on one side; `mj_step` of the same plant alone on the other. Answers are those of an SDO upload, and
+of a controlword: until the statusword is there that tells the state it asks for, on the wall clock and on the simulated one.
 bench_targets.py measures what else has a target, bench_diagnosis.py how long a diagnosis takes.
 """
 
