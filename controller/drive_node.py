@@ -355,7 +355,7 @@ class DriveNode:
         self.write(round(axis.feed_constant / POSITION_UNIT), 0x6092, 1)
         self.write(1, 0x6092, 2)
 
-    @property
+    @cached_property
     def unit(self) -> float:
         """Joint travel of one position unit [m or rad], as the integers of the factor group make it."""
         return self.axis.feed_constant / round(self.axis.feed_constant / POSITION_UNIT)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from drivetwin.emulator.mechanism import Mechanism
 
 
@@ -29,7 +31,8 @@ class _Rubbing:
 class Incidents:
     """Changes of one mechanism beside what it is built as; axes by their numbers, several causes on one axis add up.
 
-    The mechanism looks at `rising` once a cycle and at `misreadings` once a period, so a sound machine pays no more.
+    `rising` is looked at once a cycle. `misreadings` (n,) [rad] are what the encoders are off by in the last period of the
+    coming cycle, and 0 after it.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -38,7 +41,7 @@ class Incidents:
         self._rubbing: list[dict[Hashable, _Rubbing]] = [{} for _ in self._laws]
         self._loads: list[dict[Hashable, float]] = [{} for _ in self._laws]
         self.rising = False
-        self.misreadings: dict[int, float] = {}
+        self.misreadings = np.zeros(len(self._laws))
 
     def rub(self, axis: int, cause: Hashable, torque: float, over: float) -> None:
         """Let coulomb friction and stiction rise by `torque` [N·m or N] within `over` [s]; a step at each cycle."""
@@ -73,9 +76,3 @@ class Incidents:
     def misread(self, axis: int, angle: float) -> None:
         """Let the encoder be off by a motor angle [rad] in the last period of the coming cycle."""
         self.misreadings[axis] = angle
-
-    def misread_now(self) -> None:
-        """Put the wrong samples into what the drives are about to read; they are over then."""
-        for axis, angle in self.misreadings.items():
-            self._mechanism.motor_position[axis] += angle
-        self.misreadings.clear()

@@ -11,24 +11,53 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.assembly import DrivenJoint, assemble, check_time_step, motor_joint
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
-from drivetwin.emulator.dynamics.encoder import Encoders
-from drivetwin.emulator.dynamics.friction import Friction, VaryingFriction
-from drivetwin.emulator.dynamics.load import Loads
-from drivetwin.emulator.dynamics.motor import Motors, Ripples
+from drivetwin.emulator.dynamics.encoder import Encoders, read_encoders
+from drivetwin.emulator.dynamics.friction import Friction, apply_friction, vary_friction
+from drivetwin.emulator.dynamics.load import Load, apply_loads
+from drivetwin.emulator.dynamics.motor import Motor, Ripple, apply_motors, apply_ripples
 from drivetwin.emulator.dynamics.place import Place
-from drivetwin.emulator.dynamics.records import acting
-from drivetwin.emulator.dynamics.resistance import Resistances
-from drivetwin.emulator.dynamics.transmission import ElasticTransmissions, UnevenTransmissions
+from drivetwin.emulator.dynamics.records import acting, records
+from drivetwin.emulator.dynamics.resistance import Resistances, apply_resistances
+from drivetwin.emulator.dynamics.transmission import (
+    ElasticTransmissions,
+    UnevenTransmissions,
+    apply_elastic,
+    apply_uneven,
+    read_uneven,
+)
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.effects.model_tree import outermost
 from drivetwin.foundation.compiled import compiled
 
 
 @compiled
-def _read_motors(gear, qpos_index, qpos, motor_angle) -> None:  # type: ignore[no-untyped-def]
-    """Motor angles (n,) [rad] from joint positions."""
+def read(gear, motors, qpos, uneven, encoders, delays, history, newest, angle, position) -> None:  # type: ignore[no-untyped-def]
+    """Motor angles (n,) [rad] from joint positions, and what the encoders tell of them."""
     for axis in range(gear.shape[0]):
-        motor_angle[axis] = gear[axis] * qpos[qpos_index[axis]]
+        angle[axis] = gear[axis] * qpos[motors[axis]]
+    read_uneven(uneven, qpos, angle)
+    read_encoders(encoders, delays, history, newest, angle, position)
+
+
+@compiled
+def act(parts, state, constants, motor_torque, brakes, time) -> None:  # type: ignore[no-untyped-def]
+    """Set what acts in the coming step, in the order of the torque's way, for motor torques (n,) as the drives report them.
+
+    `parts`, `state` (of MuJoCo's data) and `constants` (of its model) are those of `Mechanism.acting`.
+    """
+    actuators, motors, ripples, laws, varying, anchors, loads, resisted, resistance, elastic, uneven, links = parts
+    qpos, qvel, ctrl, applied = state
+    frictionloss, damping, polynomial, armature, simple = constants
+    for axis in range(actuators.shape[0]):
+        ctrl[actuators[axis]] = motor_torque[axis]
+    apply_motors(motors, ctrl)
+    apply_ripples(ripples, qpos, ctrl)
+    apply_friction(laws, brakes, qvel, frictionloss, applied)
+    vary_friction(varying, anchors, brakes, time, qpos, qvel, ctrl, frictionloss, applied, damping, polynomial)
+    apply_loads(loads, qpos, applied)
+    apply_resistances(resisted, resistance, applied)
+    apply_elastic(elastic, qpos, qvel, applied)
+    apply_uneven(uneven, links, qpos, qvel, ctrl, armature, simple, applied)
 
 
 class Mechanism:
@@ -36,7 +65,8 @@ class Mechanism:
 
     Each period: `read` fills `motor_position` (n,) [rad] with what the encoders say; `step` takes `motor_torque` (n,) [N·m],
     as the drives report it, and `brakes` (n,) where a holding brake is engaged. `dynamics` is what each axis is,
-    `inertia` (n,) its d torque / d acceleration at qpos0, with what follows it [kg·m² or kg].
+    `inertia` (n,) its d torque / d acceleration at qpos0, with what follows it [kg·m² or kg]. `reading` and `acting` are the
+    arguments of the compiled `read` and `act`; `resistances` have to be evaluated before the latter.
     """
 
     def __init__(self, spec: mujoco.MjSpec, drives: Mapping[str, DrivenJoint], effects: tuple[PlacedEffect, ...]) -> None:
@@ -81,8 +111,7 @@ class Mechanism:
         """Change the friction of an axis from the coming step on: level and stiction; viscous terms stay as they were built."""
         name = list(self.dynamics)[axis]
         self.dynamics[name] = replace(self.dynamics[name], friction=law)
-        for friction in self._frictions:
-            friction.set_level(axis, law)
+        self._friction.set_level(axis, law)
 
     def set_load(self, axis: int, mass: float) -> None:
         """Let a point mass [kg] ride at the centre of mass of the outermost body that the axis moves; 0: none."""
@@ -90,22 +119,17 @@ class Mechanism:
         body = self._carriers[axis]
         self.model.body_mass[body] = self._masses[body] + self._loads[self._carriers == body].sum()
         mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
-        for part in self._acting:
-            if isinstance(part, UnevenTransmissions):
-                part.take_links()
+        self._uneven.take_links()
         self.inertia = self._axis_inertia()
 
     def read(self) -> None:
         """What the encoders say now."""
-        _read_motors(self._gear, self._motor_index, self.data.qpos, self._motor_angle)
-        for part in self._reading:
-            part.read()
+        read(*self.reading)
 
     def step(self) -> None:
         """One time step under the motors' torque."""
-        self.data.ctrl[self._actuator_index] = self.motor_torque
-        for part in self._acting:
-            part.act()
+        self.resistances.evaluate()
+        act(*self.acting, self.motor_torque, self.brakes, self.data.time)
         mujoco.mj_step(self.model, self.data)
 
     def _axis_inertia(self) -> NDArray[np.float64]:
@@ -125,43 +149,37 @@ class Mechanism:
         mujoco.mj_forward(self.model, self.data)
 
     def _join(self, places: list[Place]) -> None:
-        """Set up the parts that have something to do, in the order of the torque's way, and read the encoders at rest."""
+        """Set up the parts of every axis, and read the encoders at rest."""
         axes, model, data = list(self.dynamics.values()), self.model, self.data
         self.motor_torque = np.zeros(len(axes))
         self.brakes = np.zeros(len(axes), dtype=np.bool_)
-        self._motor_angle = np.zeros(len(axes))
-        self.motor_position = self._motor_angle
-        self._reading: list[UnevenTransmissions | Encoders] = []
-        self._acting: list[
-            Friction | VaryingFriction | Loads | Resistances | Motors | Ripples | ElasticTransmissions | UnevenTransmissions
-        ] = []
-        if motors := acting([axis.motor for axis in axes], places):
-            self._acting.append(Motors(motors, data))
-        ripples = [(ripple, place) for axis, place in zip(axes, places, strict=True) for ripple in axis.ripples]
-        if ripples:
-            self._acting.append(Ripples(ripples, data))
-        self._frictions: list[Friction | VaryingFriction] = [
-            Friction([axis.friction for axis in axes], places, self.brakes, model, data)
-        ]
-        if varying := acting([axis.friction for axis in axes], places):
-            self._frictions.append(VaryingFriction(varying, self.brakes, model, data))
-        self._acting += self._frictions
-        if loads := acting([axis.load for axis in axes], places):
-            self._acting.append(Loads(loads, data))
-        if resisting := [(one, place) for axis, place in zip(axes, places, strict=True) for one in axis.resisting]:
-            self._acting.append(Resistances(resisting, data))
+        self._friction = Friction([axis.friction for axis in axes], places, data)
         transmissions = acting([axis.transmission for axis in axes], places)
-        if elastic := [row for row in transmissions if row[0].elastic]:
-            self._acting.append(ElasticTransmissions(elastic, data))
-        if uneven := [row for row in transmissions if not row[0].elastic]:
-            rigid = UnevenTransmissions(uneven, self._motor_angle, model, data)
-            self._acting.append(rigid)
-            self._reading.append(rigid)
+        elastic = ElasticTransmissions([row for row in transmissions if row[0].elastic], data)
+        self._uneven = uneven = UnevenTransmissions([row for row in transmissions if not row[0].elastic], model)
+        placed = list(zip(axes, places, strict=True))
+        self.resistances = Resistances([(one, place) for axis, place in placed for one in axis.resisting], data)
+        motor_angle = self._gear * data.qpos[self._motor_index]
+        read_uneven(uneven.rows, data.qpos, motor_angle)
+        encoders = Encoders(acting([axis.encoder for axis in axes], places), model.opt.timestep, motor_angle)
+        self.motor_position = motor_angle.copy()
+        self.reading = (
+            *(self._gear, self._motor_index, data.qpos, uneven.rows, *encoders.arrays),
+            *(motor_angle, self.motor_position),
+        )
+        parts = (
+            self._actuator_index,
+            records((Motor, Place), acting([axis.motor for axis in axes], places)),
+            records((Ripple, Place), [(one, place) for axis, place in placed for one in axis.ripples]),
+            *(self._friction.laws, self._friction.varying, self._friction.anchors),
+            records((Load, Place), acting([axis.load for axis in axes], places)),
+            *self.resistances.arrays,
+            *(elastic.rows, uneven.rows, uneven.links),
+        )
+        state = (data.qpos, data.qvel, data.ctrl, data.qfrc_applied)
+        constants = (model.dof_frictionloss, model.dof_damping, model.dof_dampingpoly, model.dof_armature, model.dof_M0)
+        self.acting = (parts, state, constants)
         self.read()
-        if encoders := acting([axis.encoder for axis in axes], places):
-            self.motor_position = self._motor_angle.copy()
-            self._reading.append(Encoders(encoders, model.opt.timestep, self._motor_angle, self.motor_position))
-            self.read()
 
 
 def _place(model: mujoco.MjModel, number: int, drive: DrivenJoint, axis: AxisDynamics) -> Place:

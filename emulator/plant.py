@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.assembly import DrivenJoint, working_plant
-from drivetwin.emulator.drive.servo import SERVO_PERIOD, ServoBank, filter_share
+from drivetwin.emulator.drive.servo import SERVO_PERIOD, ServoBank, filter_share, servo_period
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.incidents import Incidents
 from drivetwin.emulator.machine import Axis, Machine
-from drivetwin.emulator.mechanism import Mechanism
+from drivetwin.emulator.mechanism import Mechanism, act, read
+from drivetwin.foundation.compiled import compiled
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.mujoco_calls import ADDRESS, mujoco_call
 
 _UNSTABLE = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
@@ -27,6 +29,34 @@ _UNSTABLE = (
 """Warnings after which MuJoCo has gone on with another state or torque; one after the other in its table."""
 
 _NONE = np.zeros(len(_UNSTABLE), dtype=np.int32).tobytes()
+
+
+_mj_step = mujoco_call("mj_step", ADDRESS, ADDRESS)
+
+
+@compiled
+def run_periods(  # type: ignore[no-untyped-def]  # record arrays have no static type
+    first, last, periods, drives, motor_position, motor_torque, misreadings, reading, acting, brakes, time, length, model, data
+) -> None:
+    """Servo periods `first` to `last` of a cycle of `periods`: encoders, loops, torque, friction, one step of the plant each.
+
+    `drives` is what `ServoBank.take_cycle` gives, `reading` and `acting` are the mechanism's. `misreadings` (n,) [rad] are what
+    the encoders are off by in the last period; `time` [s] is that of the plant, which steps by `length` [s].
+    """
+    parameters, state, loops, demand, noise, trace = drives
+    parts, moving, constants = acting
+    for period in range(first, last):
+        read(*reading)
+        if period == periods - 1:
+            for axis in range(misreadings.shape[0]):
+                motor_position[axis] += misreadings[axis]
+                misreadings[axis] = 0.0
+        servo_period(parameters, state, loops, demand[period], noise[period], motor_position, motor_torque, length)
+        for axis in range(state.shape[0]):
+            trace[period, axis] = state[axis].position
+        act(parts, moving, constants, motor_torque, brakes, time)
+        _mj_step(model, data)
+        time += length
 
 
 class Plant:
@@ -71,16 +101,19 @@ class Plant:
 
         Raises UserError where the plant cannot be simulated at the servo period; MuJoCo has set it back to its start then.
         """
-        mechanism, incidents = self._mechanism, self.incidents
-        mechanism.brakes[:] = servos.brakes
-        if incidents.rising:
-            incidents.raise_friction()
-        for period in range(servos.periods):
-            mechanism.read()
-            if incidents.misreadings and period == servos.periods - 1:
-                incidents.misread_now()
-            servos.run(period, self.motor_position, self.motor_torque)
-            mechanism.step()
+        mechanism = self._mechanism
+        if self.incidents.rising:
+            self.incidents.raise_friction()
+        drives = servos.take_cycle()
+        at_once = 1 if mechanism.resistances else servos.periods  # what is written in Python is asked before each step
+        for first in range(0, servos.periods, at_once):
+            if mechanism.resistances:
+                mechanism.resistances.evaluate()
+            run_periods(
+                *(first, first + at_once, servos.periods, drives, self.motor_position, self.motor_torque),
+                *(self.incidents.misreadings, mechanism.reading, mechanism.acting, servos.brakes),
+                *(self.data.time, SERVO_PERIOD, self.model._address, self.data._address),
+            )
         if self._warnings.tobytes() != _NONE:  # a tenth of what any() takes, each cycle
             raise UserError(self._unstable())
 

@@ -176,9 +176,11 @@ class VirtualMachine:
 
     def _told(self) -> int:
         """1006h of the first drive that has one, in servo periods; 0 where none has."""
-        given = (drive.dictionary[0x1006].number * 1e-6 for drive in self.drives)
-        cycle = next((period for period in given if period > 0.0), 0.0)
-        return max(1, round(min(cycle, LONGEST_CYCLE) / SERVO_PERIOD)) if cycle else 0
+        for _, device in self._nodes:
+            cycle = device.cycle
+            if cycle > 0.0:
+                return max(1, round(min(cycle, LONGEST_CYCLE) / SERVO_PERIOD))
+        return 0
 
     def _run(self, cycles: Iterable[Cycle]) -> None:
         for cycle in cycles:

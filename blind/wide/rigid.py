@@ -3,27 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
-import llvmlite.binding as llvm
 import mujoco
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
 from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.mujoco_calls import ADDRESS, mujoco_call
 
-llvm.load_library_permanently(str(next(Path(mujoco.__file__).parent.glob("libmujoco.so*"), "libmujoco.so")))
-
-# A pointer travels as a 64-bit integer, which is how both ABIs that MuJoCo is released for pass it.
-_AT = types.int64
-_kinematics: Any = types.ExternalFunction("mj_kinematics", types.void(_AT, _AT))
-_com_pos: Any = types.ExternalFunction("mj_comPos", types.void(_AT, _AT))
-_com_vel: Any = types.ExternalFunction("mj_comVel", types.void(_AT, _AT))
-_crb: Any = types.ExternalFunction("mj_crb", types.void(_AT, _AT))
-_full_m: Any = types.ExternalFunction("mj_fullM", types.void(_AT, _AT, _AT))
-_rne: Any = types.ExternalFunction("mj_rne", types.void(_AT, _AT, types.int32, _AT))
+_kinematics = mujoco_call("mj_kinematics", ADDRESS, ADDRESS)
+_com_pos = mujoco_call("mj_comPos", ADDRESS, ADDRESS)
+_com_vel = mujoco_call("mj_comVel", ADDRESS, ADDRESS)
+_crb = mujoco_call("mj_crb", ADDRESS, ADDRESS)
+_full_m = mujoco_call("mj_fullM", ADDRESS, ADDRESS, ADDRESS)
+_rne = mujoco_call("mj_rne", ADDRESS, ADDRESS, types.int32, ADDRESS)
 
 Array = NDArray[np.float64]
 

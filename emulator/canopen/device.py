@@ -91,6 +91,11 @@ class Device:
         """CAN-ID of SYNC (1005h)."""
         return self._sync.cob_id
 
+    @property
+    def cycle(self) -> float:
+        """Communication cycle that the node was told (1006h) [s], 0 where it was told none."""
+        return self._sync.cycle
+
     def add_lss(self) -> None:
         """Make it an LSS slave (CiA 305), with the node-ID that LSS stored; a device with node-ID 255 does nothing but LSS."""
         self.lss = LssSlave(self.od, self.nmt, self._store, self._transmit, self._reset_communication)

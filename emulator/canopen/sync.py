@@ -53,6 +53,11 @@ class Sync:
         self.load()
 
     @property
+    def cycle(self) -> float:
+        """1006h [s]."""
+        return self._cycle.number * MICROSECOND
+
+    @property
     def windowed(self) -> bool:
         """Whether synchronous RPDOs have to come within a time after SYNC (1007h is not 0)."""
         return self._window > 0.0

@@ -34,6 +34,12 @@ class Axis:
     interpolation_time: InterpolationTime
     limit_active: bool = False
 
+    def __post_init__(self) -> None:
+        """Look up once what every cycle asks for."""
+        self._rated_torque = self.dictionary[0x6076]
+        self._velocity_offset = self.dictionary[0x60B1]
+        self._torque_offset = self.dictionary[0x60B2]
+
     @property
     def switches(self) -> LimitSwitches:
         """The limit switches."""
@@ -71,15 +77,15 @@ class Axis:
 
     def torque_offset(self) -> float:
         """60B2h [N·m]."""
-        return int(self.dictionary[0x60B2].value) * self.rated_torque() / 1000.0
+        return self._torque_offset.number * self.rated_torque() / 1000.0
 
     def velocity_offset(self) -> float:
         """60B1h [rad/s]."""
-        return self.scaling.angular(float(self.dictionary[0x60B1].value))
+        return self.scaling.angular(float(self._velocity_offset.value))
 
     def rated_torque(self) -> float:
         """6076h [N·m]."""
-        return int(self.dictionary[0x6076].value) / 1000.0
+        return self._rated_torque.number / 1000.0
 
     def _acceleration(self, index: int) -> float:
         raw = number(optional(self.dictionary, index), 0.0)

@@ -75,6 +75,7 @@ class Drive:
         self.axis = Axis(profile, self.dictionary, servo, self.hardware, scaling, Interpolation.LINEAR, time)
         set_hardware(self.axis, axis, angle)
         self._modes = {code: mode(self.axis) for code, mode in modes().items() if code in profile.modes}
+        self._wanted_mode = self.dictionary[0x6060]
         self._mode: Mode | None = None
         self._halted: Mode | None = None
         self._scaling_is_old = True
@@ -138,7 +139,7 @@ class Drive:
             self._plan_mode()
 
     def _plan_mode(self) -> None:
-        wanted = self._modes.get(int(self.dictionary[0x6060].value))
+        wanted = self._modes.get(self._wanted_mode.number)
         if wanted is not self._mode:
             resumed = wanted is self._halted
             self._mode = wanted
@@ -288,7 +289,7 @@ class Drive:
             objects.on_read(dictionary, 0x6044, lambda: velocity.speed_value(float(state["velocity"])))
 
     def _mode_display(self) -> int:
-        return self._mode.code if self._mode is not None else int(self.dictionary[0x6060].value)
+        return self._mode.code if self._mode is not None else self._wanted_mode.number
 
     def _write_controlword(self, controlword: int) -> None:
         was_fault = self.machine.state is State.FAULT
@@ -307,7 +308,7 @@ class Drive:
 
     def _notice(self, before: int, controlword: int) -> None:
         """Show the mode a controlword; one that the coming cycle enters then sees all since it was chosen, edges included."""
-        wanted = self._modes.get(self.dictionary[0x6060].number)
+        wanted = self._modes.get(self._wanted_mode.number)
         if self._mode is wanted and wanted is not None:
             wanted.notice(controlword)
             return

@@ -29,13 +29,14 @@ def linear_cycle(start: float, end: float, passed: int, total: int, demand) -> N
 
 
 @compiled
-def spline_cycle(points, passed: int, total: int, demand) -> None:  # type: ignore[no-untyped-def]
-    """Fill demand (n, 4) with a segment of the uniform cubic B-spline of four set-points (4,), as `linear_cycle`.
+def spline_cycle(  # type: ignore[no-untyped-def]
+    p0: float, p1: float, p2: float, p3: float, passed: int, total: int, demand
+) -> None:
+    """Fill demand (n, 4) with a segment of the uniform cubic B-spline of four set-points, as `linear_cycle`.
 
     Continuous to the acceleration; a set-point later than the straight line; off the points by T^2/6 of the acceleration.
     De Boor, A Practical Guide to Splines, 1978, ch. IX.
     """
-    p0, p1, p2, p3 = points[0], points[1], points[2], points[3]
     duration = total * SERVO_PERIOD
     for period in range(demand.shape[0]):
         u = min(passed + period + 1, total) / total
@@ -57,18 +58,18 @@ class Interpolator:
     """
 
     def __init__(self) -> None:
-        self._points: NDArray[np.float64] = np.zeros(4)
+        self._points = (0.0, 0.0, 0.0, 0.0)
         self._start = self._reached = 0.0
         self._passed = self._total = 0
 
     @property
     def setpoint(self) -> float:
         """The last set-point [rad]."""
-        return float(self._points[3])
+        return self._points[3]
 
     def start_at(self, angle: float) -> None:
         """Stand still at `angle` [rad]: enabling must not jump."""
-        self._points[:] = angle
+        self._points = (angle, angle, angle, angle)
         self._start = self._reached = angle
         self._passed = self._total = 0
 
@@ -79,18 +80,17 @@ class Interpolator:
         """
         self._take(setpoint, kind, interval)
         if kind is Interpolation.CUBIC_SPLINE:
-            spline_cycle(self._points, self._passed, self._total, demand)
+            spline_cycle(*self._points, self._passed, self._total, demand)
         else:
             linear_cycle(self._start, self.setpoint, self._passed, self._total, demand)
         self._passed += len(demand)
-        self._reached = float(demand[-1, 0])
+        self._reached = demand.item(-1, 0)
 
     def _take(self, setpoint: float, kind: Interpolation, interval: int) -> None:
         points = self._points
         ended = self._passed >= self._total
-        if not ended and (setpoint == points[3] or not (kind is Interpolation.LINEAR or np.ptp(points) == 0.0)):
+        if not ended and (setpoint == points[3] or not (kind is Interpolation.LINEAR or len(set(points)) == 1)):
             return
-        self._start = float(points[3]) if ended else self._reached
-        points[:3] = points[1:]
-        points[3] = setpoint
+        self._start = points[3] if ended else self._reached
+        self._points = (points[1], points[2], points[3], setpoint)
         self._passed, self._total = 0, interval

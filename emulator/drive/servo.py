@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from enum import IntEnum, IntFlag
 from math import floor, pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,6 +94,10 @@ STATE = np.dtype(
 
 POSITION, VELOCITY, VELOCITY_OFFSET, TORQUE_OFFSET = range(4)
 """Columns of a demand: rad, rad/s (derivative of the position demand, or the target), rad/s (60B1h), N·m (60B2h)."""
+
+
+NOISE_ROWS = 4096
+"""Of unit noise, that are drawn at once."""
 
 
 def filter_share(time_constant: float, period: float = SERVO_PERIOD) -> float:
@@ -210,8 +215,7 @@ class Servo:
     @property
     def demand(self) -> NDArray[np.float64]:
         """Demand of the coming cycle, a view of (periods, 4): position, velocity, velocity offset, torque offset."""
-        view: NDArray[np.float64] = self._bank.demand[: self._bank.periods, self._index]
-        return view
+        return self._bank.demands[self._index]
 
     @property
     def takes_setpoints(self) -> bool:
@@ -236,13 +240,13 @@ class ServoBank:
     def __init__(self, axes: int, seed: int, length: float = SERVO_PERIOD) -> None:
         """`length` of a servo period [s]."""
         self._length = length
-        self.periods = self.interval = 8
         self.first = True
         self.parameters = np.zeros(axes, dtype=PARAMETERS)
         self.state = np.zeros(axes, dtype=STATE)
         self.loops = np.zeros(axes, dtype=np.int64)
         self.brakes = np.ones(axes, dtype=np.bool_)
-        self._make_room(self.periods)
+        self._make_room(8)
+        self.start_cycle(8)
         for axis in range(axes):
             self.reset(axis)
         self._random = np.random.default_rng(seed)
@@ -266,9 +270,17 @@ class ServoBank:
         """
         if periods > len(self.demand):
             self._make_room(periods)
-        self.periods = periods
+        if periods != self.periods:
+            self._cut(periods)
         self.interval = periods if interval is None else interval
         self.first = first
+
+    def take_cycle(self) -> tuple[NDArray[Any], ...]:
+        """What compiled code needs to run the coming cycle by itself: as `servo_period` takes it, and where positions go.
+
+        Parameters, state, loops, demand (periods, n, 4), noise (periods, n), trace (periods, n).
+        """
+        return self.parameters, self.state, self.loops, self.demand, self._noise_rows(self.periods), self.trace
 
     def run(self, period: int, motor_position: NDArray[np.float64], motor_torque: NDArray[np.float64]) -> None:
         """Run the loops for one period: read motor positions (n,) [rad], write motor torques (n,) [N·m]."""
@@ -277,7 +289,7 @@ class ServoBank:
             self.state,
             self.loops,
             self.demand[period],
-            self._noise_row(),
+            self._noise_rows(1)[0],
             motor_position,
             motor_torque,
             self._length,
@@ -288,14 +300,22 @@ class ServoBank:
         axes = len(self.parameters)
         self.demand = np.zeros((periods, axes, 4))
         self.trace = np.zeros((periods, axes))
+        self._cut(periods)
 
-    def _noise_row(self) -> NDArray[np.float64]:
-        if self._next_noise == len(self._noise):
-            self._noise = self._random.standard_normal((4096, len(self.parameters)))
+    def _cut(self, periods: int) -> None:
+        """Views of the demand of each axis, kept from cycle to cycle."""
+        self.periods = periods
+        self.demands: list[NDArray[np.float64]] = [self.demand[:periods, axis] for axis in range(self.demand.shape[1])]
+
+    def _noise_rows(self, count: int) -> NDArray[np.float64]:
+        """The next rows (count, axes) of unit noise."""
+        if self._next_noise + count > len(self._noise):
+            drawn = self._random.standard_normal((max(NOISE_ROWS, count), len(self.parameters)))
+            self._noise = np.concatenate([self._noise[self._next_noise :], drawn])
             self._next_noise = 0
-        self._next_noise += 1
-        row: NDArray[np.float64] = self._noise[self._next_noise - 1]
-        return row
+        self._next_noise += count
+        rows: NDArray[np.float64] = self._noise[self._next_noise - count : self._next_noise]
+        return rows
 
 
 def encoder_quantum(increments_per_revolution: int) -> float:

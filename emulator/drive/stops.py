@@ -178,5 +178,5 @@ class Stops:
             self._note()
 
     def _note(self) -> None:
-        last = self._axis.servo.demand[-1]
-        self.position, self.velocity = float(last[POSITION]), float(last[VELOCITY])
+        demand = self._axis.servo.demand
+        self.position, self.velocity = demand.item(-1, POSITION), demand.item(-1, VELOCITY)

@@ -51,7 +51,8 @@ class TorquePrecontrol:
         loop = servo.loop
         if loop is Loop.OFF:
             return
-        if any(variable is not None and variable.value for variable in (self._additive, self._constant)):
+        additive, constant = self._additive, self._constant
+        if (additive is not None and additive.value) or (constant is not None and constant.value):
             servo.demand[:, TORQUE_OFFSET] += self._additive_torque()
         if loop is not Loop.TORQUE and self._refresh() is not None:
             servo.demand[:, TORQUE_OFFSET] += self.friction(servo.demand[:, VELOCITY] + servo.demand[:, VELOCITY_OFFSET])

@@ -50,8 +50,9 @@ class TouchProbe:
 
     def after(self) -> None:
         """Look at the cycle that has passed."""
-        function = 0 if self._function is None else int(self._function.value)
-        if function == 0 and not any(probe.status for probe in self._probes):
+        function = 0 if self._function is None else self._function.number
+        first, second = self._probes
+        if not (function or first.status or second.status):
             return
         path = np.concatenate([[self._before], self._axis.servo.positions])
         for probe in self._probes:

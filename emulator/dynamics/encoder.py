@@ -32,16 +32,17 @@ class Encoder:
 
 
 @compiled
-def _read(encoders, delays, history, newest, angle, reading) -> None:  # type: ignore[no-untyped-def]
-    """Readings (n,) of angles (n,), `delays` (rows,) periods late, through the rings `history` (rows, length)."""
+def read_encoders(encoders, delays, history, newest, angle, reading) -> None:  # type: ignore[no-untyped-def]
+    """Readings (n,) of angles (n,), `delays` (rows,) periods late, by the rings `history` (rows, length) at `newest` (1,)."""
     reading[:] = angle
     length = history.shape[1]
+    newest[0] = (newest[0] + 1) % length
     for row in range(encoders.shape[0]):
         encoder = encoders[row]
-        history[row, newest] = _seen(encoder, angle[encoder.axis])
+        history[row, newest[0]] = _seen(encoder, angle[encoder.axis])
         whole = int(delays[row])
         share = delays[row] - whole
-        later, earlier = history[row, (newest - whole) % length], history[row, (newest - whole - 1) % length]
+        later, earlier = history[row, (newest[0] - whole) % length], history[row, (newest[0] - whole - 1) % length]
         reading[encoder.axis] = later + share * (earlier - later)
 
 
@@ -51,24 +52,13 @@ def _seen(encoder, angle):  # type: ignore[no-untyped-def]
 
 
 class Encoders:
-    """The encoders that read anything else than the motor's angle now, at every `period` [s]."""
+    """The encoders that read anything else than the motor's angle now, at every `period` [s]; `arrays` for `read_encoders`."""
 
-    def __init__(
-        self,
-        encoders: Sequence[tuple[Encoder, Place]],
-        period: float,
-        motor_angle: NDArray[np.float64],
-        motor_position: NDArray[np.float64],
-    ) -> None:
-        self._encoders = records(encoders)
-        self._delays = np.asarray(self._encoders["delay"] / period)
-        length = int(self._delays.max()) + 2
-        standing = [_seen(row, motor_angle[row["axis"]]) for row in self._encoders]
-        self._history = np.repeat(np.array(standing)[:, None], length, axis=1)
-        self._newest = 0
-        self._arrays = (motor_angle, motor_position)
-
-    def read(self) -> None:
-        """Turn the motor angles into what the drives are told."""
-        self._newest = (self._newest + 1) % self._history.shape[1]
-        _read(self._encoders, self._delays, self._history, self._newest, *self._arrays)
+    def __init__(self, encoders: Sequence[tuple[Encoder, Place]], period: float, motor_angle: NDArray[np.float64]) -> None:
+        """As having stood at motor angles (n,) [rad] for long."""
+        rows = records((Encoder, Place), encoders)
+        delays = np.asarray(rows["delay"] / period)
+        length = int(delays.max(initial=0.0)) + 2
+        standing = np.array([_seen(row, motor_angle[row["axis"]]) for row in rows], dtype=np.float64)
+        history = np.repeat(standing[:, None], length, axis=1)
+        self.arrays = (rows, delays, history, np.zeros(1, dtype=np.int64))

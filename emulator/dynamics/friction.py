@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.emulator.dynamics.place import Place
-from drivetwin.emulator.dynamics.records import records
+from drivetwin.emulator.dynamics.records import acting, records
 from drivetwin.foundation.compiled import compiled
 
 BRISTLES = 4
@@ -68,7 +68,8 @@ class FrictionLaw:
         """Torque against the motion, (n,), in sliding; zero at rest, where stiction holds what it must; or that of bristles."""
         torque = np.empty_like(motion.velocity)
         varying, share = self.varying_level(motion), self._stribeck_share(motion)
-        _resist(records([(self,)])[0], self.warmth(motion), varying, share, motion.position, motion.velocity, torque)
+        law = records((FrictionLaw,), [(self,)])[0]
+        _resist(law, self.warmth(motion), varying, share, motion.position, motion.velocity, torque)
         return torque
 
     def _stribeck_share(self, motion: Motion) -> NDArray[np.float64]:
@@ -117,7 +118,7 @@ def level_at(law, speed):  # type: ignore[no-untyped-def]  # record arrays have 
 
 
 @compiled
-def _apply(laws, brakes, velocity, frictionloss, applied) -> None:  # type: ignore[no-untyped-def]
+def apply_friction(laws, brakes, velocity, frictionloss, applied) -> None:  # type: ignore[no-untyped-def]
     """Set what MuJoCo's friction constraint may hold and what acts beside it, for laws (n,), from qvel (nv,).
 
     Native `frictionloss` does the sticking and, once a limit is reached, gives exactly that limit; the law only moves the
@@ -134,7 +135,7 @@ def _apply(laws, brakes, velocity, frictionloss, applied) -> None:  # type: igno
 
 
 @compiled
-def _vary(  # type: ignore[no-untyped-def]
+def vary_friction(  # type: ignore[no-untyped-def]
     laws, anchors, brakes, time, position, velocity, torque, frictionloss, applied, damping, polynomial
 ) -> None:
     """What load, position and time change of laws (n,), and bristles (n, BRISTLES) that stick elastically."""
@@ -191,55 +192,20 @@ def _resist(law, warmth, varying, share, position, velocity, torque) -> None:  #
 
 
 class Friction:
-    """The velocity-dependent friction and the holding brakes of every axis in a MuJoCo model."""
+    """The friction of every axis in a MuJoCo model: `laws` (n,) for `apply_friction`.
 
-    def __init__(
-        self,
-        laws: Sequence[FrictionLaw],
-        places: Sequence[Place],
-        brakes: NDArray[np.bool_],
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-    ) -> None:
-        self._laws = records(list(zip(laws, places, strict=True)))
-        self._arrays = (brakes, data.qvel, model.dof_frictionloss, data.qfrc_applied)
+    `varying` and `anchors`, for `vary_friction`, are those of the axes where it depends on more than the velocity.
+    """
+
+    def __init__(self, laws: Sequence[FrictionLaw], places: Sequence[Place], data: mujoco.MjData) -> None:
+        kinds = (FrictionLaw, Place)
+        self.laws = records(kinds, list(zip(laws, places, strict=True)))
+        self.varying = records(kinds, acting(laws, places))
+        self.anchors = np.repeat(data.qpos[self.varying["qpos"]][:, None], BRISTLES, axis=1)
 
     def set_level(self, axis: int, law: FrictionLaw) -> None:
         """Let an axis have the coulomb friction and the stiction of another law from now on."""
-        _set_level(self._laws, axis, law)
-
-    def act(self) -> None:
-        """Set the friction of the coming step; it comes first, and what else acts adds to it."""
-        _apply(self._laws, *self._arrays)
-
-
-class VaryingFriction:
-    """The friction of the axes on which it depends on more than the velocity; acts after Friction."""
-
-    def __init__(
-        self,
-        varying: Sequence[tuple[FrictionLaw, Place]],
-        brakes: NDArray[np.bool_],
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-    ) -> None:
-        self._laws = records(varying)
-        self._data = data
-        self._anchors = np.repeat(data.qpos[self._laws["qpos"]][:, None], BRISTLES, axis=1)
-        self._brakes = brakes
-        self._state = (data.qpos, data.qvel, data.ctrl)
-        self._written = (model.dof_frictionloss, data.qfrc_applied, model.dof_damping, model.dof_dampingpoly)
-
-    def set_level(self, axis: int, law: FrictionLaw) -> None:
-        """As that of Friction; nothing, where the axis's friction depends on the velocity alone."""
-        _set_level(self._laws, axis, law)
-
-    def act(self) -> None:
-        """Change the friction of the coming step by what it depends on."""
-        _vary(self._laws, self._anchors, self._brakes, self._data.time, *self._state, *self._written)
-
-
-def _set_level(laws: NDArray[np.void], axis: int, law: FrictionLaw) -> None:
-    meant = laws["axis"] == axis
-    laws["coulomb"][meant] = law.coulomb
-    laws["static_torque"][meant] = law.static_torque
+        for laws in (self.laws, self.varying):
+            meant = laws["axis"] == axis
+            laws["coulomb"][meant] = law.coulomb
+            laws["static_torque"][meant] = law.static_torque

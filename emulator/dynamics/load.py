@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, sin
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.emulator.dynamics.place import Place
-from drivetwin.emulator.dynamics.records import records
 from drivetwin.foundation.compiled import compiled
 
 
@@ -34,20 +30,9 @@ class Load:
 
 
 @compiled
-def _apply(loads, position, applied) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
+def apply_loads(loads, position, applied) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
+    """Add loads to what acts on the joints in the coming step."""
     for row in range(loads.shape[0]):
         load = loads[row]
         q = position[load.qpos]
         applied[load.dof] -= load.sine * sin(q) + load.cosine * cos(q) + load.constant
-
-
-class Loads:
-    """The loads of the axes that have one."""
-
-    def __init__(self, loads: Sequence[tuple[Load, Place]], data: mujoco.MjData) -> None:
-        self._loads = records(loads)
-        self._arrays = (data.qpos, data.qfrc_applied)
-
-    def act(self) -> None:
-        """Add them to what acts in the coming step."""
-        _apply(self._loads, *self._arrays)

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, sin
 
-import mujoco
-
-from drivetwin.emulator.dynamics.place import Place
-from drivetwin.emulator.dynamics.records import records
 from drivetwin.foundation.compiled import compiled
 
 
@@ -34,7 +29,8 @@ class Motor:
 
 
 @compiled
-def _apply(motors, torque) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
+def apply_motors(motors, torque) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
+    """Turn reported motor torques into shaft torques."""
     for row in range(motors.shape[0]):
         motor = motors[row]
         torque[motor.actuator] = (1.0 + motor.constant_error) * torque[motor.actuator] + motor.offset / motor.gear
@@ -50,32 +46,9 @@ class Ripple:
 
 
 @compiled
-def _apply_ripples(ripples, position, torque) -> None:  # type: ignore[no-untyped-def]
+def apply_ripples(ripples, position, torque) -> None:  # type: ignore[no-untyped-def]
+    """Add ripples to the shaft torques; after the motors, for no torque constant scales them."""
     for row in range(ripples.shape[0]):
         ripple = ripples[row]
         angle = ripple.gear * position[ripple.motor_qpos]
         torque[ripple.actuator] += ripple.amplitude * sin(ripple.order * angle + ripple.phase) / ripple.gear
-
-
-class Motors:
-    """The motors that give anything else than their drives report."""
-
-    def __init__(self, motors: Sequence[tuple[Motor, Place]], data: mujoco.MjData) -> None:
-        self._motors = records(motors)
-        self._torque = data.ctrl
-
-    def act(self) -> None:
-        """Turn reported motor torques into shaft torques."""
-        _apply(self._motors, self._torque)
-
-
-class Ripples:
-    """The ripples of all motors; act after Motors, for no torque constant scales them."""
-
-    def __init__(self, ripples: Sequence[tuple[Ripple, Place]], data: mujoco.MjData) -> None:
-        self._ripples = records(ripples)
-        self._arrays = (data.qpos, data.ctrl)
-
-    def act(self) -> None:
-        """Add them to the shaft torques of the coming step."""
-        _apply_ripples(self._ripples, *self._arrays)

@@ -30,9 +30,9 @@ def acting(parts: Sequence[P], places: Sequence[Place]) -> list[tuple[P, Place]]
     return [(part, place) for part, place in zip(parts, places, strict=True) if part.acts]
 
 
-def records(rows: Sequence[tuple[object, ...]]) -> NDArray[np.void]:
-    """Record array (n,) with the fields (float) of each part, and of its place where it stands beside."""
-    layout, names = _layout(tuple(type(part) for part in rows[0]))
+def records(kinds: tuple[type, ...], rows: Sequence[tuple[object, ...]]) -> NDArray[np.void]:
+    """Record array (n,), n may be 0, with the fields (float) of each part by its kind, of its place where it stands beside."""
+    layout, names = _layout(kinds)
     return np.array([tuple(getattr(row[index], name) for index, name in names) for row in rows], dtype=layout)
 
 

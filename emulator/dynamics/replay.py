@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.axis import AxisDynamics
-from drivetwin.emulator.dynamics.friction import BRISTLES, bristles_torque, level_at
+from drivetwin.emulator.dynamics.friction import BRISTLES, FrictionLaw, bristles_torque, level_at
 from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.emulator.dynamics.records import records
 from drivetwin.emulator.dynamics.transmission import Transmission
@@ -95,8 +95,8 @@ def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]
     torque, speed, place = np.empty_like(motion.position), np.zeros_like(motion.position), np.empty_like(motion.position)
     begins = float(motion.velocity[0]) if abs(motion.velocity[0]) > _BEGINS * np.max(np.abs(motion.velocity)) else 0.0
     _follow(
-        records([(law,)])[0],
-        records([(gear,)])[0],
+        records((FrictionLaw,), [(law,)])[0],
+        records((Transmission,), [(gear,)])[0],
         gear.error_order * axis.gear_ratio,
         motion.position,
         motion.velocity,

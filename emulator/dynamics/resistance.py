@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.place import Place
+from drivetwin.foundation.compiled import compiled
 
 
 class Resisting(Protocol):
@@ -22,16 +23,27 @@ class Resisting(Protocol):
         ...
 
 
+@compiled
+def apply_resistances(dofs, torque, applied) -> None:  # type: ignore[no-untyped-def]
+    """Take torques (rows,) off what acts on the joints at `dofs` (rows,)."""
+    for row in range(dofs.shape[0]):
+        applied[dofs[row]] -= torque[row]
+
+
 class Resistances:
-    """Those of the axes that have any, evaluated at the state in which a step begins."""
+    """Those of the axes that have any; `arrays` for `apply_resistances`, of the state when `evaluate` was called."""
 
     def __init__(self, resisting: Sequence[tuple[Resisting, Place]], data: mujoco.MjData) -> None:
         self._resisting, self._data = resisting, data
+        self.arrays = (np.array([place.dof for _, place in resisting], dtype=np.int64), np.zeros(len(resisting)))
 
-    def act(self) -> None:
-        """Add them to what acts in the coming step."""
+    def __bool__(self) -> bool:
+        return bool(self._resisting)
+
+    def evaluate(self) -> None:
+        """Their torques at the state in which a step begins."""
         data = self._data
         time = np.array([data.time])
-        for one, place in self._resisting:
+        for row, (one, place) in enumerate(self._resisting):
             position, velocity = data.qpos[place.qpos, None], data.qvel[place.dof, None]
-            data.qfrc_applied[place.dof] -= one.resistance(position, velocity, time)[0]
+            self.arrays[1][row] = one.resistance(position, velocity, time)[0]

@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from math import copysign, cos, inf, isinf, sin
 
 import mujoco
-import numpy as np
-from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.place import Place
 from drivetwin.emulator.dynamics.records import records
@@ -52,7 +50,8 @@ class Transmission:
 
 
 @compiled
-def _apply_elastic(rows, position, velocity, applied) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
+def apply_elastic(rows, position, velocity, applied) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
+    """Add the torque through elastic transmissions to what acts on motors and joints in the coming step."""
     for row in range(rows.shape[0]):
         t = rows[row]
         wave = t.error_order * t.gear
@@ -98,7 +97,7 @@ def _through(t, twist, rate):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _apply_rigid(rows, links, position, velocity, torque, armature, simple, applied) -> None:  # type: ignore[no-untyped-def]
+def apply_uneven(rows, links, position, velocity, torque, armature, simple, applied) -> None:  # type: ignore[no-untyped-def]
     """Lagrange with m(q): torque and rotor act by the slope dm/dq, and the rotor's inertia changes on the way.
 
     MuJoCo takes the inertia of `simple` joints, on which nothing else hangs, from dof_M0: that of `links` (n,) and the rotor.
@@ -116,51 +115,30 @@ def _apply_rigid(rows, links, position, velocity, torque, armature, simple, appl
 
 
 @compiled
-def _read_rigid(rows, position, angle) -> None:  # type: ignore[no-untyped-def]
+def read_uneven(rows, position, angle) -> None:  # type: ignore[no-untyped-def]
+    """Take the error off the motor angles that a constant ratio gives."""
     for row in range(rows.shape[0]):
         t = rows[row]
         angle[t.axis] += t.gear * (_untwisted(t, position[t.qpos]) - position[t.qpos])
 
 
 class ElasticTransmissions:
-    """The transmissions whose motor moves by itself."""
+    """The transmissions whose motor moves by itself; `rows` for `apply_elastic`."""
 
     def __init__(self, transmissions: Sequence[tuple[Transmission, Place]], data: mujoco.MjData) -> None:
-        self._rows = records(transmissions)
-        self._arrays = (data.qpos, data.qvel, data.qfrc_applied)
-        _relax(self._rows, data.qpos)
-
-    def act(self) -> None:
-        """Add the torque through them to what acts on motors and joints in the coming step."""
-        _apply_elastic(self._rows, *self._arrays)
+        self.rows = records((Transmission, Place), transmissions)
+        _relax(self.rows, data.qpos)
 
 
 class UnevenTransmissions:
-    """The rigid transmissions with a transmission error."""
+    """The rigid transmissions with a transmission error; `rows` and `links` for `read_uneven` and `apply_uneven`."""
 
-    def __init__(
-        self,
-        transmissions: Sequence[tuple[Transmission, Place]],
-        motor_angle: NDArray[np.float64],
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-    ) -> None:
-        self._rows = records(transmissions)
-        self._read = (data.qpos, motor_angle)
-        links = model.dof_M0[self._rows["dof"]] - self._rows["motor_inertia"]
+    def __init__(self, transmissions: Sequence[tuple[Transmission, Place]], model: mujoco.MjModel) -> None:
+        self.rows = records((Transmission, Place), transmissions)
+        self.links = model.dof_M0[self.rows["dof"]] - self.rows["motor_inertia"]
         self._model = model
-        self._links = links
-        self._act = (links, data.qpos, data.qvel, data.ctrl, model.dof_armature, model.dof_M0, data.qfrc_applied)
 
     def take_links(self) -> None:
         """Take over what hangs on the joints: dof_M0 was computed anew, with the armatures as they are now."""
-        dofs = self._rows["dof"]
-        self._links[:] = self._model.dof_M0[dofs] - self._model.dof_armature[dofs]
-
-    def read(self) -> None:
-        """Take the error off the motor angles that a constant ratio gives."""
-        _read_rigid(self._rows, *self._read)
-
-    def act(self) -> None:
-        """Turn motor torques and rotor inertias into what they are at the joints now."""
-        _apply_rigid(self._rows, *self._act)
+        dofs = self.rows["dof"]
+        self.links[:] = self._model.dof_M0[dofs] - self._model.dof_armature[dofs]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.drive.servo import SERVO_PERIOD, TORQUE_OFFSET, Loop, ServoBank
 from drivetwin.emulator.effects import PlacedEffect, library, read_effects
 from drivetwin.emulator.machine import Machine, load_machine
 from drivetwin.emulator.mechanism import followers
@@ -19,19 +20,25 @@ AXES = [("scara", "lift"), ("scara", "rotate"), ("scara", "stretch"), ("stage", 
 """Every axis of every machine."""
 
 
-class Torque:
-    """Stands in for the drives: motor torques from joint torques, `law(step)` -> (n,) [N·m or N]."""
+class Torque(ServoBank):
+    """Drives that give the motor torques of joint torques `law(step)` -> (n,) [N·m or N], with cycles of one servo period."""
 
     def __init__(self, gear: Array, law: Callable[[int], Array]) -> None:
-        self.brakes = np.zeros(len(gear), dtype=np.int8)
-        self.periods = 1
+        super().__init__(len(gear), seed=0)
+        self.start_cycle(1)
+        self.loops[:] = Loop.TORQUE
+        self.brakes[:] = False
+        self.parameters["torque_limit"] = np.inf
+        for one in ("current_filter", "encoder_quantum", "torque_quantum"):
+            self.parameters[one] = 1.0
         self._gear = gear
         self._law = law
         self._step = 0
 
-    def run(self, period: int, motor_position: Array, motor_torque: Array) -> None:
-        motor_torque[:] = self._law(self._step) / self._gear
+    def take_cycle(self) -> tuple[NDArray[Any], ...]:
+        self.demand[0, :, TORQUE_OFFSET] = self._law(self._step) / self._gear
         self._step += 1
+        return super().take_cycle()
 
 
 class PlantBench:
@@ -87,7 +94,7 @@ class PlantBench:
     def run(self, law: Callable[[int], Array], seconds: float, each: Callable[[], None] | None = None) -> None:
         drives = Torque(self.gear, law)
         for _ in range(round(seconds / SERVO_PERIOD)):
-            self.plant.advance(drives)  # type: ignore[arg-type]
+            self.plant.advance(drives)
             if each is not None:
                 each()
 

@@ -130,4 +130,4 @@ def run_without_torque(bench: PlantBench, brake: int) -> None:
     drives = Torque(bench.gear, lambda _: np.zeros(len(bench.gear)))
     drives.brakes[:] = brake
     for _ in range(4000):
-        bench.plant.advance(drives)  # type: ignore[arg-type]
+        bench.plant.advance(drives)

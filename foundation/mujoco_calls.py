@@ -1,0 +1,20 @@
+"""Functions of MuJoCo's library for compiled code, called without Python in between."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+import mujoco
+from numba import types
+
+llvm.load_library_permanently(str(next(Path(mujoco.__file__).parent.glob("libmujoco.so*"), "libmujoco.so")))
+
+ADDRESS = types.int64
+"""A pointer travels as a 64-bit integer, which is how both ABIs that MuJoCo is released for pass it."""
+
+
+def mujoco_call(name: str, *arguments: types.Type) -> Any:
+    """The function of that name, of arguments of these types and without a result."""
+    return types.ExternalFunction(name, types.void(*arguments))
