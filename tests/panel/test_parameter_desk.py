@@ -47,8 +47,11 @@ def test_a_dcf_holds_what_the_drive_held(served: Served, looking: Page, tmp_path
     file.write_text(saved(served, 1), encoding="ascii")
     found = canopen.import_od(str(file))
     assert found.node_id == 1
-    assert found[0x2168].value == 1800.5 == read_by_canopen(served.bus, 1, 0x2168)
-    assert found[0x1400][1].value == 0x201
+    current, pdo = found.get_variable(0x2168), found.get_variable(0x1400, 1)
+    assert current is not None
+    assert pdo is not None
+    assert current.value == 1800.5 == read_by_canopen(served.bus, 1, 0x2168)
+    assert pdo.value == 0x201
 
 
 def test_it_is_restored_and_read_back(served: Served, looking: Page) -> None:
