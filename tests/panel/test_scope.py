@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import io
-import resource
+import re
 import zipfile
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import can
@@ -220,7 +222,16 @@ def test_the_time_of_an_emulated_machine_is_that_of_its_syncs() -> None:
 
 
 def test_twelve_channels_of_a_kilohertz_for_ten_minutes_need_no_more_memory() -> None:
-    """Peak memory of this process [kB]: once every ring is full, after two minutes, it grows by no tenth of what came since."""
+    """Once every ring is full. In a process of its own: the pages of this one also hold what other tests left."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes:
+        peaks, samples = processes.submit(_ten_minutes).result()
+    came = 16 * 1000 * 20 * (len(peaks) - 7) * MOST_CHANNELS  # bytes: an instant and a value a sample
+    assert peaks[-1] - peaks[6] < 0.1 * came / 1024
+    assert samples == pytest.approx(60_000, abs=2)
+
+
+def _ten_minutes() -> tuple[list[int], int]:
+    """Peak memory of this process every 20 s [kB], and the samples that a channel shows at the end."""
     bench = Bench()
     numbers = [entry for entry in SERVOONE.objects if entry.data_type is DataType.U16 and entry.access.readable]
     keys = [f"1:{entry.index:04X}:{entry.subindex:02X}" for entry in numbers[:MOST_CHANNELS]]
@@ -233,7 +244,12 @@ def test_twelve_channels_of_a_kilohertz_for_ten_minutes_need_no_more_memory() ->
                 bench.scope.keep(key, bench.time.now, float(second))
         if second % 20 == 19:
             assert len(bench.scope.shown().traces) == MOST_CHANNELS
-            peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
-    came = 16 * 1000 * 20 * (len(peaks) - 7) * MOST_CHANNELS  # bytes: an instant and a value a sample
-    assert peaks[-1] - peaks[6] < 0.1 * came / 1024
-    assert bench.scope.shown().traces[keys[-1]][0].size == pytest.approx(60_000, abs=2)
+            peaks.append(_peak())
+    return peaks, bench.scope.shown().traces[keys[-1]][0].size
+
+
+def _peak() -> int:
+    """[kB] of this program's pages alone: `ru_maxrss` begins with those of the process that started it."""
+    found = re.search(r"VmHWM:\s+(\d+) kB", Path("/proc/self/status").read_text(encoding="ascii"))
+    assert found is not None
+    return int(found[1])
