@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from drivetwin.diagnosis.prepare.channel import torque_of
 from drivetwin.diagnosis.prepare.deflection import deflection
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
@@ -205,7 +206,7 @@ def prepare(
             position=kinematics.position[:, k].copy(),
             velocity=kinematics.velocity[:, k].copy(),
             acceleration=kinematics.acceleration[:, k].copy(),
-            torque=recording.columns[axis]["torque"],
+            torque=torque_of(recording, axis),
             time=recording.time + began,
             rigid_torque=rigid[:, k].copy(),
             inertia=inertia[:, k, k].copy(),

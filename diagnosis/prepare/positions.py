@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from drivetwin.diagnosis.prepare.channel import torque_of
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
 from drivetwin.motion.axis_motion import measured_position
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, zero_phase
@@ -146,7 +147,7 @@ class _Seen:
         position = np.column_stack([zero_phase(samples, period, cutoff) for samples in raw])
         velocity = np.column_stack([fine_derivative(samples, period) for samples in position.T])
         acceleration = np.column_stack([fine_derivative(samples, period) for samples in velocity.T])
-        torque = np.column_stack([zero_phase(recording.columns[axis]["torque"], period, cutoff) for axis in simulation.axes])
+        torque = np.column_stack([zero_phase(torque_of(recording, axis), period, cutoff) for axis in simulation.axes])
         size = np.maximum(np.sqrt(np.mean(torque**2, axis=0)), 1e-12)
         return cls(simulation, Kinematics(position, velocity, acceleration).every(every), torque[::every], size)
 

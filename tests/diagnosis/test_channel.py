@@ -1,0 +1,70 @@
+"""A torque column that its channel delays, and says so: it is compared with the motion that needed it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rig_bench import MODEL, PERIOD, as_modelled, moved, recording
+from scipy import signal
+
+from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.prepare.channel import torque_of
+from drivetwin.diagnosis.report.result import Array, Diagnosis, Verdict
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.recording.recording import Recording
+
+LATE = 2
+"""Samples, 4 ms."""
+
+
+def told(torque: Array, delay: float | None, bandwidth: float | None) -> Recording:
+    found = recording({"turn": torque}, {"turn": np.zeros_like(torque)}, noise=0.0)
+    found.info.axes["turn"].torque_delay, found.info.axes["turn"].torque_bandwidth_hz = delay, bandwidth
+    found.columns["turn"]["torque"] = torque
+    return found
+
+
+@pytest.mark.parametrize("delay", [-0.0013, 0.0007, 0.0031])
+def test_a_delay_is_taken_back_between_samples(delay: float) -> None:
+    time, inner = np.arange(500) * PERIOD, slice(20, -20)
+    true = np.sin(2.0 * np.pi * 40.0 * time)
+    late = np.sin(2.0 * np.pi * 40.0 * (time - delay))
+    np.testing.assert_allclose(torque_of(told(late, delay, None), "turn")[inner], true[inner], atol=2e-3)
+
+
+def test_a_low_pass_is_taken_back_where_it_only_delays() -> None:
+    """Of first order at 80 Hz, a torque at 4 Hz: as scipy simulates it."""
+    time = np.arange(2000) * PERIOD
+    true = np.sin(2.0 * np.pi * 4.0 * time)
+    pole = 2.0 * np.pi * 80.0
+    late = signal.lsim(([pole], [1.0, pole]), true, time)[1]
+    inner = slice(200, -20)
+    assert np.max(np.abs(late - true)[inner]) > 0.045
+    np.testing.assert_allclose(torque_of(told(late, None, 80.0), "turn")[inner], true[inner], atol=0.003)
+
+
+def test_without_a_word_the_torque_is_as_recorded() -> None:
+    torque = np.random.default_rng(0).standard_normal(100)
+    assert torque_of(told(torque, None, None), "turn") is torque
+
+
+def diagnosed(place: Path, delay: float | None) -> Diagnosis:
+    model = place / "column.xml"
+    model.write_text(MODEL, encoding="utf-8")
+    return diagnose(model, [late(1, "fitted", delay)], [late(2, "held", delay)], Settings(), lambda _stage, _share: None)
+
+
+def late(seed: int, name: str, delay: float | None) -> Recording:
+    both = moved(seed, 10.0)
+    shifted = {axis: np.concatenate([np.full(LATE, torque[0]), torque[:-LATE]]) for axis, torque in as_modelled(both).items()}
+    found = recording(shifted, {axis: at.position for axis, at in both.items()}, seed, name, noise=1.0)
+    for info in found.info.axes.values():
+        info.torque_delay = delay
+    return found
+
+
+def test_a_torque_that_is_late_and_says_so_makes_no_gap(tmp_path: Path) -> None:
+    assert diagnosed(tmp_path, LATE * PERIOD).verdict is Verdict.NO_GAP
+    assert diagnosed(tmp_path, None).axes["turn"].significant
