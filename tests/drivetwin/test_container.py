@@ -10,6 +10,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from foreign import installed
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 from packaging.utils import canonicalize_name
@@ -48,7 +49,8 @@ def test_it_starts_the_project_s_command_as_a_user_without_rights() -> None:
     (entry,) = said("ENTRYPOINT")
     assert entry == '["drivetwin"]'
     assert "drivetwin" in PROJECT["scripts"]
-    assert said("USER") == ["drivetwin"]
+    (user,) = said("USER")
+    assert f"useradd --no-create-home --uid {user} drivetwin" in "\n".join(said("RUN"))
 
 
 def test_whoever_runs_it_may_write_where_it_writes() -> None:
@@ -68,7 +70,7 @@ def test_it_installs_extras_that_exist() -> None:
 
 def test_its_versions_are_those_of_the_lock_file(tmp_path: Path) -> None:
     """The RUN line that makes them, run here: one version of every dependency, by name and marker."""
-    (line,) = (rest for rest in said("RUN") if rest.startswith("sed "))
+    (line,) = (command for rest in said("RUN") for command in rest.split(" && ") if command.startswith("sed "))
     subprocess.run(["sh", "-c", line.replace("/wheels/", f"{tmp_path}/")], cwd=ROOT, check=True, timeout=60)
     locked = [Requirement(each) for each in (tmp_path / "versions.txt").read_text(encoding="utf-8").splitlines()]
     assert all([pin.operator for pin in each.specifier] == ["=="] for each in locked)
@@ -81,6 +83,20 @@ def test_what_is_not_sent_to_the_builder_is_not_in_the_wheel() -> None:
     rooms = {path.name for path in (ROOT / "drivetwin").iterdir() if path.is_symlink()}
     assert not rooms & set(left_out)
     assert {".git", ".venv", "out"} <= set(left_out)
+
+
+def test_what_it_copies_and_installs_from_is_there() -> None:
+    """It copies the checkout, and reads the lock file of it; the wheel bears the project's name."""
+    assert said("COPY") == [". ."]
+    named = [word for rest in said("RUN") for word in rest.split() if word.endswith(".lock")]
+    assert named
+    assert all((ROOT / name).is_file() for name in named)
+    assert f"/wheels/{PROJECT['name']}-*.whl" in "\n".join(said("RUN"))
+
+
+def test_a_linter_has_nothing_to_say() -> None:
+    done = subprocess.run([str(installed("hadolint/bin/hadolint")), str(FILE)], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "")
 
 
 @pytest.mark.skipif(not LONG, reason="minutes, and the builder downloads: make test-long")
