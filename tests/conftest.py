@@ -18,8 +18,31 @@ from drivetwin.motion.mjcf_fault import fault
 
 _wrong_with = compilation._wrong_with
 
+LONGEST = [
+    Path(__file__).parent / name
+    for name in (
+        "integration/test_wafer_handler.py",
+        "hil_tests/test_arithmetic.py",
+        "diagnosis/test_measured_gaps.py",
+        "panel/test_commissioning_view.py",
+        "integration/test_effect_of_ones_own.py",
+        "emulator/canopen/test_fuzz_frames.py",
+        "diagnosis/excitation/test_told_apart.py",
+        "controller/test_write_friction_table.py",
+        "twin/test_emps_replay.py",
+        "blind/wide/test_wide_draw.py",
+    )
+]
+"""Files with a test or a fixture of more than 10 s."""
+
 settings.register_profile("patient", deadline=None)
 settings.load_profile("patient")  # a busy computer makes no property wrong
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest first: one that begins last keeps one process busy while the others have nothing left to do."""
+    assert all(path.is_file() for path in LONGEST)
+    items.sort(key=lambda item: LONGEST.index(item.path) if item.path in LONGEST else len(LONGEST))
 
 
 @pytest.fixture(autouse=True)

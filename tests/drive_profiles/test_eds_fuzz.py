@@ -1,4 +1,7 @@
-"""Whatever is done to an EDS: it is refused by a UserError, or the drive that comes of it powers on and runs."""
+"""Whatever is done to an EDS: it is refused by a UserError, or the drive that comes of it powers on and runs.
+
+Fifty files of each drive type; `make test-long` has three times as many.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from pathlib import Path
 
 import can
 import pytest
+from repeats import LONG
 
 from drivetwin.drive_profiles import load_profile
 from drivetwin.drive_profiles.eds_profile import profile_from_eds
@@ -20,7 +24,7 @@ from drivetwin.foundation.errors import UserError
 NUMBERS = ("0", "-1", "0x", "0xFFFFFFFF", "0xFFFFFFFFFFFFFFFFFF", "1e999", "nan", "$NODEID", "$NODEID+0x7FFFFFFF")
 VALUES = (*NUMBERS, "", "7;7", "\xe9")
 MUTATIONS_OF_A_FILE = 4
-FILES = 150
+FILES = 150 if LONG else 50
 
 
 def mutated(text: str, chance: random.Random) -> str:

@@ -11,6 +11,7 @@ from pathlib import Path
 import canopen
 import pytest
 from canopen.objectdictionary import ODArray, ODRecord, ODVariable, import_od
+from foreign import FOREIGN
 
 from drivetwin.drive_profiles import Access, DataType, ObjectEntry, available_profiles, load_profile
 from drivetwin.drive_profiles.eds_writer import eds_access, eds_text
@@ -133,7 +134,9 @@ def test_real32_defaults_and_limits_stay_empty(profile_name: str) -> None:
 
 @pytest.fixture(scope="session")
 def dcfchk(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """dcfchk of PyPI's dcf-tools, in an environment of its own."""
+    """dcfchk of PyPI's dcf-tools: as `install-foreign` has installed it, or in an environment of its own."""
+    if (ready := FOREIGN / "dcf-tools/bin/dcfchk").exists():
+        return ready
     folder = tmp_path_factory.mktemp("dcf-tools")
     venv.create(folder, with_pip=True)
     pip = ("-m", "pip", "install", "--quiet", "--disable-pip-version-check")

@@ -5,16 +5,20 @@ from __future__ import annotations
 import json
 import re
 import sys
+from functools import partial
 from itertools import count
 from pathlib import Path
 
 import numpy as np
 import pytest
+from brief_case import record_briefly
 from processes import emulator
+from repeats import LONG
 
 from drivetwin.blind.case import Case
 from drivetwin.blind.draw import draw_cases
 from drivetwin.blind.machines import draw_machine
+from drivetwin.blind.task import Procedure
 from drivetwin.cli import main
 from drivetwin.diagnosis.report.schema import read_report
 from drivetwin.emulator.conformance import findings
@@ -121,8 +125,13 @@ def test_an_emulator_has_it(brake: Path, tmp_path: Path) -> None:
         pass
 
 
-def test_a_blind_test_draws_it_and_finds_it(brake: Path, tmp_path: Path) -> None:
-    """One case, of a seed that draws it; its worker and its diagnosing process are processes of their own."""
+def test_a_blind_test_draws_it_and_finds_it(brake: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One case, of a seed that draws it; its worker and its diagnosing process are processes of their own.
+
+    Its motion is short, and as long as a user's in `make test-long`.
+    """
+    if not LONG:
+        monkeypatch.setattr("drivetwin.cli.blind.Procedure", partial(Procedure, record=record_briefly))
     add_effects([read_effect_file(brake)])
     seed = next(seed for seed in count(FIRST_SEED) if shows_a_brake(draw_cases(1, seed)[0]))
     asked = ("--cases", 1, "--seed", seed, "--nominal", "exact", "--workers", 1)

@@ -24,7 +24,7 @@ from drivetwin.recording.reader import read_recording
 from drivetwin.recording.recording import Samples
 
 AXES = ("lift", "rotate", "stretch") if LONG else ("rotate",)
-LENGTH = () if LONG else ("--together", "20")
+LENGTH = () if LONG else ("--together", "10")
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 
 PUBLISHED = {

@@ -75,10 +75,12 @@ class Bus:
         """Simulated seconds from `act` to the first TPDO that tells the state; infinite where none does in 0.2 s."""
         begin, seen = self.bench.virtual.now(), len(self.bench.frames)
         act()
-        self.bench.sync(200)
-        for frame in self.bench.frames[seen:]:
-            if frame.arbitration_id == 0x180 + self._node and _state(frame.data[0]) == state:
-                return frame.timestamp - begin
+        for _ in range(200):
+            self.bench.sync()
+            for frame in self.bench.frames[seen:]:
+                if frame.arbitration_id == 0x180 + self._node and _state(frame.data[0]) == state:
+                    return frame.timestamp - begin
+            seen = len(self.bench.frames)
         return float("inf")
 
     def _by_sdo(self, word: int) -> None:
