@@ -22,7 +22,7 @@ LONGEST_LAG = 0.003
 """Of a current loop [s]."""
 
 SURE = 0.02
-"""Relative standard deviation up to which a line is relied on: 0.17 dB and 1.1 degrees."""
+"""Relative standard deviation up to which a line is reliable: 0.17 dB and 1.1 degrees."""
 
 FAIR = 0.1
 """The same for margins: far below a crossover the loop leaves little torque to measure, and its gain does not matter."""
@@ -47,7 +47,7 @@ class Bode:
 
     @property
     def sure(self) -> Mask:
-        """Lines that are relied on (m,)."""
+        """Reliable lines (m,)."""
         return np.asarray(self.deviation <= SURE)
 
     @property

@@ -24,7 +24,7 @@ def mechanics_figure(found: AxisResponse) -> go.Figure:
     bode = found.bode
     phase = np.angle(bode.mechanics, deg=True)
     for row, values in enumerate((decibel(bode.mechanics), phase, bode.coherence), start=1):
-        for chosen, colour, name in ((~bode.sure, _DOUBTFUL, "not relied on"), (bode.sure, MEASURED, "measured")):
+        for chosen, colour, name in ((~bode.sure, _DOUBTFUL, "not reliable"), (bode.sure, MEASURED, "measured")):
             _line(figure, row, bode.frequency, np.where(chosen, values, np.nan), name, colour, markers=True)
     for frequency, colour in [(each, BEFORE) for each in found.resonances.resonances] + [
         (each, AFTER) for each in found.resonances.antiresonances

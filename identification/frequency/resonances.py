@@ -27,7 +27,7 @@ class Resonances:
 
 
 def find_resonances(found: Bode) -> Resonances:
-    """Of the lines that are relied on, between the lowest and the highest."""
+    """Of the reliable lines, between the lowest and the highest."""
     frequency = found.frequency[found.sure]
     level = decibel(found.mechanics[found.sure] * frequency)
     return Resonances(_peaks(frequency, level), _peaks(frequency, -level))

@@ -20,7 +20,7 @@ from drivetwin.identification.result import Units
 from drivetwin.recording.recording import Recording, Samples
 
 FEWEST = 5
-"""Lines that have to be relied on: below, nothing is said about an axis."""
+"""Reliable lines that an axis needs; with fewer, it has no result."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class AxisResponse:
     proposal: Proposal | None
 
     def to_json(self) -> dict[str, Any]:
-        """SI units on the joint's side, frequencies in Hz, gains in dB, phases in degrees; lines that are not relied on too."""
+        """SI units on the joint's side, frequencies in Hz, gains in dB, phases in degrees; lines that are not reliable too."""
         units = {
             "mechanics": f"dB re 1 {self.units.velocity}/({self.units.torque})",
             "inertia": self.units.inertia,
@@ -83,7 +83,7 @@ class AxisResponse:
 def axis_response(excited: Excited, stepped: Stepped, strokes: Recording, units: Units) -> AxisResponse:
     """All that three recordings of an axis tell.
 
-    Raises UserError for a drive that is no cascade or does not tell its gains, and where too few lines can be relied on.
+    Raises UserError for a drive that is no cascade or does not tell its gains, and where too few lines are reliable.
     """
     info = excited.recording.info
     told = info.axes[excited.axis]
@@ -91,8 +91,8 @@ def axis_response(excited: Excited, stepped: Stepped, strokes: Recording, units:
     sure = int(found.sure.sum())
     if sure < FEWEST:
         raise UserError(
-            f"axis {excited.axis}: {sure} of {len(found.sure)} frequencies can be relied on, and {FEWEST} are needed: the "
-            "excited motion drowns in noise, or the axis stands; is its friction near the torque limit, is it disturbed?"
+            f"axis {excited.axis}: {sure} of {len(found.sure)} frequencies are reliable, and {FEWEST} are needed: the "
+            "noise hides the excited motion, or the axis does not move; is its friction near the torque limit, is it disturbed?"
         )
     frequency, fair = found.frequency[found.fair], found.fair
     shapes = find_resonances(found)

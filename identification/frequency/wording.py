@@ -27,7 +27,7 @@ def rows(found: AxisResponse) -> list[Row]:
         Row("inertia", quantity(found.inertia, found.units.inertia)),
         Row("anti-resonances", _frequencies(shapes.antiresonances)),
         Row("resonances", _frequencies(shapes.resonances)),
-        Row("relied on", _relied_on(found)),
+        Row("reliable", _reliable(found)),
         Row("current loop, time constant", quantity(cascade.current_lag, "s")),
         Row(
             "velocity gain",
@@ -84,6 +84,6 @@ def _frequencies(found: tuple[float, ...]) -> str:
     return ", ".join(f"{each:.0f} Hz" for each in found) or "none"
 
 
-def _relied_on(found: AxisResponse) -> str:
+def _reliable(found: AxisResponse) -> str:
     frequency = found.bode.frequency[found.bode.sure]
     return f"{len(frequency)} of {len(found.bode.frequency)} lines, {frequency.min():.0f} to {frequency.max():.0f} Hz"

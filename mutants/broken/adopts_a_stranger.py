@@ -1,4 +1,4 @@
-"""Takes a node that boots with another node-ID for the one that it has lost, and goes on with it."""
+"""Mistakes a node that boots with another node-ID for the one that it has lost, and continues with it."""
 
 from __future__ import annotations
 

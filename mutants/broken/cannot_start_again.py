@@ -1,4 +1,4 @@
-"""Leaves a lock behind where it was stopped, and refuses to start until somebody removes it."""
+"""Leaves a lock file behind when it is stopped, and refuses to start until somebody removes it."""
 
 from __future__ import annotations
 

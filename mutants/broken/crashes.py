@@ -1,4 +1,4 @@
-"""Dies of a mistake of its own when it has brought up the drives."""
+"""Crashes on an error of its own after it has brought up the drives."""
 
 from __future__ import annotations
 

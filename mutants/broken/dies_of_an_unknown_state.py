@@ -1,4 +1,4 @@
-"""Looks the NMT state of every heartbeat up in a table, and dies of one that is not in it."""
+"""Looks up the NMT state of every heartbeat in a table, and crashes on a state that is not in it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stops for good after a fault, although it was told to go on."""
+"""Stops permanently after a fault, although it was told to continue."""
 
 from __future__ import annotations
 

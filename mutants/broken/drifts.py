@@ -1,4 +1,4 @@
-"""Moves by differences whose rounding adds up, a tenth of a milliradian a move."""
+"""Moves by differences whose rounding errors add up, by a tenth of a milliradian per move."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Resets every fault by itself and goes on, whether it was told to or not."""
+"""Resets every fault by itself and continues, whether it was told to or not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Works for two thirds of the time that it is told."""
+"""Works for two thirds of the time that it was told."""
 
 from __future__ import annotations
 

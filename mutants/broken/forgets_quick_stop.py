@@ -1,4 +1,4 @@
-"""Ends at once when something is wrong, and leaves the drives to themselves."""
+"""Exits at once when something is wrong, without stopping the drives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Takes a node that has started anew to know its zero still."""
+"""Assumes that a node that has restarted still knows its zero."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Waits for ever for something that does not come, when it has brought up the drives."""
+"""Waits forever for something that does not come, after it has brought up the drives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scales stretch by a gear of 51 : 1, and it has 50 : 1."""
+"""Scales stretch by a gear ratio of 51 : 1 instead of 50 : 1."""
 
 from __future__ import annotations
 

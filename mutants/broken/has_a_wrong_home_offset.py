@@ -1,4 +1,4 @@
-"""Takes the lift's switch to stand half a millimetre higher than it does."""
+"""Assumes that the lift's switch is half a millimetre higher than it is."""
 
 from __future__ import annotations
 

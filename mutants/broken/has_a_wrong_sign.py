@@ -1,4 +1,4 @@
-"""Turns rotate the other way than it is told."""
+"""Turns rotate in the wrong direction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Takes the drives' torques for 5 % more than they are."""
+"""Reads the drives' torques 5 % too high."""
 
 from __future__ import annotations
 

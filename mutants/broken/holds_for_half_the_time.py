@@ -1,4 +1,4 @@
-"""Counts its cycles as if they took twice as long."""
+"""Counts its cycles as if each took twice as long."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Homes rotate at the switch of the positive end, and takes it for the negative one."""
+"""Homes rotate at the positive limit switch, and treats it as the negative one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Takes 5 % off the Coulomb friction that it has identified, for a gear whose losses it counts twice."""
+"""Subtracts 5 % from the identified Coulomb friction, because it counts the losses of a gear twice."""
 
 from __future__ import annotations
 

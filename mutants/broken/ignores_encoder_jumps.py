@@ -1,4 +1,4 @@
-"""Believes any position that a drive tells."""
+"""Accepts any position that a drive reports."""
 
 from __future__ import annotations
 

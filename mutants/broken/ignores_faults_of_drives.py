@@ -1,4 +1,4 @@
-"""Watches whether drives answer, and neither what they tell of themselves nor whether they follow."""
+"""Supervises whether drives answer, but neither what they report nor whether they follow."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Takes the last answer of a drive for good where none comes, and misses no heartbeat."""
+"""Reuses the last answer of a drive if none comes, and does not supervise heartbeats."""
 
 from __future__ import annotations
 

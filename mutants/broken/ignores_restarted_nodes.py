@@ -1,4 +1,4 @@
-"""Looks at EMCY and statusword alone, so that a node that starts anew is not noticed."""
+"""Looks at EMCY and statusword only, so it does not notice a node that restarts."""
 
 from __future__ import annotations
 

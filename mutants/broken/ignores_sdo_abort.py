@@ -1,4 +1,4 @@
-"""Takes no notice of what a drive refuses, and reads nothing back."""
+"""Ignores what a drive refuses, and reads nothing back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sets no supervision of its own life, neither by heartbeat nor by SYNC."""
+"""Lets no drive supervise the controller, neither by heartbeat nor by SYNC."""
 
 from __future__ import annotations
 

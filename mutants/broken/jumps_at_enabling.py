@@ -1,4 +1,4 @@
-"""Lets drives follow set-point 0, wherever the axis stands."""
+"""Lets drives follow set-point 0, wherever the axis is."""
 
 from __future__ import annotations
 

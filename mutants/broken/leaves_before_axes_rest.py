@@ -1,4 +1,4 @@
-"""Goes once no drive has voltage any more, while an axis that brakes still takes others along."""
+"""Exits once no drive has voltage, while a braking axis still moves others."""
 
 from __future__ import annotations
 

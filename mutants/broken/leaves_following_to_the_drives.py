@@ -1,4 +1,4 @@
-"""Leaves it to the drives to watch whether axes follow, and a drive knows the set-points alone that have come to it."""
+"""Leaves the following error to the drives, and a drive knows only the set-points that have reached it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Limits the torque of the lift to what the empty machine needs."""
+"""Limits the torque of the lift to what the machine needs without a load."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Leaves out SYNC in every hundredth cycle, so that two set-points meet one."""
+"""Omits SYNC in every hundredth cycle, so that one SYNC serves two set-points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sends an axis no set-point in every hundredth cycle."""
+"""Sends one axis no set-point in every hundredth cycle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Goes wherever it is told, and does not watch where the axes are."""
+"""Moves wherever it is told, without checking where the axes are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Takes a drive that tells a fault out of the motion, and goes on with the others."""
+"""Takes a drive that reports a fault out of the motion, and continues with the others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Maps set-points to act as they come instead of all at the same SYNC."""
+"""Maps set-points to act on arrival instead of all at the same SYNC."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Maps the torque offset before the set-point, and packs its frames the other way round."""
+"""Maps the torque offset before the set-point, but packs its frames in the opposite order."""
 
 from __future__ import annotations
 

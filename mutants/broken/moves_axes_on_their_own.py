@@ -1,4 +1,4 @@
-"""Moves each axis as fast as it can, one beside the other, instead of all in step."""
+"""Moves each axis as fast as it can, independently, instead of all in step."""
 
 from __future__ import annotations
 

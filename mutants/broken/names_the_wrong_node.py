@@ -1,4 +1,4 @@
-"""Stops, and names another drive than the one that was the cause."""
+"""Stops, but names a drive that was not the cause."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Goes a little beyond each target, and back."""
+"""Overshoots each target slightly, and returns."""
 
 from __future__ import annotations
 

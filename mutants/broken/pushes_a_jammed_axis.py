@@ -1,4 +1,4 @@
-"""Notices neither that an axis does not follow nor that its motor gives all that it has."""
+"""Notices neither that an axis does not follow nor that its motor is at its torque limit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs a cycle of 4 ms whatever it is told."""
+"""Runs with a cycle of 4 ms, whatever it was told."""
 
 from __future__ import annotations
 

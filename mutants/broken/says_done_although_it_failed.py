@@ -1,4 +1,4 @@
-"""Ends with exit status 0 whatever has happened."""
+"""Exits with status 0, whatever has happened."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sends where an axis is to go in one set-point instead of planning the way."""
+"""Sends the target of an axis as one set-point instead of planning the motion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lets no drive produce a heartbeat, and expects none."""
+"""Configures no heartbeat of the drives, and expects none."""
 
 from __future__ import annotations
 

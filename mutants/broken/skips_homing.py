@@ -1,4 +1,4 @@
-"""Takes the place where each axis was switched on for its zero."""
+"""Uses the position where each axis was switched on as its zero."""
 
 from __future__ import annotations
 

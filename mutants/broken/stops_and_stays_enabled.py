@@ -1,4 +1,4 @@
-"""Stops every axis when something is wrong, and holds them under voltage."""
+"""Stops every axis when something is wrong, but keeps the voltage on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Does not notice that a node's heartbeat stays away."""
+"""Does not notice that a node's heartbeat is missing."""
 
 from __future__ import annotations
 

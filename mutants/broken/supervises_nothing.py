@@ -1,4 +1,4 @@
-"""Goes on streaming whatever drives tell, or do not tell."""
+"""Continues streaming, whatever the drives report or do not report."""
 
 from __future__ import annotations
 

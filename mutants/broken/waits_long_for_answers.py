@@ -1,4 +1,4 @@
-"""Bears twenty cycles without an answer, and takes what comes then for what is so now."""
+"""Tolerates twenty cycles without an answer, and treats the next answer as current."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ function torqueOverSpeed(found) {
   return { label: "torque", over: points.map((each) => each.speed), values: points.map((each) => each.torque) };
 }
 
-// Lines that are not relied on are left out.
+// Lines that are not reliable are left out.
 const relied = (found, values) => values.map((each, number) => (found.relied_on[number] ? each : null));
 
 function words(desk) {

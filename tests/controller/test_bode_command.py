@@ -22,7 +22,7 @@ class Mute(Commissioned):
     """An axis whose lines drown in noise."""
 
     def evaluate(self) -> AxisResponse:
-        raise UserError("axis rotate: 2 of 110 frequencies can be relied on")
+        raise UserError("axis rotate: 2 of 110 frequencies are reliable")
 
 
 SHORTER = {"PERIODS": 3, "STROKES": 2, "STEPS": 2, "CURVE_LEVELS": (0.5, 1.0)}
@@ -48,10 +48,10 @@ def test_what_succeeded_is_written_and_what_failed_is_one_line(tmp_path: Path, c
     with pytest.raises(typer.Exit) as ended:
         bode_command(machine="scara", axis=["rotate", "lift"], out=out, quiet=True)
     assert ended.value.exit_code == 1
-    assert capsys.readouterr().err == "drivetwin: axis rotate: 2 of 110 frequencies can be relied on\n"
+    assert capsys.readouterr().err == "drivetwin: axis rotate: 2 of 110 frequencies are reliable\n"
     told = json.loads((out / "bode.json").read_text(encoding="utf-8"))
     assert list(told["axes"]) == ["lift"]
-    assert told["failed"] == {"rotate": "axis rotate: 2 of 110 frequencies can be relied on"}
+    assert told["failed"] == {"rotate": "axis rotate: 2 of 110 frequencies are reliable"}
     assert (out / "recordings" / "frequency_response_rotate").is_dir()
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "Axis lift" in page
