@@ -13,9 +13,13 @@ from numpy.typing import NDArray
 from drivetwin.emulator.assembly import DrivenJoint
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects import AxisEffect, Effect, Ground, PlacedEffect, Site, library
-from drivetwin.emulator.mechanism import Mechanism
+from drivetwin.emulator.mechanism import Mechanism, act, read
+from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.mujoco_calls import ADDRESS, mujoco_call
 from drivetwin.motion.filtering import derivative, zero_phase
 from drivetwin.motion.inverse_dynamics import Model
+
+_mj_step = mujoco_call("mj_step", ADDRESS, ADDRESS)
 
 Array = NDArray[np.float64]
 Kind = Literal["hinge", "slide"]
@@ -157,18 +161,36 @@ def _move(mechanism: Mechanism, holds: float) -> tuple[Array, Array]:
     """Encoder positions and reported torques on the joint side, (n,) each, from a rest at which `holds` is asked."""
     wanted = demand()
     seen, asked = np.empty_like(wanted), np.empty_like(wanted)
-    integral, last, speed = holds / (WHOLE * _SWING), 0.0, 0.0
-    for k, target in enumerate(wanted):
-        mechanism.read()
-        position = mechanism.motor_position[0] / GEAR
-        speed += 0.3 * ((position - last) / PERIOD - speed)
-        wish = (target - wanted[k - 1]) / PERIOD if k else 0.0
-        last = position
-        error = target - position
-        integral += _SWING / 3.0 * (wish - speed + _SWING / 3.0 * error) * PERIOD
-        torque = WHOLE * _SWING * (wish - speed + _SWING / 3.0 * error + integral)
-        seen[k], asked[k] = position, torque
-        mechanism.motor_torque[0] = torque / GEAR
-        mechanism.step()
+    loop = np.array([holds / (WHOLE * _SWING), 0.0, 0.0])
+    at_once = 1 if mechanism.resistances else len(wanted)  # what is written in Python is asked before each step
+    for first in range(0, len(wanted), at_once):
+        mechanism.resistances.evaluate()
+        _run(
+            *(first, first + at_once, wanted, seen, asked, loop, mechanism.motor_position, mechanism.motor_torque),
+            *(mechanism.reading, mechanism.acting, mechanism.brakes, mechanism.data.time),
+            *(mechanism.model._address, mechanism.data._address),
+        )
     every = round(SAMPLE / PERIOD)
     return seen[_SETTLING // 2 :: every], asked[_SETTLING // 2 :: every]
+
+
+@compiled
+def _run(  # type: ignore[no-untyped-def]  # record arrays have no static type
+    first, last, wanted, seen, asked, loop, motor_position, motor_torque, reading, acting, brakes, time, model, data
+) -> None:
+    """Periods `first` to `last`: encoder, PID, one step each. `loop` is its integral, the last position, the filtered speed."""
+    parts, state, constants = acting
+    for k in range(first, last):
+        read(*reading)
+        position = motor_position[0] / GEAR
+        loop[2] += 0.3 * ((position - loop[1]) / PERIOD - loop[2])
+        wish = (wanted[k] - wanted[k - 1]) / PERIOD if k else 0.0
+        loop[1] = position
+        error = wanted[k] - position
+        loop[0] += _SWING / 3.0 * (wish - loop[2] + _SWING / 3.0 * error) * PERIOD
+        torque = WHOLE * _SWING * (wish - loop[2] + _SWING / 3.0 * error + loop[0])
+        seen[k], asked[k] = position, torque
+        motor_torque[0] = torque / GEAR
+        act(parts, state, constants, motor_torque, brakes, time)
+        _mj_step(model, data)
+        time += PERIOD
