@@ -16,7 +16,7 @@ EXPECTED = 'expected {"node": 2, "index": 24641, "subindex": 0}, to write with "
 
 
 def read_object(virtual: VirtualMachine, told: dict[str, object]) -> dict[str, object]:
-    """{"data": hexadecimal bytes}, or {"refused": why} by CiA 301's abort codes. Raises UserError for a node that is not there."""
+    """{"data": hexadecimal bytes}, or {"refused": why} by CiA 301's abort codes. Raises UserError for no such node."""
     try:
         return {"data": readable_data(_variable(virtual, told)).hex()}
     except SdoAbort as refusal:
