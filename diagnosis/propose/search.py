@@ -31,6 +31,8 @@ EVALUATIONS = 20
 """Of a local search, Jacobians not counted: it begins near."""
 BRIEFLY = 4
 """Of one that only has to tell whether its start is worth more."""
+ONE_STEP = 2
+"""Of one that only goes downhill once."""
 
 Predict = Callable[[Effect], Column]
 

@@ -13,7 +13,7 @@ from drivetwin.diagnosis.model.colour import Colour
 from drivetwin.diagnosis.prepare.deflection import is_torque
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.rigid import rigid_starts
-from drivetwin.diagnosis.propose.search import BRIEFLY, REFINED, REFINED_REPLAYS, Begun, coarse, moved
+from drivetwin.diagnosis.propose.search import BRIEFLY, ONE_STEP, REFINED, REFINED_REPLAYS, Begun, coarse, moved
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.proposal import Family, Found, Proposal, makes_sense, rivals_of, same_kind
 from drivetwin.diagnosis.weigh.state import Bench, State, colours_of, first_colours, state_of
@@ -30,9 +30,7 @@ Progress = Callable[[str, float], None]
 SETTLED = 20
 """Gauss-Newton steps at most, with which all parameters move together to where the evidence gains no more."""
 HOPELESS = 1.0
-"""Nats that a start must gain with its size free, to be moved at all."""
-FAR_OFF = 50.0
-"""Nats that a start may lose whose size is not free: it may lie beside the valley."""
+"""Nats that a start must gain with its size free, to be moved at all. One whose size is not free may lie beside its valley."""
 OFF = 2.5
 """Standard deviations by which a nominal parameter is off for more than chance."""
 CLEARLY = 0.5
@@ -284,7 +282,7 @@ class Search:
         return [one for one in found if one is not None]
 
     def _proposed(self, pair: Pair, axis: str, kind: type[Effect]) -> Proposal | None:
-        state = pair.part
+        state = pair.part if yields(kind) else pair.whole
         held = state.held(kind.name, axis)
         begun = self._begun(state, axis, kind, held)
         known = self._best.get((axis, kind.name))
@@ -299,7 +297,7 @@ class Search:
         tried += [self._moved(state, one, held, BRIEFLY) for one in whole]
         judged = [self.evaluated(pair.whole, one) for one in tried]
         best = max((one for one in judged if one is not None), key=lambda one: one.score, default=None)
-        if best is not None and self.part is not self.bench and issubclass(kind, AxisEffect) and not kind.scales:
+        if best is not None and self.part is not self.bench and yields(kind):
             again = self._moved(pair.whole, replace(tried[judged.index(best)], effect=best.effect.effect), held, BRIEFLY)
             best = max(best, self.evaluated(pair.whole, again) or best, key=lambda one: one.score)
         if best is not None:
@@ -310,7 +308,7 @@ class Search:
         """Where the local search begins. Starts that have to be replayed one by one are compared once, without any effect."""
         try:
             if issubclass(kind, ModelEffect):
-                told = self.part.polynomials.get((axis, kind.name))
+                told = state.bench.polynomials.get((axis, kind.name))
                 return rigid_starts(state.system, axis, told, held) if told is not None else []
             assert issubclass(kind, AxisEffect)
             known = self._best.get((axis, kind.name))
@@ -319,14 +317,28 @@ class Search:
             begun = coarse(state.bench.beginnings(axis, kind, state.dynamics[axis]), state.system, held)
         except UserError:
             return []
-        if begun and begun[0].evidence - state.fit.evidence < (HOPELESS if kind.scales else -FAR_OFF):
+        if begun and kind.scales and begun[0].evidence - state.fit.evidence < HOPELESS:
             return []
         if begun and not kind.scales:
             self._tried[axis, kind.name] = begun[0].tried
+            begun = self._stepped(state, begun, held)
             briefly = [self._moved(state, one, held, BRIEFLY) for one in begun[:REFINED_REPLAYS]]
             rated = [(each, self.evaluated(state, each)) for each in briefly]
             begun = [each for each, one in sorted(rated, key=lambda pair: -(pair[1].score if pair[1] else -np.inf))]
         return begun
+
+    def _stepped(self, state: State, begun: Sequence[Begun], held: frozenset[int]) -> list[Begun]:
+        """Each start one step down its own valley, best first: before that its damping decides more than how it yields."""
+
+        def step(one: Begun) -> Begun:
+            ahead = self._moved(state, one, held, ONE_STEP)
+            try:
+                cost = state.system.whiten(state.predictor(one.axis)(ahead.effect))
+            except UserError:
+                return one
+            return max(one, replace(ahead, evidence=state.system.fit((), cost, held).evidence), key=lambda each: each.evidence)
+
+        return sorted(side_by_side(step, begun), key=lambda one: -one.evidence)
 
     def _moved(self, state: State, one: Begun, held: frozenset[int], evaluations: int | None = None) -> Begun:
         predict = state.predictor(one.axis)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import log, sqrt
+from math import log, pi, sqrt
 from typing import ClassVar
 
 import mujoco
@@ -16,6 +16,8 @@ from drivetwin.emulator.dynamics.replay import motor_torque, needed_torque
 from drivetwin.emulator.effects.base import DAMPING, STIFFNESS, AxisEffect, Exciting, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.waves import travel
+
+_WAYS = 16
 
 
 @dataclass(frozen=True)
@@ -60,9 +62,14 @@ class Presliding(AxisEffect):
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
-        level = _level(axis)
-        ways = np.minimum(np.geomspace(1e-4, 0.1, 12) * travel(motion), 1.6 * _largest_way(axis))
-        return [cls._start(1.6 * level / float(way)) for way in np.unique(ways) if level * way > 0.0]
+        """From the way that a reversal takes within the time constant of the motion's filter, on which nothing less is seen."""
+        level, longest = _level(axis), 0.1 * travel(motion)
+        if level * longest == 0.0:
+            return []
+        shortest = 0.5 * float(np.sqrt(np.mean(motion.acceleration**2))) / (2.0 * pi * motion.band) ** 2
+        least = np.clip(shortest, 1e-5 * longest, 1e-3 * longest)
+        ways = np.minimum(np.geomspace(least, longest, _WAYS), 1.6 * _largest_way(axis))
+        return [cls._start(1.6 * level / float(way)) for way in np.unique(ways)]
 
     @classmethod
     def drawn(cls, ground: Ground) -> Presliding:

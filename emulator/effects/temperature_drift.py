@@ -12,6 +12,10 @@ from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from drivetwin.emulator.effects.base import NUMBER, TIME, Exciting, FrictionEffect, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
 
+_CONSTANTS = (5.0, 2000.0)
+"""From a motor's winding to a gear's housing [s]; of a longer one a recording shows a straight line."""
+_TRIED = 10
+
 
 @dataclass(frozen=True)
 class TemperatureDrift(FrictionEffect):
@@ -45,8 +49,7 @@ class TemperatureDrift(FrictionEffect):
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
-        duration = float(motion.time[-1] - motion.time[0])
-        return [cls._start(float(share) * duration) for share in np.geomspace(0.05, 3.0, 6)]
+        return [cls._start(float(constant)) for constant in np.geomspace(*_CONSTANTS, _TRIED)]
 
     @classmethod
     def drawn(cls, ground: Ground) -> TemperatureDrift:

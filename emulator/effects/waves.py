@@ -14,7 +14,7 @@ from drivetwin.emulator.dynamics.replay import needed_torque
 
 _BINS = 8192
 _NEIGHBOURS = 65
-_USUAL_ORDERS = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
+_USUAL_ORDERS = tuple(float(order) for order in range(1, 49))
 _SHOWN = 10
 _LEAST_ORDER = 0.9
 FRACTIONAL = 1e5

@@ -8,7 +8,7 @@ import pytest
 from drivetwin.emulator.conformance.bench import record
 from drivetwin.emulator.dynamics import Motion
 from drivetwin.emulator.effects.position_friction import PositionFriction
-from drivetwin.emulator.effects.waves import long_waves, travel
+from drivetwin.emulator.effects.waves import long_waves, orders, shortest, travel
 
 
 @pytest.mark.parametrize("waves", [1.2, 1.7, 2.3, 3.3, 4.8, 6.2, 7.7])
@@ -24,6 +24,15 @@ def test_a_long_wave_of_friction_is_near_a_start(waves: float) -> None:
         coefficients = np.linalg.lstsq(columns, wanted, rcond=None)[0]
         left.append(float(np.sum((wanted - columns @ coefficients) ** 2) / np.sum(wanted**2)))
     assert min(left) < 0.4
+
+
+def test_every_whole_order_that_a_motion_shows_is_tried() -> None:
+    """In a torque that shows none: beside friction the cogging of a motor is seldom among its strongest waves."""
+    recorded = record("hinge")
+    motion, turn = recorded.motion, 2.0 * np.pi / recorded.axis.gear_ratio
+    shown = {float(order) for order in range(1, 49) if shortest(motion) <= turn / order <= travel(motion)}
+    assert len(shown) > 12
+    assert shown <= set(orders(motion, recorded.axis, np.zeros_like(motion.position)))
 
 
 def test_an_axis_that_stands_shows_no_waves() -> None:

@@ -1,0 +1,76 @@
+"""What a search proposes of an effect is worth what the best one is: on torques of the test's own formulas, in known noise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rig_bench import COULOMB, GEAR, RESOLUTION, Swing, ready, strokes
+
+from drivetwin.diagnosis.propose.search import Begun
+from drivetwin.diagnosis.report.result import Array
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.moves import Pair, Search
+from drivetwin.diagnosis.weigh.state import bench_of, colours_of, state_of
+from drivetwin.emulator.effects import AxisEffect
+from drivetwin.emulator.effects.presliding import Presliding
+from drivetwin.emulator.effects.temperature_drift import TemperatureDrift
+from drivetwin.emulator.effects.torque_ripple import TorqueRipple
+
+WAY = 5e-6
+"""On which the carriage's friction gives way [m]: a reversal passes it within some samples."""
+SLOW = 600.0
+"""Time constant of a gear that warms [s], ten times as long as a recording."""
+TEETH = 18
+
+
+def ripple(at: Swing) -> Array:
+    return 0.4 * np.sin(TEETH * GEAR * at.position + 0.4)
+
+
+def warming(at: Swing) -> Array:
+    return 0.5 * np.exp(-at.time / SLOW) * (COULOMB["turn"] * np.sign(at.velocity) + 0.8 * at.velocity)
+
+
+def giving_way(at: Swing) -> Array:
+    """Less friction after each reversal, by Dahl's law, 1968, exponent 1: F = F_c (1 - 2 exp(-|x - x_r| / way))."""
+    turned = np.flatnonzero(np.diff(np.sign(at.velocity), prepend=0.0))
+    since = at.position[np.maximum.accumulate(np.where(np.isin(np.arange(len(at.time)), turned), np.arange(len(at.time)), 0))]
+    return -2.0 * COULOMB["lift"] * np.exp(-np.abs(at.position - since) / WAY) * np.sign(at.velocity)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A torque on an axis, and effects of the kind that is asked for, the best of which are as good as can be."""
+
+    axis: str
+    torque: Callable[[Swing], Array]
+    known: tuple[AxisEffect, ...]
+    noise: float
+    """Of the torque, in quanta."""
+
+
+CASES = (
+    Case("lift", ripple, (TorqueRipple(0.4, float(TEETH), 0.4 + np.pi),), 40.0),
+    Case("turn", warming, (TemperatureDrift(0.5, SLOW),), 20.0),
+    Case("lift", giving_way, tuple(Presliding(1.6 * COULOMB["lift"] / way) for way in np.geomspace(0.5, 8.0, 12) * WAY), 0.3),
+)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: type(case.known[0]).name)
+def test_a_proposal_is_worth_what_the_best_of_its_kind_is(case: Case, tmp_path: Path) -> None:
+    more = {case.axis: case.torque}
+    made = ready(tmp_path, *(strokes(seed, seconds, more, noise=case.noise) for seed, seconds in ((1, 60.0), (2, 4.0))))
+    bench = bench_of(made.rows, Settings(), made.absolute)
+    kind = type(case.known[0])
+    search = Search(bench, bench, {case.axis: [kind]}, {}, lambda _what, _share: None)
+    rng = np.random.default_rng(3)
+    noise = {axis: case.noise * RESOLUTION[axis] * rng.standard_normal(bench.rows.count(axis)) for axis in bench.rows.axes}
+    alone = state_of(bench, (), colours_of(bench, noise))
+    best = max(one.score for each in case.known if (one := search.evaluated(alone, Begun(case.axis, each, 0.0, 1))))
+    assert best > 100.0
+    (found,) = search.proposals(Pair(alone, alone))
+    assert found.score > 0.9 * best
