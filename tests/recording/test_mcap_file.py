@@ -23,7 +23,8 @@ def recording() -> Recording:
     axes = {"lift": AxisInfo(joint="lift_joint"), "rotate": AxisInfo(joint="rotate_joint")}
     columns = {axis: {name: random.normal(size=ROWS) for name in ("position", "velocity", "torque")} for axis in axes}
     columns["lift"]["position_demand"] = np.where(np.arange(ROWS) < 5, np.nan, 0.25)
-    return Recording("r", RecordingInfo(machine="m", sample_period=0.001, axes=axes), np.arange(ROWS) * np.float64(0.001), columns)
+    info = RecordingInfo(machine="m", sample_period=0.001, axes=axes)
+    return Recording("r", info, np.arange(ROWS) * np.float64(0.001), columns)
 
 
 def test_both_readers_find_every_number(recording: Recording, tmp_path: Path) -> None:
