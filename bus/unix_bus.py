@@ -107,6 +107,21 @@ class UnixBus(can.BusABC):
             return None
         return self._received.popleft()
 
+    def recv_packet(self, timeout: float | None = None) -> bytes | None:
+        """Next packet as it came, one or more struct can_frame, for whoever takes many at once; else as `recv`.
+
+        Raises CanOperationError as `recv`.
+        """
+        try:
+            if not self._poll.poll(None if timeout is None else timeout * 1e3):
+                return None
+            packet = self._socket.recv(MOST_BYTES)
+        except OSError as error:
+            raise self._gone(error) from None
+        if not packet:
+            raise self._gone("connection closed")
+        return packet[: len(packet) - len(packet) % FRAME.size]
+
     def fileno(self) -> int:
         """For whoever waits for several buses."""
         return self._socket.fileno()
@@ -121,15 +136,9 @@ class UnixBus(can.BusABC):
         """Receive one packet; whether one with a frame came in time."""
         deadline = None if timeout is None else time.monotonic() + timeout
         while not self._received:
-            left = None if deadline is None else max(0.0, deadline - time.monotonic())
-            try:
-                if not self._poll.poll(None if left is None else left * 1e3):
-                    return False
-                packet = self._socket.recv(MOST_BYTES)
-            except OSError as error:
-                raise self._gone(error) from None
-            if not packet:
-                raise self._gone("connection closed")
+            packet = self.recv_packet(None if deadline is None else max(0.0, deadline - time.monotonic()))
+            if packet is None:
+                return False
             self._received.extend(unpack(packet))
         return True
 

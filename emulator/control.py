@@ -5,11 +5,13 @@
 
     {"list": {}}                                            every fault there is, with its parameters
     {"truth": {}}                                           what the axes truly do, for the emulator's owner
+    {"read": {"node": 2, "index": 24641, "subindex": 0}}    an object of a drive, as by its service port
+    {"write": {..., "data": "2700"}}                        its bytes, in hexadecimal
 
 The answer is {"fault": NAME, "time": SIMULATED SECONDS}, or {"error": MESSAGE}; to the list
 {"faults": {NAME: ...}} as of `drivetwin fault --list --json`, to the truth
 {"time": SIMULATED SECONDS, "axes": {AXIS: {"position": rad or m, "velocity": rad/s or m/s, "torque": the motor's, N·m or N}}},
-on the joint side.
+on the joint side; to an object {"data": HEXADECIMAL BYTES}, or {"refused": MESSAGE} by CiA 301's abort codes.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ from drivetwin.emulator.canopen.alarms import Alarm
 from drivetwin.emulator.faults.base import Fault, LastingFault
 from drivetwin.emulator.faults.library import described, library, read_fault
 from drivetwin.emulator.faults.parameter import ALL, Number
+from drivetwin.emulator.service_port import read_object, write_object
 from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.foundation.errors import UserError
 
@@ -56,14 +59,21 @@ class Control:
     def answer(self, line: bytes) -> bytes:
         """The answer to a line, a line too."""
         try:
-            request = _request(line)
-            if request == {"list": {}}:
-                return _line({"faults": {kind.name: described(kind) for kind in library().values()}})
-            if request == {"truth": {}}:
-                return _line({"time": self._virtual.now(), "axes": self._truth()})
-            return _line({"fault": self._obey(request).name, "time": self._virtual.now()})
+            return _line(self._answer(_request(line)))
         except UserError as error:
             return _line({"error": str(error)})
+
+    def _answer(self, request: dict[str, Any]) -> dict[str, object]:
+        if request == {"list": {}}:
+            return {"faults": {kind.name: described(kind) for kind in library().values()}}
+        if request == {"truth": {}}:
+            return {"time": self._virtual.now(), "axes": self._truth()}
+        match request:
+            case {"read": dict(told), **rest} if not rest:
+                return read_object(self._virtual, told)
+            case {"write": dict(told), **rest} if not rest:
+                return write_object(self._virtual, told)
+        return {"fault": self._obey(request).name, "time": self._virtual.now()}
 
     def _truth(self) -> dict[str, object]:
         plant, axes = self._virtual.plant, self._virtual.machine.axes
@@ -83,7 +93,8 @@ class Control:
                 self._end(fault)
                 return fault
         raise UserError(
-            'expected {"strike": FAULT, "for": SECONDS}, {"end": FAULT}, {"list": {}} or {"truth": {}}; '
+            'expected {"strike": FAULT, "for": SECONDS}, {"end": FAULT}, {"list": {}}, {"truth": {}}, {"read": OBJECT} or '
+            '{"write": OBJECT}; '
             'FAULT: {"fault": "sto", "node": 2}'
         )
 

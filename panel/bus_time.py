@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-import can
+import numpy as np
+
+from drivetwin.panel.frames import Frames, Samples
+from drivetwin.panel.pdo_reading import Address
 
 SYNC = 0x80
 """Its COB-ID by default (CiA 301, 7.3.3)."""
 
 DEFAULT_CYCLE = 1000
 """What a SYNC moves an emulated machine by where 1006h is 0 [µs]."""
+
+_CYCLE_PERIOD = (0x1006, 0)
 
 _WRITES_CYCLE = bytes((0x23, 0x06, 0x10, 0x00))
 """Head of the expedited download of 1006h (CiA 301, 7.2.4.3.3)."""
@@ -19,27 +24,41 @@ class BusTime:
 
     def __init__(self, paced_by: int | None) -> None:
         self.now = 0.0
-        self.syncs = 0
         self._cycle = DEFAULT_CYCLE
         self._micros = 0
         self._paced_by = paced_by
         self._began: float | None = None
 
-    def take(self, message: can.Message) -> None:
-        """A frame of the bus, before anybody else hears it."""
-        if message.arbitration_id == SYNC:
-            self.sync()
-        if self._paced_by is None:
-            self._began = message.timestamp if self._began is None else self._began
-            self.now = max(self.now, message.timestamp - self._began)
-        elif message.arbitration_id == 0x600 + self._paced_by and bytes(message.data[:4]) == _WRITES_CYCLE:
-            self._cycle = int.from_bytes(message.data[4:8], "little") or DEFAULT_CYCLE
-        elif message.arbitration_id == 0x700 + self._paced_by and bytes(message.data) == b"\0":
-            self._cycle = DEFAULT_CYCLE
+    def of(self, frames: Frames) -> Samples:
+        """When each of the next frames passed (n,) [s], before anybody else hears them. Their own times are the computer's."""
+        times = self._by_stamps(frames) if self._paced_by is None else self._by_syncs(frames, self._paced_by)
+        self.now = float(times[-1])
+        return times
 
-    def sync(self) -> None:
-        """A SYNC passed, somebody else's or the panel's own."""
-        self.syncs += 1
-        if self._paced_by is not None:
-            self._micros += self._cycle
-            self.now = 1e-6 * self._micros
+    def written(self, address: Address, data: bytes) -> None:
+        """The panel has written an object of the node that paces, beside the bus."""
+        if address == _CYCLE_PERIOD:
+            self._cycle = int.from_bytes(data, "little") or DEFAULT_CYCLE
+
+    def _by_stamps(self, frames: Frames) -> Samples:
+        self._began = float(frames.times[0]) if self._began is None else self._began
+        return np.maximum.accumulate(np.maximum(frames.times - self._began, self.now))
+
+    def _by_syncs(self, frames: Frames, paced_by: int) -> Samples:
+        steps = np.zeros(len(frames), np.int64)
+        syncs = frames.of(SYNC)
+        steps[syncs] = self._cycle
+        for place, cycle in self._changes(frames, paced_by):
+            self._cycle = cycle
+            steps[syncs[syncs > place]] = cycle
+        micros = self._micros + np.cumsum(steps)
+        self._micros = int(micros[-1])
+        return np.asarray(1e-6 * micros)
+
+    def _changes(self, frames: Frames, paced_by: int) -> list[tuple[int, int]]:
+        """Where the cycle becomes another one [µs]: a master writes it, or the node boots."""
+        requests = [(place, frames.content(place)) for place in frames.of(0x600 + paced_by).tolist()]
+        writes = [(place, data[4:]) for place, data in requests if data[:4] == _WRITES_CYCLE]
+        told = [(place, int.from_bytes(data, "little") or DEFAULT_CYCLE) for place, data in writes]
+        boots = [place for place in frames.of(0x700 + paced_by).tolist() if frames.content(place) == b"\0"]
+        return sorted([*told, *((place, DEFAULT_CYCLE) for place in boots)])

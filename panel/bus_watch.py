@@ -6,14 +6,17 @@ import threading
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 
-import can
+import numpy as np
+from numpy.typing import NDArray
 
 from drivetwin.bus.timing.bit_rate import BIT_RATES
-from drivetwin.bus.timing.frame_bits import Frame, frame_bits
-from drivetwin.bus.timing.services import AT_LEISURE, SYNC, service
+from drivetwin.bus.timing.frame_bits import LARGEST_IDENTIFIER, all_frame_bits
+from drivetwin.bus.timing.services import AT_LEISURE, OTHER, SERVICES, service
 from drivetwin.foundation.errors import UserError
-from drivetwin.panel.bus_time import BusTime
+from drivetwin.panel.bus_time import SYNC as SYNC_IDENTIFIER
+from drivetwin.panel.frames import Frames
 from drivetwin.panel.node_watch import NodeWatch
 from drivetwin.panel.values import Value
 
@@ -37,25 +40,21 @@ class Seen:
     data: bytes
 
 
-@dataclass
-class Kind:
-    """What was seen of one identifier."""
-
-    count: int = 0
-    bits: int = 0
+_NAMES = [*(name for _, name in SERVICES), OTHER]
+_IN_CYCLE = np.array([name not in AT_LEISURE for name in _NAMES])
 
 
 class BusWatch:
-    """`take` is called with every frame in the thread of the bus, `told` in that of the pages."""
+    """`take` is called with the frames in the thread of the bus, `told` in that of the pages."""
 
-    def __init__(self, nodes: Mapping[int, NodeWatch], time: BusTime) -> None:
+    def __init__(self, nodes: Mapping[int, NodeWatch]) -> None:
         self._nodes = nodes
-        self._time = time
         self._lock = threading.Lock()
-        self._kinds: dict[int, Kind] = {}
+        self._counts = np.zeros(LARGEST_IDENTIFIER + 1, np.int64)
+        self._bits = np.zeros(LARGEST_IDENTIFIER + 1, np.int64)
         self._last: deque[Seen] = deque(maxlen=MOST_SHOWN)
-        self._cycles: deque[tuple[float, dict[str, int]]] = deque(maxlen=MOST_CYCLES)
-        self._filling: dict[str, int] = {}
+        self._cycles: deque[tuple[float, NDArray[np.int64]]] = deque(maxlen=MOST_CYCLES)
+        self._filling = np.zeros(len(_NAMES), np.int64)
         self._began: float | None = None
         self._left = 0.0
         self.late = self.cycles = 0
@@ -69,55 +68,54 @@ class BusWatch:
             self.bit_rate = bit_rate
             self.late, self.cycles, self._left = 0, 0, 0.0
 
-    def take(self, message: can.Message) -> None:
-        """A frame of the bus, after its time is known (`BusTime.take`)."""
-        if message.is_extended_id or message.is_fd:
-            return
-        identifier, remote, data = message.arbitration_id, message.is_remote_frame, bytes(message.data)
-        bits = frame_bits(Frame(identifier, b"" if remote else data, message.dlc if remote else None))
-        name = service(identifier)
+    def take(self, frames: Frames) -> None:
+        """Frames of the bus, by its time."""
+        bits = all_frame_bits(frames.identifiers, frames.lengths, frames.data, frames.remote)
+        syncs = np.flatnonzero(frames.identifiers == SYNC_IDENTIFIER)
+        parts = np.zeros(len(frames), np.int64)
+        parts[syncs] = 1
+        by_part = np.zeros((len(syncs) + 1, len(_NAMES)), np.int64)
+        np.add.at(by_part, (np.cumsum(parts), _services()[frames.identifiers]), bits)
         with self._lock:
-            if name == SYNC:
-                self._next_cycle()
-            self._filling[name] = self._filling.get(name, 0) + bits
-            kind = self._kinds.setdefault(identifier, Kind())
-            kind.count += 1
-            kind.bits += bits
-            self._last.append(Seen(self._time.now, identifier, remote, data))
+            self._filling += by_part[0]
+            for began, filling in zip(frames.times[syncs].tolist(), by_part[1:], strict=True):
+                self._next_cycle(began, filling)
+            self._counts += np.bincount(frames.identifiers, minlength=LARGEST_IDENTIFIER + 1)
+            np.add.at(self._bits, frames.identifiers, bits)
+            for place in range(max(0, len(frames) - MOST_SHOWN), len(frames)):
+                identifier, remote = int(frames.identifiers[place]), bool(frames.remote[place])
+                self._last.append(Seen(float(frames.times[place]), identifier, remote, frames.content(place)))
 
-    def _next_cycle(self) -> None:
+    def _next_cycle(self, now: float, filling: NDArray[np.int64]) -> None:
         """A cycle is late whose frames, with what the one before left, need longer than it lasted; SDO, NMT, LSS give way."""
-        now = self._time.now
         if self._began is not None and now > self._began:
-            needed = sum(bits for name, bits in self._filling.items() if name not in AT_LEISURE)
+            needed = int(self._filling[_IN_CYCLE].sum())
             self._left = max(0.0, self._left + needed - self.bit_rate * (now - self._began))
             self.cycles += 1
             self.late += self._left > 0.0
             self._cycles.append((now - self._began, self._filling))
-        self._began, self._filling = now, {}
+        self._began, self._filling = now, filling
 
     def told(self) -> dict[str, object]:
         """For the page."""
         with self._lock:
             last, cycles = list(self._last), list(self._cycles)
-            kinds = {key: Kind(**vars(kind)) for key, kind in self._kinds.items()}
+            counts, bits = self._counts.copy(), self._bits.copy()
         seconds = sum(length for length, _ in cycles)
-        by_service: dict[str, int] = {}
-        for _, bits in cycles:
-            for name, number in bits.items():
-                by_service[name] = by_service.get(name, 0) + number
+        totals = np.sum([each for _, each in cycles], axis=0).tolist() if cycles else []
+        by_service = {name: number for name, number in zip(_NAMES, totals, strict=False) if number}
         full = self.bit_rate * seconds
         return {
             "bit_rate": self.bit_rate,
             "seconds": seconds,
             "load": sum(by_service.values()) / full if seconds else None,
-            "worst": max((sum(bits.values()) / (self.bit_rate * length) for length, bits in cycles), default=None),
-            "services": {name: bits / full for name, bits in sorted(by_service.items(), key=lambda one: -one[1])},
+            "worst": max((int(each.sum()) / (self.bit_rate * length) for length, each in cycles), default=None),
+            "services": {name: number / full for name, number in sorted(by_service.items(), key=lambda one: -one[1])},
             "cycles": self.cycles,
             "late": self.late,
             "identifiers": [
-                {"id": f"{key:03X}h", "name": self.name(key), "count": kind.count, "bits": kind.bits / kind.count}
-                for key, kind in sorted(kinds.items())
+                {"id": f"{key:03X}h", "name": self.name(key), "count": int(counts[key]), "bits": float(bits[key] / counts[key])}
+                for key in np.flatnonzero(counts).tolist()
             ],
             "frames": [self._frame(seen) for seen in reversed(last)],
         }
@@ -141,6 +139,12 @@ class BusWatch:
             if (pdo := node.pdos.get(seen.identifier)) is not None:
                 return ", ".join(f"{node.entries[address].name} {_short(value)}" for address, value in pdo.values(seen.data))
         return ""
+
+
+@cache
+def _services() -> NDArray[np.intp]:
+    """The place in `_NAMES` of each identifier's service."""
+    return np.array([_NAMES.index(service(identifier)) for identifier in range(LARGEST_IDENTIFIER + 1)])
 
 
 def _short(value: Value) -> str:

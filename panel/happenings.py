@@ -6,13 +6,13 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import can
+import numpy as np
 
 from drivetwin.panel.bus_time import BusTime
+from drivetwin.panel.frames import Frames, Samples
 from drivetwin.panel.node_watch import STATUSWORD, NodeWatch
 from drivetwin.panel.pdo_reading import Address
 from drivetwin.panel.power_states import COMMANDS, power_state
-from drivetwin.panel.values import Value
 from drivetwin.panel.words import NMT_COMMANDS, emergency_words
 
 MOST = 200
@@ -36,7 +36,7 @@ class Happening:
 
 
 class Happenings:
-    """The last `MOST`. `take` is called with every frame, `hear` with every value, both in the thread of the bus."""
+    """The last `MOST`. `take` is called with the frames, `hear` with values, both in the thread of the bus."""
 
     def __init__(self, nodes: Mapping[int, NodeWatch], time: BusTime) -> None:
         self._nodes = nodes
@@ -54,28 +54,33 @@ class Happenings:
         """By their times."""
         return sorted(self.all.copy(), key=lambda one: one.time)[::-1]
 
-    def take(self, message: can.Message) -> None:
-        """EMCY, boot-up, NMT command."""
-        cob_id, data = message.arbitration_id, bytes(message.data)
-        if message.is_remote_frame or message.is_extended_id:
-            return
+    def take(self, frames: Frames) -> None:
+        """EMCY, boot-up, NMT command of others."""
+        for cob_id, places in frames.places.items():
+            if cob_id == 0 or 0x81 <= cob_id <= 0xFF or 0x701 <= cob_id <= 0x77F:
+                for place in places[~frames.own[places]].tolist():
+                    self._take(cob_id, frames.content(place), float(frames.times[place]))
+
+    def _take(self, cob_id: int, data: bytes, at: float) -> None:
         if cob_id == 0 and len(data) == 2:
             command = next((name for name, code in NMT_COMMANDS.items() if code == data[0]), f"{data[0]:02X}h")
-            self.note(CONTROLLER, self._name(data[1]), f"NMT: {command}")
+            self.note(CONTROLLER, self._name(data[1]), f"NMT: {command}", at)
         elif 0x81 <= cob_id <= 0xFF and len(data) >= 3:
             code = int.from_bytes(data[:2], "little")
-            self.note(DRIVE, self._name(cob_id - 0x80), f"EMCY {code:04X}h: {emergency_words(code)}")
+            self.note(DRIVE, self._name(cob_id - 0x80), f"EMCY {code:04X}h: {emergency_words(code)}", at)
         elif 0x701 <= cob_id <= 0x77F and data == b"\0":
-            self.note(DRIVE, self._name(cob_id - 0x700), "boot-up")
+            self.note(DRIVE, self._name(cob_id - 0x700), "boot-up", at)
 
-    def hear(self, node_id: int, address: Address, value: Value) -> None:
-        """A state that is another than before, a command that is."""
-        if isinstance(value, str) or address not in (STATUSWORD, CONTROLWORD):
+    def hear(self, node_id: int, address: Address, times: Samples, values: Samples) -> None:
+        """States that are others than before, commands that are."""
+        if address not in (STATUSWORD, CONTROLWORD):
             return
-        who, words = (DRIVE, power_state(int(value))) if address == STATUSWORD else (CONTROLLER, _command(int(value)))
-        if words is not None and self._said.get((node_id, address)) != words:
-            self._said[node_id, address] = words
-            self.note(who, self._name(node_id), words)
+        for place in (0, *(np.flatnonzero(np.diff(values)) + 1).tolist()):
+            word = int(values[place])
+            who, words = (DRIVE, power_state(word)) if address == STATUSWORD else (CONTROLLER, _command(word))
+            if words is not None and self._said.get((node_id, address)) != words:
+                self._said[node_id, address] = words
+                self.note(who, self._name(node_id), words, float(times[place]))
 
     def _name(self, node_id: int) -> str:
         if node_id == 0:

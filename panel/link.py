@@ -1,44 +1,38 @@
-"""The panel's end of the bus: one thread hands each frame to who listens; SDO waits until no other master asks the drive."""
+"""The panel's end of the bus: one thread takes what passes and hands it on, many frames at once."""
 
 from __future__ import annotations
 
 import logging
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from types import TracebackType
 
 import can
 import canopen
-from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
+import numpy as np
 
+from drivetwin.bus.unix_bus import UnixBus, pack
 from drivetwin.foundation.errors import UserError
+from drivetwin.panel.frames import Frames, Packet, frames_of
 
 logger = logging.getLogger(__name__)
 
-Hearer = Callable[[can.Message], None]
+Hearer = Callable[[Frames], None]
 
-SLICE = 0.1
-"""Longest wait for a frame before looking whether to stop [s]."""
+TOGETHER = 0.03
+"""So long frames are gathered before they are handed on [s], where nobody waits for an answer."""
 
-QUIET = 0.1
-"""So long no other master has asked a drive by SDO before the panel does [s]: a drive has one default SDO channel."""
+WAIT = 0.1
+"""Between two looks whether the panel has caught up with the bus, at most [s]."""
 
-PATIENCE = 5.0
-"""Longest wait for that [s]."""
-
-ANSWER = 1.0
-"""Longest wait for a drive's answer [s]; it answers within milliseconds, a loaded host may not."""
-
-
-class ObjectRefusedError(UserError):
-    """The drive is there, and an object is not read or not taken."""
+SDO_REQUESTS, SDO_ANSWERS = range(0x601, 0x680), range(0x581, 0x600)
+"""COB-IDs of the default SDO channels (CiA 301, 7.3.5)."""
 
 
 class Link(canopen.Network):
-    """A canopen network on an open python-can bus. `hearers` get every frame of others, in the thread of the bus.
-
-    `watchers` get these before, and the panel's own frames in the thread that sends.
+    """A canopen network on an open python-can bus. `hearers` get every frame, in the thread of the bus.
 
     `lost` says why the bus has gone, None while it is there.
     """
@@ -46,11 +40,15 @@ class Link(canopen.Network):
     def __init__(self, bus: can.BusABC) -> None:
         super().__init__(bus)
         self.hearers: list[Hearer] = []
-        self.watchers: list[Hearer] = []
         self.lost: str | None = None
         self._wire = bus
+        self._receive = _receiver(bus)
+        self._passed: deque[Packet] = deque()
         self._asked: dict[int, float] = {}
-        self._one_at_a_time = threading.Lock()
+        self._unanswered: set[int] = set()
+        self._urgent = 0
+        self._wants_to_catch_up = threading.Event()
+        self._caught_up = threading.Event()
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="panel bus", daemon=True)
 
@@ -68,74 +66,101 @@ class Link(canopen.Network):
         """Of the bus."""
         return str(self._wire.channel_info)
 
-    def add(self, node_id: int) -> canopen.RemoteNode:
-        """A node to ask by SDO; its objects are asked for by their address alone."""
-        nothing = canopen.ObjectDictionary()
-        node = canopen.RemoteNode(node_id, nothing)
-        node.sdo.RESPONSE_TIMEOUT = ANSWER
-        self.add_node(node)
-        return node
-
-    def read(self, node: canopen.RemoteNode, index: int, subindex: int) -> bytes:
-        """The bytes of an object. Raises ObjectRefusedError with the drive's reason, UserError where it does not answer."""
-        with self._one_at_a_time:
-            return bytes(self._ask(node, index, subindex, lambda: node.sdo.upload(index, subindex)))
-
-    def write(self, node: canopen.RemoteNode, index: int, subindex: int, data: bytes) -> None:
-        """Write the bytes of an object. Raises as `read`."""
-        with self._one_at_a_time:
-            self._ask(node, index, subindex, lambda: node.sdo.download(index, subindex, data))
-
     def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
         """Send one frame for canopen, as `Network.send_message`. Raises UserError where the bus has gone."""
         message = can.Message(arbitration_id=can_id, data=data, is_extended_id=can_id > 0x7FF, is_remote_frame=remote)
         try:
             with self.send_lock:
                 self._wire.send(message)
-                self._show(message)
+                self._passed.append(Packet(time.time(), pack(message), own=True))
         except can.CanError as error:
             raise UserError(str(error)) from None
 
     def quiet_for(self, node_id: int) -> float:
-        """Seconds since another master asked the node by SDO."""
+        """Seconds since another master asked the node by SDO, as far as the panel has caught up with the bus."""
         return time.monotonic() - self._asked.get(node_id, 0.0)
 
-    def _ask(self, node: canopen.RemoteNode, index: int, subindex: int, exchange: Callable[[], bytes | None]) -> bytes:
-        where = f"node {node.id}, {index:04X}h:{subindex:02X}"
-        self._wait_for_quiet(int(node.id or 0), where)
-        try:
-            return exchange() or b""
-        except SdoAbortedError as error:
-            raise ObjectRefusedError(f"{where}: the drive refused: {error}") from None
-        except SdoCommunicationError as error:
-            raise UserError(f"{where}: {error}") from None
+    def is_unanswered(self, node_id: int) -> bool:
+        """Whether the node owes another master an SDO answer."""
+        return node_id in self._unanswered
 
-    def _wait_for_quiet(self, node_id: int, where: str) -> None:
-        until = time.monotonic() + PATIENCE
-        while self.quiet_for(node_id) < QUIET:
-            if time.monotonic() > until:
-                raise UserError(f"{where}: another master asks this drive by SDO without a pause; try again when it has done")
-            time.sleep(QUIET / 4)
+    def catch_up(self, patience: float) -> bool:
+        """Hear all that has passed by now; whether that took less than `patience` [s]: a loaded computer lags behind."""
+        until = time.monotonic() + patience
+        self._caught_up.clear()
+        self._wants_to_catch_up.set()
+        while not self._caught_up.wait(WAIT):
+            if time.monotonic() > until or self.lost is not None or self._ended.is_set():
+                return False
+        return True
+
+    def hurry(self, hurries: bool) -> None:
+        """Hand frames on as they come while somebody waits for an answer; one call with False for each with True."""
+        with self.send_lock:
+            self._urgent += 1 if hurries else -1
 
     def _run(self) -> None:
-        while not self._ended.is_set():
-            try:
-                message = self._wire.recv(SLICE)
-            except can.CanError as error:
-                self.lost = str(error)
+        try:
+            while not self._ended.is_set():
+                self._gather()
+                self._hand_on()
+        except can.CanError as error:
+            self.lost = str(error)
+
+    def _gather(self) -> None:
+        """What passes until it is time to hand it on; where somebody waits, until nothing more has come by now."""
+        due = time.monotonic() + TOGETHER
+        while (left := due - time.monotonic()) > 0.0:
+            waited_for = self._urgent > 0 and bool(self._passed)
+            packet = self._receive(0.0 if waited_for or self._wants_to_catch_up.is_set() else left)
+            if packet is not None:
+                self._passed.append(packet)
+            elif self._wants_to_catch_up.is_set():
+                self._hand_on()
+                self._wants_to_catch_up.clear()
+                self._caught_up.set()
+            elif waited_for:
                 return
-            if message is not None and not message.is_error_frame:
-                self._hand_on(message)
 
-    def _hand_on(self, message: can.Message) -> None:
-        if 0x601 <= message.arbitration_id <= 0x67F and message.is_rx:
-            self._asked[message.arbitration_id - 0x600] = time.monotonic()
-        self._show(message)
+    def _hand_on(self) -> None:
+        packets = [self._passed.popleft() for _ in range(len(self._passed))]
+        if not packets:
+            return
+        frames = frames_of(packets)
+        if not len(frames):
+            return
+        self._hear_sdo(frames)
+        for identifier in frames.places:
+            self.scanner.on_message_received(identifier)
         for hear in self.hearers:
-            hear(message)
-        if not message.is_remote_frame and not message.is_extended_id:
-            self.notify(message.arbitration_id, message.data, message.timestamp)
+            hear(frames)
 
-    def _show(self, message: can.Message) -> None:
-        for watch in self.watchers:
-            watch(message)
+    def _hear_sdo(self, frames: Frames) -> None:
+        """Requests of other masters, and answers: to canopen."""
+        of_sdo = (frames.identifiers >= SDO_ANSWERS.start) & (frames.identifiers < SDO_REQUESTS.stop)
+        for place in np.flatnonzero(of_sdo & ~frames.own & ~frames.remote).tolist():
+            identifier = int(frames.identifiers[place])
+            if identifier in SDO_REQUESTS:
+                self._asked[identifier - 0x600] = time.monotonic()
+                self._unanswered.add(identifier - 0x600)
+            elif identifier in SDO_ANSWERS:
+                self._unanswered.discard(identifier - 0x580)
+                self.notify(identifier, bytearray(frames.content(place)), float(frames.times[place]))
+
+
+def _receiver(bus: can.BusABC) -> Callable[[float], Packet | None]:
+    """Waits for what comes next, so long [s] at most. Raises CanError where the bus has gone."""
+    if isinstance(bus, UnixBus):
+        return lambda wait: _stamped(bus.recv_packet(wait))
+    return lambda wait: _packet(bus.recv(wait))
+
+
+def _stamped(frames: bytes | None) -> Packet | None:
+    return None if frames is None else Packet(time.time(), frames)
+
+
+def _packet(message: can.Message | None) -> Packet | None:
+    """A frame with more than 8 bytes is no classic one, and comes as none."""
+    if message is None:
+        return None
+    return Packet(message.timestamp, b"" if message.is_fd else pack(message))

@@ -1,18 +1,19 @@
-"""What is seen of one drive: its frames as they pass, and by SDO what they do not tell."""
+"""What is seen of one drive: its frames as they pass, and what it tells when it is asked."""
 
 from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
 
-import can
+import numpy as np
 
 from drivetwin.drive_profiles import DriveProfile, ObjectEntry
 from drivetwin.foundation.errors import UserError
-from drivetwin.panel.link import Link
+from drivetwin.panel.door import SETTLED, Door
+from drivetwin.panel.frames import Frames, Places, Samples
 from drivetwin.panel.pdo_reading import Address, Pdo, read_pdos
 from drivetwin.panel.values import Value, decode
 
@@ -26,9 +27,6 @@ SWITCHES = ("negative limit", "positive limit", "home")
 
 FRESH = 1.0
 """Age from which a vital object is asked for [s]."""
-
-MAPPING_SETTLED = 0.5
-"""So long no other master has asked the drive before its PDO mapping is read anew [s]."""
 
 MOST_EMERGENCIES = 100
 
@@ -55,6 +53,10 @@ class Emergency:
     manufacturer: bytes
 
 
+Hearer = Callable[[int, Address, Samples, Samples], None]
+"""Told node-ID, object, times (n,) [s of the bus] and values (n,)."""
+
+
 @dataclass(frozen=True)
 class Sample:
     """A value, and when it came [s] by time.monotonic()."""
@@ -64,9 +66,14 @@ class Sample:
 
 
 class NodeWatch:
-    """One node. `take` is called in the thread of the bus with every frame, `refresh` in the one that asks."""
+    """One node. `take` is called in the thread of the bus with every frame, `refresh` in the one that asks.
 
-    def __init__(self, link: Link, node_id: int, profile: DriveProfile, axis: Axis | None) -> None:
+    `now` tells the time of the bus [s].
+    """
+
+    def __init__(
+        self, door: Door, node_id: int, profile: DriveProfile, axis: Axis | None, now: Callable[[], float] = time.monotonic
+    ) -> None:
         self.node_id = node_id
         self.axis = axis
         self.profile = profile
@@ -78,11 +85,12 @@ class NodeWatch:
         self.unit: float | None = None
         """rad or m a position unit, None where the axis is not known."""
         self.silent = ""
-        """Why it does not answer by SDO; empty where it does."""
-        self.hearers: list[Callable[[int, Address, Value], None]] = []
-        """Told node-ID, object and value of whatever comes."""
-        self._link = link
-        self._remote = link.add(node_id)
+        """Why it does not answer; empty where it does."""
+        self.hearers: list[Hearer] = []
+        self.writers: list[Callable[[Address, bytes], None]] = []
+        """Told what the panel has written."""
+        self._door = door
+        self._now = now
         self._mapping_read = 0.0
 
     @property
@@ -91,12 +99,14 @@ class NodeWatch:
         return self.axis.name if self.axis is not None else f"node {self.node_id}"
 
     def read(self, index: int, subindex: int) -> bytes:
-        """By SDO. Raises UserError."""
-        return self._link.read(self._remote, index, subindex)
+        """The bytes of an object. Raises UserError."""
+        return self._door.read(self.node_id, index, subindex)
 
     def write(self, index: int, subindex: int, data: bytes) -> None:
-        """By SDO. Raises UserError."""
-        self._link.write(self._remote, index, subindex, data)
+        """Write the bytes of an object. Raises UserError."""
+        self._door.write(self.node_id, index, subindex, data)
+        for hear in self.writers:
+            hear((index, subindex), data)
 
     def number(self, address: Address) -> int | float | None:
         """The last number of an object that has come, None where none has."""
@@ -105,8 +115,8 @@ class NodeWatch:
 
     @property
     def settled(self) -> bool:
-        """Whether its PDO mapping is known and no other master has asked it by SDO for a while: one that configures it does."""
-        return bool(self._mapping_read) and self._link.quiet_for(self.node_id) >= MAPPING_SETTLED
+        """Whether its PDO mapping is known, and it may be asked."""
+        return bool(self._mapping_read) and self._door.is_free(self.node_id)
 
     def in_pdo(self, address: Address) -> bool:
         """Whether a PDO that exists carries an object."""
@@ -137,36 +147,47 @@ class NodeWatch:
             raise UserError(f"drives of type {self.profile.name} have no {index:04X}h:{subindex:02X}")
         return found
 
-    def take(self, message: can.Message) -> None:
-        """A frame of the bus, whoever's it is."""
-        cob_id = message.arbitration_id
-        if message.is_remote_frame or message.is_extended_id:
-            return
-        if (pdo := self.pdos.get(cob_id)) is not None:
-            self._keep(pdo.values(bytes(message.data)))
-        elif cob_id == 0x700 + self.node_id and message.data:
-            self.nmt = message.data[0] & 0x7F
-        elif cob_id == 0x80 + self.node_id and len(message.data) >= 3:
-            self._alarm(bytes(message.data))
+    def take(self, frames: Frames) -> None:
+        """Frames of the bus, whoever's they are."""
+        for cob_id, pdo in list(self.pdos.items()):
+            if len(places := frames.of(cob_id)):
+                self._take_pdo(pdo, frames, places)
+        for place in frames.of(0x700 + self.node_id).tolist():
+            if frames.lengths[place]:
+                self.nmt = int(frames.data[place, 0]) & 0x7F
+        for place in frames.of(0x80 + self.node_id).tolist():
+            if len(data := frames.content(place)) >= 3:
+                self._alarm(data, float(frames.times[place]))
 
-    def _alarm(self, data: bytes) -> None:
+    def _take_pdo(self, pdo: Pdo, frames: Frames, places: Places) -> None:
+        now = time.monotonic()
+        times, lengths, data = frames.times[places], frames.lengths[places], frames.data[places]
+        for field in pdo.fields:
+            there, values = field.column(lengths, data)
+            if values.size:
+                self.values[field.address] = Sample(values[-1].item(), now)
+                self._tell(field.address, times[there], values.astype(np.float64))
+
+    def _alarm(self, data: bytes, at: float) -> None:
         code = int.from_bytes(data[:2], "little")
         self.emergencies.appendleft(Emergency(time.time(), code, data[2], data[3:]))
-        self._keep([(ERROR_REGISTER, data[2])])
+        self._keep(ERROR_REGISTER, data[2], at)
 
-    def _keep(self, told: Iterable[tuple[Address, Value]]) -> None:
-        now = time.monotonic()
-        for address, value in told:
-            self.values[address] = Sample(value, now)
-            for hear in self.hearers:
-                hear(self.node_id, address, value)
+    def _keep(self, address: Address, value: Value, at: float) -> None:
+        self.values[address] = Sample(value, time.monotonic())
+        if not isinstance(value, str):
+            self._tell(address, np.array([at]), np.array([float(value)]))
+
+    def _tell(self, address: Address, times: Samples, values: Samples) -> None:
+        for hear in self.hearers:
+            hear(self.node_id, address, times, values)
 
     def refresh(self) -> None:
         """Ask for what is stale: the PDO mapping after another master has configured the drive, vital objects of no PDO.
 
-        Nothing is asked while another master configures the drive: two on its one SDO channel take each other's answers.
+        Nothing is asked while another master configures the drive by the one SDO channel that the panel has too.
         """
-        if self._link.quiet_for(self.node_id) < MAPPING_SETTLED:
+        if not self._door.is_free(self.node_id):
             return
         try:
             for address in VITAL:
@@ -179,16 +200,16 @@ class NodeWatch:
             self.silent = str(error)
 
     def ask(self, address: Address) -> Value | None:
-        """Read an object by SDO and keep its value. Raises UserError."""
+        """Read an object and keep its value. Raises UserError."""
         value = decode(self.entries[address].data_type, self.read(*address))
         if value is not None:
-            self._keep([(address, value)])
+            self._keep(address, value, self._now())
         return value
 
     def _refresh_mapping(self) -> None:
-        quiet = self._link.quiet_for(self.node_id)
+        quiet = self._door.quiet_for(self.node_id)
         asked_since = time.monotonic() - quiet > self._mapping_read
-        if self._mapping_read and (not asked_since or quiet < MAPPING_SETTLED):
+        if self._mapping_read and (not asked_since or quiet < SETTLED):
             return
         began = time.monotonic()
         if not self._mapping_read:

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 
@@ -16,7 +17,9 @@ from drivetwin.panel.access import Pen
 from drivetwin.panel.bus_time import SYNC, BusTime
 from drivetwin.panel.bus_watch import BusWatch
 from drivetwin.panel.commissioning import Commissioning
+from drivetwin.panel.door import SdoChannel, ServicePort
 from drivetwin.panel.fault_desk import FaultDesk
+from drivetwin.panel.frames import Frames
 from drivetwin.panel.happenings import Happenings
 from drivetwin.panel.link import Link
 from drivetwin.panel.machine_model import MachineModel
@@ -31,9 +34,6 @@ REFRESH_EVERY = 0.25
 
 LISTEN = 1.5
 """How long drives may take to be heard before they are asked who is there [s]; a heartbeat comes within a second."""
-
-OPERATIONAL = 5
-"""NMT state in a heartbeat (CiA 301, 7.2.8.3.2.2)."""
 
 SEARCH = 0.5
 """How long they may take to answer [s]."""
@@ -78,19 +78,19 @@ class Panel:
         self.motion = motion
         self.commissioning = commissioning
         self.profile = profile
-        self.nodes = {node_id: NodeWatch(link, node_id, profile, axes.get(node_id)) for node_id in node_ids}
+        self.time = BusTime(None if motion is None else min(node_ids))
+        door = SdoChannel(link) if control is None else ServicePort(link, control)
+        self.nodes = {
+            node_id: NodeWatch(door, node_id, profile, axes.get(node_id), lambda: self.time.now) for node_id in node_ids
+        }
+        self.nodes[min(node_ids)].writers.append(self.time.written)
         self.control = control
         self.machine = machine
         self.model = None if model is None else MachineModel(model)
-        self.time = BusTime(None if motion is None else min(node_ids))
-        link.watchers.append(self.time.take)
-        for node in self.nodes.values():
-            link.hearers.append(node.take)
         self.scope = Scope(self.nodes, self.time, control)
-        self.bus = BusWatch(self.nodes, self.time)
-        link.watchers.append(self.bus.take)
+        self.bus = BusWatch(self.nodes)
         self.happenings = Happenings(self.nodes, self.time)
-        link.hearers.append(self.happenings.take)
+        link.hearers.append(self._take)
         self.faults = FaultDesk(control, self.time, self.happenings)
         self._ended = threading.Event()
         self._threads = [
@@ -115,10 +115,14 @@ class Panel:
             raise UserError(f"there is no node {node_id} on {self.link.name}; there are {', '.join(map(str, self.nodes))}")
         return self.nodes[node_id]
 
-    @property
-    def configured(self) -> bool:
-        """False while the controller that the panel started brings up the drives: it needs the SDO channel of each."""
-        return not self._driven or all(node.nmt == OPERATIONAL for node in self.nodes.values())
+    def _take(self, frames: Frames) -> None:
+        """What has passed on the bus, by the machine's time."""
+        passed = replace(frames, times=self.time.of(frames))
+        self.bus.take(passed)
+        for node in self.nodes.values():
+            node.take(passed)
+        self.happenings.take(passed)
+        self.scope.settle()
 
     @property
     def _driven(self) -> bool:
@@ -128,13 +132,12 @@ class Panel:
     def _refresh(self) -> None:
         while not self._ended.wait(REFRESH_EVERY):
             for node in self.nodes.values():
-                if not self._ended.is_set() and self.link.lost is None and self.configured:
+                if not self._ended.is_set() and self.link.lost is None:
                     node.refresh()
 
     def _ask_for_scope(self) -> None:
         while not self._ended.wait(ASK_EVERY) and self.link.lost is None:
-            if self.configured:
-                self.scope.ask_round()
+            self.scope.ask_round()
 
     def _keep_time(self) -> None:
         """SYNC for the machine that the panel itself has emulated, while nothing moves it: else its time would stand still."""

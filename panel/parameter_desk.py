@@ -10,7 +10,7 @@ from drivetwin.drive_profiles import DataType, ObjectEntry
 from drivetwin.drive_profiles.eds_writer import Configured, dcf_text
 from drivetwin.drive_profiles.profile import BITS
 from drivetwin.foundation.errors import UserError
-from drivetwin.panel.link import ObjectRefusedError
+from drivetwin.panel.door import ObjectRefusedError
 from drivetwin.panel.node_watch import STATUSWORD, NodeWatch
 from drivetwin.panel.parameter_file import ParameterFile, is_parameter
 from drivetwin.panel.power_states import PowerState, power_state

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from drivetwin.drive_profiles.profile import BITS, DataType
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetwin.drive_profiles.profile import BITS, FLOATS, SIGNED, DataType
 from drivetwin.foundation.errors import UserError
+from drivetwin.panel.frames import Places
 from drivetwin.panel.values import Value, decode
 
 Address = tuple[int, int]
@@ -31,6 +36,18 @@ class Field:
     start: int
     end: int
 
+    def column(self, lengths: NDArray[np.uint8], data: NDArray[np.uint8]) -> tuple[Places, NDArray[np.generic]]:
+        """Its values (m,) in frames of `lengths` (n,) and `data` (n, 8), and in which (m,).
+
+        Those that are too short, and what is no finite number, are left out.
+        """
+        there = np.flatnonzero(lengths >= self.end)
+        values = _numbers(self.data_type, np.ascontiguousarray(data[there, self.start : self.end]))
+        if self.data_type in FLOATS:
+            finite = np.isfinite(values)
+            return there[finite], values[finite]
+        return there, values
+
 
 @dataclass(frozen=True)
 class Pdo:
@@ -44,6 +61,17 @@ class Pdo:
         """The objects of a frame; those that it is too short for are left out."""
         told = ((field.address, decode(field.data_type, data[field.start : field.end])) for field in self.fields)
         return [(address, value) for address, value in told if value is not None]
+
+
+def _numbers(data_type: DataType, raw: NDArray[np.uint8]) -> NDArray[Any]:
+    """Little-endian numbers (n,) of their bytes (n, size)."""
+    kind = "f" if data_type in FLOATS else "i" if data_type in SIGNED else "u"
+    rows, size = raw.shape
+    if size in (1, 2, 4, 8):
+        return raw.view(f"<{kind}{size}")[:, 0]
+    wide = np.zeros((rows, 8), np.uint8)
+    wide[:, 8 - size :] = raw  # in the upper bytes: the shift back brings the sign
+    return np.asarray(wide.view(f"<{kind}8")[:, 0] >> 8 * (8 - size))
 
 
 def read_pdos(read: Callable[[int, int], bytes], types: Mapping[Address, DataType]) -> dict[int, Pdo]:

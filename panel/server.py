@@ -258,6 +258,7 @@ def serve(panel: Panel, access: Access, where: socket.socket) -> None:
     """Serve the panel until Ctrl-C or SIGTERM."""
     config = uvicorn.Config(
         application(panel, access), log_level="error", access_log=False, ws="websockets-sansio", ws_max_size=LONGEST_QUESTION,
+        ws_per_message_deflate=False,  # to a page on the same computer it saves nothing
         timeout_graceful_shutdown=2, lifespan="off",
     )  # fmt: skip
     _Server(config).run(sockets=[where])

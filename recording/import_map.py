@@ -43,13 +43,16 @@ ObjectKey = tuple[int, int]
 
 
 def _object_key(value: object) -> ObjectKey:
-    """`0x6064`, `"6064h"` or `"0x21A3:1"` as (index, subindex); text is hexadecimal, as in every drive manual."""
+    """`0x6064`, `"6064h"`, `"0x21A3:1"` or (index, subindex) as that; text is hexadecimal, as in every drive manual."""
+    match value:
+        case (int(index), int(subindex)):
+            return index, subindex
     if isinstance(value, int) and not isinstance(value, bool):
         return value, 0
     text = str(value).strip().lower()
-    index, _, sub = text.partition(":")
+    index_text, _, sub = text.partition(":")
     try:
-        return int(index.removesuffix("h").removeprefix("0x"), 16), int(sub.removeprefix("0x") or "0", 16)
+        return int(index_text.removesuffix("h").removeprefix("0x"), 16), int(sub.removeprefix("0x") or "0", 16)
     except ValueError:
         raise ValueError(f"{value!r} is no object; write its index as 0x6064, with a subindex as 0x21A3:1") from None
 

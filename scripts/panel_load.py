@@ -1,4 +1,4 @@
-"""What a panel costs the machine beside it: late cycles of a 1 kHz master, memory, and frames of a page beside a deaf one.
+"""What a panel costs the machine beside it: late cycles of a 1 kHz master, processor time, memory, frames beside a deaf page.
 
 An emulator in real time and a master of its own are on one bus: set-points, SYNC and actual values of three drives each
 millisecond. The drives have no voltage, so that a busy computer stops nothing. First a panel with a page that watches twelve
@@ -79,12 +79,17 @@ PATIENCE = 120.0
 
 @dataclass(frozen=True)
 class Block:
-    """`seconds` of the master's life: cycles, those that began late, samples that did not come, frames that a page got."""
+    """`seconds` of the master's life: cycles, those that began late, samples that did not come.
+
+    And processor time [s] of emulator and panel, and the frames that a page got.
+    """
 
     cycles: int
     late: int
     missed: int
     seconds: float
+    emulator: float = 0.0
+    panel: float = 0.0
     frames: int = 0
 
     def __add__(self, other: Block) -> Block:
@@ -105,26 +110,29 @@ NOTHING = Block(0, 0, 0, 0.0)
 class Master:
     """Set-points, SYNC and actual values at 1 kHz on the wall clock, and a count of what was late."""
 
-    def __init__(self, link: Link, drives: Sequence[DriveNode]) -> None:
+    def __init__(self, link: Link, drives: Sequence[DriveNode], emulator: psutil.Process) -> None:
         self._link = link
         self._drives = drives
+        self._emulator = emulator
         self._pacing = Realtime()
         self._cycles = self._missed = 0
 
-    def block(self, seconds: float, frames: Callable[[], int] = lambda: 0) -> Block:
-        """At least so many seconds of cycles; `frames` counts those that a page has got."""
-        before, began = self._counted(frames()), time.monotonic()
+    def block(self, seconds: float, seen: Seen | None = None) -> Block:
+        """At least so many seconds of cycles, beside a panel or without."""
+        before, began = self._counted(seen), time.monotonic()
         while time.monotonic() - began < seconds:
             self._cycle()
-        return self._counted(frames()) - before
+        return self._counted(seen) - before
 
     def meanwhile(self, what: Callable[[], Any]) -> Any:
         """Do something that takes its time, while cycles go on."""
         return self._pacing.meanwhile(what, self._cycle)
 
-    def _counted(self, frames: int) -> Block:
+    def _counted(self, seen: Seen | None) -> Block:
         """All since the start."""
-        return Block(self._cycles, self._pacing.late_cycles, self._missed, time.monotonic(), frames)
+        panel, frames = (0.0, 0) if seen is None else (processor_time(seen.process), seen.counted())
+        used = processor_time(self._emulator)
+        return Block(self._cycles, self._pacing.late_cycles, self._missed, time.monotonic(), used, panel, frames)
 
     def _cycle(self) -> None:
         self._pacing.wait(PERIOD)
@@ -143,6 +151,12 @@ class Master:
             if not self._link.await_frame(max(0.0, due - time.monotonic())):
                 self._missed += sum(drive.received == 0 for drive in self._drives)
                 return
+
+
+def processor_time(process: psutil.Process) -> float:
+    """Of all its threads so far [s]."""
+    used = process.cpu_times()
+    return float(used.user + used.system)
 
 
 # -- processes ------------------------------------------------------------------------------------------------------------
@@ -241,7 +255,7 @@ def compared(master: Master, bus: str, pairs: int, seconds: float) -> tuple[Bloc
         alone = master.block(seconds)
         with entered(master, panel(bus)) as seen:
             master.block(SETTLING)
-            together = master.block(seconds, seen.counted)
+            together = master.block(seconds, seen)
         without, beside = without + alone, beside + together
         shares = f"late without {100.0 * alone.share:.3f} %, with {100.0 * together.share:.3f} %"
         print(f"{number + 1}/{pairs}: {shares}", flush=True)
@@ -285,7 +299,7 @@ def lasting(master: Master, bus: str, minutes: float, minute: float = 60.0) -> L
             master.block(SETTLING)
             until = time.monotonic() + minute - SETTLING
             while time.monotonic() < until:
-                blocks[deaf] += master.block(min(MEMORY_EVERY, until - time.monotonic()), seen.counted)
+                blocks[deaf] += master.block(min(MEMORY_EVERY, until - time.monotonic()), seen)
                 memory.append((round(time.monotonic() - began, 1), round(seen.process.memory_info().rss / 1e6, 2)))
             if deaf:
                 leave.set()
@@ -315,17 +329,18 @@ def main() -> None:
     with scratch() as folder:
         bus = f"unix:{folder / 'bus'}"
         emulated = ("emulate", "--machine", MACHINE, "--profile", PROFILE, "--clock", "realtime", "--bus", bus)
-        with command(*emulated), Link(open_bus(bus)) as link:
+        with command(*emulated) as (emulator, _), Link(open_bus(bus)) as link:
             drives = connect(link, load_machine(MACHINE), load_profile(PROFILE))
             bring_up(link, drives, PERIOD)
-            master = Master(link, drives)
+            master = Master(link, drives, psutil.Process(emulator.pid))
             without, beside = compared(master, bus, told.pairs, told.seconds)
             long = lasting(master, bus, told.minutes) if told.minutes else None
     ratio = beside.share / without.share if without.late else None
     report: dict[str, Any] = {"without": asdict(without), "with": asdict(beside), "ratio": ratio}
     print(f"late cycles: {without.late} of {without.cycles} without, {beside.late} of {beside.cycles} with: ratio {ratio}")
     for name, block in (("without", without), ("with", beside)):
-        print(f"{name}: {block.cycles / max(1e-9, block.seconds):.0f} cycles a second")
+        a_second = [value / max(1e-9, block.seconds) for value in (block.cycles, block.emulator, block.panel)]
+        print("{}: {:.0f} cycles a second; processor time a second: emulator {:.3f} s, panel {:.3f} s".format(name, *a_second))
     print(f"samples that did not come: {without.missed} without, {beside.missed} with")
     if long is not None:
         report["long"] = {**asdict(long), "grown_mb": long.grown, "frames_per_second": long.rates}

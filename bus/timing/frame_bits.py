@@ -7,6 +7,9 @@ from enum import IntEnum
 from functools import cache
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 MOST_DATA = 8
 """Bytes that a classic frame can carry."""
 
@@ -73,6 +76,48 @@ def frame_bits(frame: Frame) -> int:
     return sum(length for _, length in fields) + stuffed + UNSTUFFED_TAIL + INTERMISSION
 
 
+def all_frame_bits(
+    identifiers: NDArray[np.uint32], lengths: NDArray[np.uint8], data: NDArray[np.uint8], remote: NDArray[np.bool_]
+) -> NDArray[np.int64]:
+    """`frame_bits` of n frames at once (n,): identifiers, length codes and `remote` (n,), data (n, 8)."""
+    sizes = np.where(remote, 0, lengths).astype(np.int64)
+    heads = identifiers.astype(np.int64) << 7 | remote.astype(np.int64) << 6 | lengths
+    crcs = np.zeros(len(heads), np.int64)
+    for byte in (heads >> 16, heads >> 8 & 0xFF, heads & 0xFF):
+        crcs = _next_crc(crcs, byte)
+    wire = _Wire(len(heads))
+    for bits, length in ((heads >> 11, 8), (heads >> 3 & 0xFF, 8), (heads & 7, 3)):
+        wire.send(bits, length)
+    for place in range(int(sizes.max(initial=0))):
+        there = np.flatnonzero(sizes > place)
+        byte = data[there, place].astype(np.int64)
+        crcs[there] = _next_crc(crcs[there], byte)
+        wire.send(byte, 8, there)
+    wire.send(crcs >> 7, 8)
+    wire.send(crcs & 0x7F, 7)
+    return 19 + 8 * sizes + CRC_LENGTH + wire.stuffed + UNSTUFFED_TAIL + INTERMISSION
+
+
+def _next_crc(register: NDArray[np.int64], byte: NDArray[np.int64]) -> NDArray[np.int64]:
+    brought = _remainders()[register >> CRC_LENGTH - 8 ^ byte]
+    return np.asarray((register << 8 & (1 << CRC_LENGTH) - 1) ^ brought)
+
+
+class _Wire:
+    """What n frames leave on the wire while they are sent, each on its own: the run that they end with, and stuff bits."""
+
+    def __init__(self, frames: int) -> None:
+        self._run = np.full(frames, _place(_IDLE))
+        self.stuffed = np.zeros(frames, np.int64)
+
+    def send(self, bits: NDArray[np.int64], length: int, there: NDArray[np.intp] | slice = slice(None)) -> None:
+        """`length` bits more of the frames `there`."""
+        runs, stuffed = _stuff_table(length)
+        before = self._run[there]
+        self.stuffed[there] += stuffed[before, bits]
+        self._run[there] = runs[before, bits]
+
+
 def crc(frame: Frame) -> int:
     """The CRC sequence: the remainder over start of frame, identifier, control field and data (ISO 11898-1)."""
     register = 0
@@ -89,6 +134,11 @@ def _head(frame: Frame) -> int:
 def _halves(sequence: int) -> tuple[tuple[int, int], tuple[int, int]]:
     """A CRC sequence in two: (bits, length) of each."""
     return (sequence >> 7, 8), (sequence & 0x7F, 7)
+
+
+@cache
+def _remainders() -> NDArray[np.int64]:
+    return np.array([_remainder(byte) for byte in range(256)])
 
 
 @cache
@@ -126,3 +176,19 @@ def _stuff(run: _Run, bits: int, length: int) -> tuple[_Run, int]:
         if equal == 5:
             level, equal, stuffed = 1 - level, 1, stuffed + 1
     return _Run(level, equal), stuffed
+
+
+_LONGEST_RUN = 5
+
+
+def _place(run: _Run) -> int:
+    """Of a run in a table."""
+    return run.level * _LONGEST_RUN + run.equal
+
+
+@cache
+def _stuff_table(length: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """`_stuff` of every run (10) and all bits (2 ** length): the place of the next run, and stuff bits."""
+    runs = [_Run(level, equal) for level in (0, 1) for equal in range(_LONGEST_RUN)]
+    sent = [[_stuff(run, bits, length) for bits in range(1 << length)] for run in runs]
+    return np.array([[_place(run) for run, _ in row] for row in sent]), np.array([[more for _, more in row] for row in sent])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 SYNC = "SYNC"
 
-_SERVICES = (
+SERVICES = (
     (range(0x000, 0x001), "NMT"),
     (range(0x080, 0x081), SYNC),
     (range(0x081, 0x100), "EMCY"),
@@ -22,6 +22,7 @@ _SERVICES = (
     (range(0x701, 0x780), "heartbeat"),
     (range(0x7E4, 0x7E6), "LSS"),
 )
+"""Identifiers of each service, with its name."""
 
 OTHER = "other"
 
@@ -31,4 +32,4 @@ AT_LEISURE = frozenset({"NMT", "SDO answer", "SDO request", "LSS"})
 
 def service(identifier: int) -> str:
     """The service's name; `other` for an identifier that a machine gave away by itself."""
-    return next((name for identifiers, name in _SERVICES if identifier in identifiers), OTHER)
+    return next((name for identifiers, name in SERVICES if identifier in identifiers), OTHER)

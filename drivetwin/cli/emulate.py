@@ -41,6 +41,7 @@ from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.foundation.children import end_with_parent
 from drivetwin.foundation.collector import keep_for_good
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.scratch import scratch
 
 POLL = 0.2
 """How long to wait for a frame before looking whether to stop [s], where only SYNC moves time."""
@@ -124,12 +125,16 @@ def emulate_command(
             load_snapshot(virtual.drives, read_snapshot(file), file)
         nodes = {name: drive.device.node_id for drive, name in zip(virtual.drives, chosen.axes, strict=True)}
         ended = ended_by_signals()
-        with serve_modbus(virtual, modbus, modbus_serial) as ports, serve_control(virtual, control) as doors:
-            where = (hosted.name, *ports, *doors)
+        with (
+            serve_modbus(virtual, modbus, modbus_serial) as ports,
+            _control_path(control, panel) as door,
+            serve_control(virtual, door),
+        ):
+            where = (hosted.name, *ports, *(() if control is None else (f"control on {control}",)))
             print(_joinable(chosen.machine, profile, nodes, where, clock, as_json=json_), flush=True)
             joined.power_on()
             keep_for_good()
-            with _panel(hosted.name, machine, profile, eds, control) if panel else nullcontext():
+            with _panel(hosted.name, machine, profile, eds, door) if panel else nullcontext():
                 serve(joined, hosted.bus, ended)
     finally:
         hosted.close()
@@ -146,6 +151,16 @@ def _joinable(machine: str, profile: str, nodes: Mapping[str, int], where: Seque
 
 def _node(node_id: int, axis: str) -> str:
     return f"{axis} without node-ID" if node_id == UNCONFIGURED else f"{node_id} {axis}"
+
+
+@contextmanager
+def _control_path(told: Path | None, panel: bool) -> Iterator[Path | None]:
+    """Where the control socket is; a panel gets one of its own, so that it takes no turn on a drive's one SDO channel."""
+    if told is not None or not panel:
+        yield told
+        return
+    with scratch() as folder:
+        yield folder / "control"
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import secrets
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -27,6 +28,9 @@ from drivetwin.panel.motion import Motion, Program
 from drivetwin.panel.node_watch import Axis
 from drivetwin.panel.panel import Panel, find_nodes
 from drivetwin.panel.server import listen, serve
+
+GIVES_WAY = 5
+"""How much later than others a panel on somebody's bus gets the processor (nice(2)): whoever keeps a cycle goes first."""
 
 MACHINE = "scara"
 """What is emulated where nothing is said."""
@@ -72,7 +76,9 @@ def panel_command(
         with Panel(
             link, node_ids, drive_type, seen.axes, pen, seen.motion, seen.control, seen.machine, seen.model, seen.commissioning
         ) as panel:
-            if seen.motion is not None:
+            if seen.motion is None:
+                os.nice(GIVES_WAY)
+            else:
                 seen.motion.start()
             print(_joinable(panel, access, where.getsockname()[1]), flush=True)
             serve(panel, access, where)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from drivetwin.bus.channel import open_bus
@@ -15,11 +17,16 @@ from drivetwin.cli.on_machine import log_kept
 from drivetwin.cli.terminal import Quiet, terminal
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace
+from drivetwin.recording.formats.bus_log import read_bus_log
 from drivetwin.recording.import_map import AxisMap, BusLayout, ColumnMap, ImportMap, read_map
 from drivetwin.recording.importer import import_recording
+from drivetwin.recording.mcap_file import write_mcap
+from drivetwin.recording.recording import Recording, Samples
 from drivetwin.recording.writer import write_into
 
 LOG = "bus.log"
+MCAP = "recording.mcap"
+STATUSWORD = "statusword"
 DEMANDS = ((0x60C1, 1), (0x607A, 0), (0x6062, 0))
 """Where a demand may stand, in the order in which it is looked for: interpolated, target, demand value (CiA 402-2)."""
 
@@ -43,6 +50,9 @@ def record_command(
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="A SYNC is one cycle, whenever it comes: drives of `emulate --clock sync`.")
     ] = False,
+    mcap: Annotated[
+        bool, typer.Option("--mcap", help="Also write recording.mcap, for Foxglove and Rerun (pip install 'drivetwin[mcap]').")
+    ] = False,
     no_ask: Annotated[
         bool, typer.Option("--no-ask", help="Send nothing: scales and mapping are those of the log, map and DCF.")
     ] = False,
@@ -57,6 +67,8 @@ def record_command(
     A default of an EDS that neither confirms is no scale.
     """
     import_map = _map(map_, eds, node, lockstep)
+    if mcap:
+        import_module("mcap.writer")  # missing, it is said before anything is recorded
     refuse_foreign(out)
     refuse_to_replace(out, [path for path in (map_, eds) if path is not None])
     console = terminal(silent=quiet)
@@ -77,6 +89,8 @@ def record_command(
                 joined.shutdown()
             recording = import_recording(log, import_map if map_ is not None else _with_demand(log, import_map), name=out.name)
             write_into(recording, staged, inputs=recording.files)
+            if mcap:
+                write_mcap(staged / MCAP, recording, _statuswords(log, import_map, recording), _first_stamp(log))
     console.print(summary([recording], import_map))
     console.print(f"1 recording in {out}, {listener.frames} frames in {out / LOG}", highlight=False, soft_wrap=True)
 
@@ -121,3 +135,18 @@ def _with_demand(log: Path, import_map: ImportMap) -> ImportMap:
         if any("position_demand" in columns for columns in recording.columns.values()):
             return tried
     return import_map
+
+
+def _statuswords(log: Path, import_map: ImportMap, recording: Recording) -> dict[str, dict[str, Samples]]:
+    """6041h (n,) of each axis whose PDOs carry it, at the recording's times: the last one before."""
+    word = {STATUSWORD: ColumnMap(object=(0x6041, 0), type="uint16", optional=True)}
+    axes = {axis: entry.model_copy(update={"columns": entry.columns | word}) for axis, entry in import_map.axes.items()}
+    bus = read_bus_log(log, import_map.model_copy(update={"axes": axes}))
+    places = np.clip(np.searchsorted(bus.time, recording.time + 1e-9, "right") - 1, 0, None)
+    return {axis: {STATUSWORD: raw[STATUSWORD][places]} for axis, raw in bus.raw.items() if STATUSWORD in raw}
+
+
+def _first_stamp(log: Path) -> float:
+    """When the first frame came [s since 1970]."""
+    with log.open(encoding="ascii") as lines:
+        return float(lines.readline().partition(")")[0].lstrip("("))

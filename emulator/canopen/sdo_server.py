@@ -138,7 +138,7 @@ class SdoServer:
             self._transmit(RESPONSE_COB_ID + self._nmt.node_id, frame)
 
     def _download(self, frame: bytes, variable: Variable) -> bytes:
-        _check_writable(variable)
+        check_writable(variable)
         if frame[0] & EXPEDITED:
             variable.decode_and_write(_expedited_data(frame, variable))
         else:
@@ -147,21 +147,21 @@ class SdoServer:
         return download_initiated(variable.index, variable.subindex)
 
     def _upload(self, _frame: bytes, variable: Variable) -> bytes:
-        data = _readable_data(variable)
+        data = readable_data(variable)
         if 1 <= len(data) <= 4:
             return upload_expedited(variable.index, variable.subindex, data)
         self._transfer = SegmentedUpload(variable, data)
         return upload_initiated(variable.index, variable.subindex, len(data))
 
     def _block_download(self, frame: bytes, variable: Variable) -> bytes:
-        _check_writable(variable)
+        check_writable(variable)
         transfer = BlockDownload(variable, frame)
         self._transfer = transfer
         return transfer.initiated()
 
     def _block_upload(self, frame: bytes, variable: Variable) -> bytes:
         """A value no longer than the client's protocol switch threshold goes by the normal protocol (CiA 301, 7.2.4.3.9ff)."""
-        data = _readable_data(variable)
+        data = readable_data(variable)
         transfer = BlockUpload(variable, data, frame)
         if 0 < len(data) <= frame[5]:
             return self._upload(frame, variable)
@@ -169,12 +169,14 @@ class SdoServer:
         return transfer.initiated()
 
 
-def _check_writable(variable: Variable) -> None:
+def check_writable(variable: Variable) -> None:
+    """Raise SdoAbort where nobody may write it."""
     if not variable.access.writable:
         raise SdoAbort(AbortCode.READ_ONLY)
 
 
-def _readable_data(variable: Variable) -> bytes:
+def readable_data(variable: Variable) -> bytes:
+    """The bytes of its value now. Raises SdoAbort where nobody may read it."""
     if not variable.access.readable:
         raise SdoAbort(AbortCode.WRITE_ONLY)
     return variable.encode()

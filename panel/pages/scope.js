@@ -3,6 +3,7 @@ import { act, refused } from "./app.js";
 import { element, say } from "./elements.js";
 import { scopeBar } from "./scope_bar.js";
 import { colour, timePlot } from "./plot.js";
+import { unpacked } from "./wire.js";
 import { xyPlot } from "./xy_plot.js";
 
 export function scope(place) {
@@ -30,7 +31,8 @@ export function scope(place) {
   });
 
   async function zoom(start, end) {
-    zoomed = start === undefined ? null : await act("scope zoom", { start, end }) ?? null;
+    const finer = start === undefined ? undefined : await act("scope zoom", { start, end });
+    zoomed = finer === undefined ? null : drawable(finer);
     draw();
   }
 
@@ -83,7 +85,7 @@ export function scope(place) {
 
   return {
     take(now) {
-      told = now;
+      told = { ...now, picture: drawable(now.picture) };
       if (told.state !== "triggered" && told.state !== "stopped") zoomed = null;
       say(state, told.fired === null ? told.state : `${told.state} at ${told.fired.toFixed(4)} s`);
       bar.take(now);
@@ -97,6 +99,12 @@ export function scope(place) {
       plot?.destroy();
     },
   };
+}
+
+// Instants and values of a picture: two a column, in the middle of each half.
+function drawable({ start, end, points, values }) {
+  const times = Array.from({ length: points }, (_, place) => start + (place + 0.5) / points * (end - start));
+  return { start, end, times, values: Object.fromEntries(Object.entries(values).map(([key, packed]) => [key, unpacked(packed)])) };
 }
 
 // A page's file: what is refused comes as a line.

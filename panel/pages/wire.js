@@ -54,6 +54,12 @@ export function ask(what, more = {}) {
   });
 }
 
+// What the panel packs for a curve: 32-bit numbers, null where there is none.
+export function unpacked(text) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  return Array.from(new Float32Array(bytes.buffer), (value) => (Number.isNaN(value) ? null : value));
+}
+
 export function watch(view) {
   watched = view;
   ask("watch", { view }).catch(() => {});

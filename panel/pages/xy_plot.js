@@ -3,7 +3,7 @@ import { element } from "./elements.js";
 import { colour } from "./plot.js";
 
 const HEIGHT = 320;
-const EDGE = { left: 60, right: 16, top: 12, bottom: 40 };
+const EDGE = { left: 78, right: 16, top: 12, bottom: 40 };
 
 // A canvas in `place`, and a function that draws what it is told.
 export function xyPlot(place, x, y) {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from dataclasses import dataclass
 from math import isnan
 
@@ -10,6 +11,7 @@ import numpy as np
 from drivetwin.panel.scope.ring import Samples
 
 COLUMNS = 300
+"""Two instants each, where its smallest and its largest value are drawn: in the middle of each half."""
 
 MOST_POINTS = 600
 """Of an XY plot."""
@@ -21,10 +23,6 @@ class Span:
 
     start: float
     end: float
-
-    def times(self) -> Samples:
-        """Two instants a column (2 n,) [s]: where its smallest and its largest value are drawn."""
-        return np.asarray(self.start + (np.arange(2 * COLUMNS) + 0.5) / (2 * COLUMNS) * (self.end - self.start))
 
 
 def envelope(times: Samples, values: Samples, span: Span) -> Samples:
@@ -51,6 +49,11 @@ def pairs(x: tuple[Samples, Samples], y: tuple[Samples, Samples]) -> tuple[Sampl
     known = np.flatnonzero(places >= 0)
     known = known[:: -(-len(known) // MOST_POINTS) or 1]
     return x[1][places[known]], y[1][known]
+
+
+def packed(values: Samples) -> str:
+    """For JSON, as the page unpacks it: 32-bit floating point, little-endian, in base64; NaN where there is none."""
+    return b64encode(values.astype("<f4").tobytes()).decode("ascii")
 
 
 def told(values: Samples) -> list[float | None]:

@@ -21,21 +21,25 @@ class Ring:
         self._count = 0
         self.last: float | None = None
 
-    def append(self, time: float, value: float) -> None:
-        """One more sample; one of an earlier time than the last is left out."""
-        count = self._count
-        if count and time < self._times[count - 1]:
+    def extend(self, times: Samples, values: Samples) -> None:
+        """More samples, `capacity` at most, of times that do not fall; those of an earlier time than the last are left out."""
+        if self._count:
+            first = int(np.searchsorted(times, self._times[self._count - 1]))
+            times, values = times[first:], values[first:]
+        if not times.size:
             return
-        if count == 2 * self._capacity:
-            self._times[: self._capacity] = self._times[self._capacity :]
-            self._values[: self._capacity] = self._values[self._capacity :]
-            count = self._capacity
-        self._times[count], self._values[count] = time, value
-        self._count = count + 1
-        self.last = value
+        if self._count + times.size > 2 * self._capacity:
+            kept = slice(self._count - self._capacity, self._count)
+            self._times[: self._capacity] = self._times[kept]
+            self._values[: self._capacity] = self._values[kept]
+            self._count = self._capacity
+        added = slice(self._count, self._count + times.size)
+        self._times[added], self._values[added] = times, values
+        self._count += times.size
+        self.last = float(values[-1])
 
     def between(self, start: float, end: float) -> tuple[Samples, Samples]:
-        """Copies of the times and values from `start` to `end` [s], both included."""
+        """Times and values from `start` to `end` [s], both included, where they stand: they change with the next `extend`."""
         times = self._times[: self._count]
         first, beyond = np.searchsorted(times, start, "left"), np.searchsorted(times, end, "right")
-        return times[first:beyond].copy(), self._values[first:beyond].copy()
+        return times[first:beyond], self._values[first:beyond]

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from drivetwin.foundation.control_socket import ask_control
 from drivetwin.foundation.errors import UserError
 from drivetwin.panel.bus_time import BusTime
@@ -17,10 +19,9 @@ from drivetwin.panel.node_watch import POSITION, NodeWatch
 from drivetwin.panel.pdo_reading import Address
 from drivetwin.panel.power_states import PowerState
 from drivetwin.panel.scope.channel import AnyChannel, ObjectChannel, TruthChannel, read_channel
-from drivetwin.panel.scope.picture import Span, envelope, pairs, told
+from drivetwin.panel.scope.picture import COLUMNS, Span, envelope, packed, pairs, told
 from drivetwin.panel.scope.ring import Ring, Samples
 from drivetwin.panel.scope.trigger import Trigger
-from drivetwin.panel.values import Value
 
 MOST_CHANNELS = 12
 
@@ -60,7 +61,7 @@ class Held:
 
 
 class Scope:
-    """`take` is called in the thread of the bus, `ask_round` in the one that asks, all else in that of the pages."""
+    """`take` and `settle` are for the thread of the bus, `ask_round` for the one that asks, all else for that of the pages."""
 
     def __init__(self, nodes: Mapping[int, NodeWatch], bus_time: BusTime, control: Path | None) -> None:
         self._nodes = dict(nodes)
@@ -108,21 +109,24 @@ class Scope:
             elif self.held is None:
                 self.held = self._hold(Span(self._time.now - self.settings.window, self._time.now), None)
 
-    def take(self, node_id: int, address: Address, value: Value) -> None:
-        """A value of a drive, whatever brought it."""
-        key = self._keys.get((node_id, address))
-        if key is not None and not isinstance(value, str):
-            self.keep(key, self._time.now, float(value))
+    def take(self, node_id: int, address: Address, times: Samples, values: Samples) -> None:
+        """Values of a drive, whatever brought them."""
+        if (key := self._keys.get((node_id, address))) is not None:
+            self.keep(key, times, values)
 
-    def keep(self, key: str, at: float, value: float) -> None:
-        """A sample of a channel [s]."""
+    def keep(self, key: str, times: Samples, values: Samples) -> None:
+        """Samples of a channel (n,) [s]."""
         with self._lock:
             if (ring := self._rings.get(key)) is None:
                 return
             before = ring.last
-            ring.append(at, value)
-            if self._armed and self._fires(key, before, value):
-                self._armed, self._fired = False, at
+            ring.extend(times, values)
+            if self._armed and (place := self._fires(key, before, values)) is not None:
+                self._armed, self._fired = False, float(times[place])
+
+    def settle(self) -> None:
+        """All that has passed by now is kept; what the trigger waits for may be complete."""
+        with self._lock:
             if self._fired is not None and self.held is None:
                 self._complete(self._fired)
 
@@ -142,7 +146,7 @@ class Scope:
             return
         axes = ask_control(self._control, {"truth": {}})["axes"]
         for channel in channels:
-            self.keep(channel.key, self._time.now, float(axes[channel.axis][channel.quantity]))
+            self.keep(channel.key, np.array([self._time.now]), np.array([float(axes[channel.axis][channel.quantity])]))
 
     def _noted(self, key: str, ask: Callable[[], object]) -> None:
         """Ask, and keep in words why nothing came."""
@@ -157,12 +161,15 @@ class Scope:
         self.held, self._fired = None, None
         self._armed = self.settings.trigger is not None
 
-    def _fires(self, key: str, before: float | None, value: float) -> bool:
+    def _fires(self, key: str, before: float | None, values: Samples) -> int | None:
+        """The place of the value at which the trigger fires."""
         trigger = self.settings.trigger
-        if trigger is None or trigger.channel != key or before is None:
-            return False
+        if trigger is None or trigger.channel != key:
+            return None
         scale = next(channel.scale for channel in self.settings.channels if channel.key == key)
-        return trigger.fires(before * scale, value * scale)
+        first = values[0] if before is None else before
+        place = trigger.fires(np.concatenate([[first], values]) * scale)
+        return None if place is None else place - 1
 
     def _complete(self, fired: float) -> None:
         start = fired - self.settings.pre * self.settings.window
@@ -170,7 +177,12 @@ class Scope:
             self.held = self._hold(Span(start, start + self.settings.window), fired)
 
     def _hold(self, span: Span, fired: float | None) -> Held:
-        return Held(span, {channel.key: self._trace(channel, span) for channel in self.settings.channels}, fired)
+        traces = {key: (times.copy(), values) for key, (times, values) in self._traces(span).items()}
+        return Held(span, traces, fired)
+
+    def _traces(self, span: Span) -> dict[str, Trace]:
+        """Times where they stand in the rings, so with the lock held as long as they are used."""
+        return {channel.key: self._trace(channel, span) for channel in self.settings.channels}
 
     def _trace(self, channel: AnyChannel, span: Span) -> Trace:
         times, values = self._rings[channel.key].between(span.start, span.end)
@@ -181,6 +193,15 @@ class Scope:
         with self._lock:
             now = self._time.now
             return self.held or self._hold(Span(now - self.settings.window, now), None)
+
+    def _drawn(self) -> tuple[dict[str, object], dict[str, object] | None, float | None]:
+        """What the screen shows now, as `picture` and `_xy` tell it, and when the trigger fired [s]."""
+        with self._lock:
+            if self.held is not None:
+                return self.picture(self.held, self.held.span), self._xy(self.held), self.held.fired
+            span = Span(self._time.now - self.settings.window, self._time.now)
+            shown = Held(span, self._traces(span), None)
+            return self.picture(shown, span), self._xy(shown), None
 
     @property
     def state(self) -> str:
@@ -194,7 +215,8 @@ class Scope:
     def told(self) -> dict[str, object]:
         """For the page."""
         self._looked_at = time.monotonic()
-        settings, shown = self.settings, self.shown()
+        settings = self.settings
+        picture, over, fired = self._drawn()
         return {
             "nodes": [{"id": node.node_id, "name": node.name} for node in self._nodes.values()],
             "truths": [node.axis.name for node in self._nodes.values() if node.axis and self._control],
@@ -210,19 +232,15 @@ class Scope:
                 "xy": settings.xy,
             },
             "channels": [self._told(channel) for channel in settings.channels],
-            "fired": shown.fired,
-            "picture": self.picture(shown, shown.span),
-            "xy": self._xy(shown),
+            "fired": fired,
+            "picture": picture,
+            "xy": over,
         }
 
     def picture(self, shown: Held, span: Span) -> dict[str, object]:
-        """What a screen can show of a span [s] of it: instants, and for each channel smallest and largest values."""
-        return {
-            "start": span.start,
-            "end": span.end,
-            "times": told(span.times()),
-            "values": {key: told(envelope(*trace, span)) for key, trace in shown.traces.items()},
-        }
+        """What a screen can show of a span [s] of it: smallest and largest values of each channel, two a column."""
+        values = {key: packed(envelope(*trace, span)) for key, trace in shown.traces.items()}
+        return {"start": span.start, "end": span.end, "points": 2 * COLUMNS, "values": values}
 
     def _told(self, channel: AnyChannel) -> dict[str, object]:
         ring = self._rings.get(channel.key)

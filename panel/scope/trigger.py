@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
+from drivetwin.panel.frames import Samples
 from drivetwin.panel.power_states import power_state
 
 
@@ -17,12 +20,18 @@ class Trigger:
     level: float = 0.0
     state: str = ""
 
-    def fires(self, before: float, now: float) -> bool:
-        """Whether the step from one sample to the next is what is waited for."""
+    def fires(self, values: Samples) -> int | None:
+        """The place of the first of `values` (n,) to which the step from the one before is what is waited for."""
+        before, now = values[:-1], values[1:]
         match self.kind:
             case "rises":
-                return before < self.level <= now
+                steps = (before < self.level) & (self.level <= now)
             case "falls":
-                return before > self.level >= now
+                steps = (before > self.level) & (self.level >= now)
             case "state":
-                return power_state(int(now)) == self.state != power_state(int(before))
+                steps = before != now
+        places = (np.flatnonzero(steps) + 1).tolist()
+        return next((place for place in places if self.kind != "state" or self._enters(values, place)), None)
+
+    def _enters(self, values: Samples, place: int) -> bool:
+        return power_state(int(values[place])) == self.state != power_state(int(values[place - 1]))

@@ -12,9 +12,11 @@ import can
 import numpy as np
 import pytest
 import yaml
+from mcap_bench import messages_of
 from processes import PATIENCE, drivetwin, emulator, start
 
 from drivetwin.emulator.machine import load_machine
+from drivetwin.panel.power_states import PowerState, power_state
 from drivetwin.recording.reader import read_recording
 
 MAP = {
@@ -46,7 +48,8 @@ def test_what_a_master_moves_is_recorded_in_the_drives_own_scales(tmp_path: Path
     told = {"format": "task/1", "task": "move", "machine": "arm", "profile": "servoone", "parameters": moves}
     task.write_text(json.dumps(told), encoding="utf-8")
     with emulator("--machine", "arm", "--clock", "sync") as bus:
-        recorder = start("record", "--bus", bus, "--map", write_map(tmp_path), "--lockstep", "--out", tmp_path / "found")
+        words = ("--map", write_map(tmp_path), "--lockstep", "--mcap", "--out", tmp_path / "found")
+        recorder = start("record", "--bus", bus, *words)
         while "recording" not in recorder.stdout.readline():
             assert recorder.poll() is None
         master = [sys.executable, "-m", "drivetwin.controller", str(task), "--bus", bus, "--out", str(tmp_path / "out")]
@@ -59,6 +62,10 @@ def test_what_a_master_moves_is_recorded_in_the_drives_own_scales(tmp_path: Path
     assert found.info.sample_period == pytest.approx(0.001)
     assert columns["position"][-1] == pytest.approx(0.4, abs=1e-4)
     assert found.info.axes["shoulder"].gear_ratio == pytest.approx(GEAR)
+    messages = messages_of(tmp_path / "found/recording.mcap")
+    said = [message["statusword"] for message in messages["/shoulder"]]
+    assert {power_state(int(word)) for word in said} >= {PowerState.SWITCH_ON_DISABLED, PowerState.OPERATION_ENABLED}
+    assert [message["position"] for message in messages["/joint_states"]] == [[each] for each in columns["position"]]
     last = slice(-400, None)  # of the move; while it homes the drive makes its own demand
     assert np.ptp(columns["position"][last]) > 0.02
     assert np.max(np.abs(columns["position"] - columns["position_demand"])[last]) < 0.02
@@ -73,6 +80,7 @@ def test_what_a_master_moves_is_recorded_in_the_drives_own_scales(tmp_path: Path
     [
         ([], "what the objects are is not told: give --map MAP.yaml, or --eds FILE and --node ID of each drive"),
         (["--map", "none.yaml"], "none.yaml does not exist"),
+        (["--eds", __file__, "--node", 1], "no bus at ws://127.0.0.1:1"),
     ],
 )
 def test_a_wrong_input_is_one_line(tmp_path: Path, words: list[str], said: str) -> None:

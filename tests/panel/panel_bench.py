@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
 import canopen
-from canopen.sdo.exceptions import SdoCommunicationError
+import numpy as np
+from numpy.typing import NDArray
 from processes import PATIENCE, start
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from drivetwin.bus.channel import open_bus
 
-ATTEMPTS = 2000
+ATTEMPTS = 300
 """Messages of the panel after which what is awaited counts as missing."""
-
-
-ASKED_AGAIN = 5
-"""How often another master asks again where the panel has taken its answer."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +75,7 @@ class Page:
             message = self._hear()
             if "view" in message and wanted(message):
                 return message
-        raise AssertionError("never told")
+        raise AssertionError(f"never told; the last was {json.dumps(message)[:4000]}")
 
     def _hear(self) -> dict[str, Any]:
         """The next message; that a view has been seen is said."""
@@ -104,9 +102,11 @@ def read_by_canopen(bus: str, node: int, index: int) -> float:
         variable.data_type = canopen.objectdictionary.REAL32
         remote = network.add_node(node, dictionary)
         remote.sdo.RESPONSE_TIMEOUT = PATIENCE  # a loaded host takes longer than its 0.3 s
-        for _ in range(ASKED_AGAIN):
-            with suppress(SdoCommunicationError):  # the panel asks too, and a drive has one SDO channel
-                return float(remote.sdo[index].raw)
         return float(remote.sdo[index].raw)
     finally:
         network.disconnect()
+
+
+def unpacked(text: str) -> NDArray[np.float32]:
+    """What the panel packs for a curve."""
+    return np.frombuffer(base64.b64decode(text), "<f4")

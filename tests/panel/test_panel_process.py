@@ -7,12 +7,15 @@ import urllib.request
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
-from panel_bench import Page, Served, page, panel, read_by_canopen
+from panel_bench import Page, Served, page, panel, read_by_canopen, unpacked
 from processes import drivetwin, emulator
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin
+
+from drivetwin.bus.channel import open_bus
 
 
 @pytest.fixture(scope="module")
@@ -137,6 +140,26 @@ def test_a_port_in_use_is_one_line(served: Served) -> None:
     assert ended.err.count("\n") == 1
 
 
+def test_a_panel_beside_its_emulator_takes_no_turn_on_a_drives_sdo_channel(served: Served, looking: Page) -> None:
+    """With no other master on the bus, every SDO request would be the panel's. A drive has one channel, for one client."""
+    looking.ask("motion", runs=False)
+    show(looking, "2:6079:00", "3:6079:00")
+    bus = open_bus(served.bus)
+    try:
+        looking.ask("watch", view="scope")
+        looking.until(lambda told: len(told["channels"]) == 2 and all(each["last"] for each in told["channels"]))
+        assert looking.ask("write", node=2, index=0x2184, subindex=0, value="0.75")["answer"] == 0.75
+        for _ in range(50):
+            looking.until(lambda _: True)
+            assert looking.ask("read", node=2, index=0x1018, subindex=1)["answer"] is not None
+        passed = [message.arbitration_id for message in iter(lambda: bus.recv(0.0), None)]
+    finally:
+        bus.shutdown()
+        looking.ask("motion", runs=True)
+    assert passed.count(0x80) > 10
+    assert not [cob_id for cob_id in passed if 0x581 <= cob_id <= 0x67F]
+
+
 def test_a_physical_bus_is_not_emulated_on() -> None:
     assert "leave --emulate out" in drivetwin("panel", "--port", 0, "--emulate", "scara", "--bus", "can0").err
 
@@ -161,7 +184,9 @@ def test_the_scope_shows_bus_and_truth_alike(looking: Page) -> None:
         ("truth", "rad/s"),
     ]
     assert told["channels"][0]["last"] == pytest.approx(told["channels"][2]["last"], abs=0.2)
-    assert len(told["picture"]["times"]) == len(told["picture"]["values"]["2:6064:00"])
+    drawn = unpacked(told["picture"]["values"]["2:6064:00"])
+    assert drawn.shape == (told["picture"]["points"],)
+    assert drawn[~np.isnan(drawn)][-1] == pytest.approx(told["channels"][0]["last"], abs=0.2)
 
 
 def test_the_scope_triggers_and_holds(served: Served, looking: Page) -> None:
@@ -170,7 +195,8 @@ def test_the_scope_triggers_and_holds(served: Served, looking: Page) -> None:
     held = looking.until(lambda told: told["state"] == "triggered" and told["set"]["trigger"] is not None)
     span = held["picture"]
     assert (span["start"], span["end"]) == pytest.approx((held["fired"] - 0.5, held["fired"] + 0.5))
-    values = [value for value in span["values"]["2:6064:00"] if value is not None]
+    drawn = unpacked(span["values"]["2:6064:00"])
+    values = drawn[~np.isnan(drawn)]
     assert values[0] < 0.0 < values[-1]
     finer = looking.ask("scope zoom", start=held["fired"] - 0.01, end=held["fired"] + 0.01)["answer"]
     assert finer["end"] - finer["start"] == pytest.approx(0.02)

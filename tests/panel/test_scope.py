@@ -7,17 +7,19 @@ import io
 import re
 import zipfile
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
-import can
 import numpy as np
 import pytest
+from frame_bench import frames
 
 from drivetwin.drive_profiles import load_profile
 from drivetwin.drive_profiles.profile import DataType
 from drivetwin.foundation.errors import UserError
 from drivetwin.panel.bus_time import BusTime
+from drivetwin.panel.frames import Frames
 from drivetwin.panel.node_watch import Axis, NodeWatch
 from drivetwin.panel.pdo_reading import Field, Pdo
 from drivetwin.panel.scope.picture import COLUMNS, Span, envelope, pairs
@@ -33,18 +35,11 @@ UNIT = 1e-6
 """rad a position unit."""
 
 
-class NoLink:
-    """A node's end of no bus."""
-
-    def add(self, node_id: int) -> None:
-        """Nobody to ask."""
-
-
 class Bench:
     """One drive whose TPDO brings position and torque at each SYNC of a millisecond, and a scope that looks."""
 
     def __init__(self) -> None:
-        self.node = NodeWatch(NoLink(), 1, SERVOONE, Axis("lift", "lift", 50.0, "rad"))  # type: ignore[arg-type]
+        self.node = NodeWatch(None, 1, SERVOONE, Axis("lift", "lift", 50.0, "rad"))  # type: ignore[arg-type]  # nobody to ask
         self.node.unit = UNIT
         fields = (Field((0x6064, 0), DataType.I32, 0, 4), Field((0x21A3, 0), DataType.R32, 4, 8))
         self.node.pdos = {0x281: Pdo(0x281, True, fields), 0x181: Pdo(0x181, True, (Field((0x6041, 0), DataType.U16, 0, 2),))}
@@ -53,10 +48,14 @@ class Bench:
 
     def cycle(self, position: float, torque: float = 0.0, statusword: int = 0x27) -> None:
         """A SYNC and what answers it; position [rad], torque of the motor [N·m]."""
-        self.time.take(can.Message(arbitration_id=0x80))
         data = round(position / UNIT).to_bytes(4, "little", signed=True) + np.float32(torque).tobytes()
-        self.node.take(can.Message(arbitration_id=0x281, data=data, is_extended_id=False))
-        self.node.take(can.Message(arbitration_id=0x181, data=statusword.to_bytes(2, "little"), is_extended_id=False))
+        self.pass_on(frames((0x80, b""), (0x281, data), (0x181, statusword.to_bytes(2, "little"))))
+
+    def pass_on(self, passed: Frames) -> None:
+        """What the panel does with frames."""
+        timed = replace(passed, times=self.time.of(passed))
+        self.node.take(timed)
+        self.scope.settle()
 
 
 def show(bench: Bench, *keys: str, trigger: Trigger | None = None, pre: float = 0.2) -> None:
@@ -65,8 +64,8 @@ def show(bench: Bench, *keys: str, trigger: Trigger | None = None, pre: float = 
 
 def test_a_ring_keeps_the_last_and_no_more() -> None:
     ring = Ring(capacity=100)
-    for number in range(1234):
-        ring.append(number, -number)
+    for number in range(0, 1234, 2):
+        ring.extend(np.array([number, number + 1.0]), np.array([-number, -number - 1.0]))
     times, values = ring.between(1134, 2000)
     assert times.tolist() == list(range(1134, 1234))
     assert (values == -times).all()
@@ -197,7 +196,7 @@ def test_a_lost_frame_makes_no_recording() -> None:
     bench = Bench()
     show(bench, POSITION, TORQUE)
     for number in range(600):
-        bench.time.sync() if number == 400 else bench.cycle(0.0)
+        bench.pass_on(frames((0x80, b""))) if number == 400 else bench.cycle(0.0)
     with pytest.raises(UserError, match="in unequal steps"):
         recording_of(bench.scope.settings.channels, bench.scope.shown(), "scara")
 
@@ -216,9 +215,11 @@ def test_csv_has_a_row_an_instant() -> None:
 
 def test_the_time_of_an_emulated_machine_is_that_of_its_syncs() -> None:
     time = BusTime(1)
-    for data in (None, bytes((0x23, 0x06, 0x10, 0x00)) + (4000).to_bytes(4, "little"), None, None):
-        time.take(can.Message(arbitration_id=0x80 if data is None else 0x601, data=data))
-    assert time.now == pytest.approx(0.009)
+    sync, four = (0x80, b""), (0x601, bytes((0x23, 0x06, 0x10, 0x00)) + (4000).to_bytes(4, "little"))
+    assert time.of(frames(sync, four, sync, sync)) == pytest.approx([0.001, 0.001, 0.005, 0.009])
+    assert time.of(frames(sync, (0x701, b"\0"), sync)) == pytest.approx([0.013, 0.013, 0.014])
+    time.written((0x1006, 0), (2000).to_bytes(4, "little"))
+    assert time.of(frames(sync)) == pytest.approx([0.016])
 
 
 def test_twelve_channels_of_a_kilohertz_for_ten_minutes_need_no_more_memory() -> None:
@@ -238,10 +239,11 @@ def _ten_minutes() -> tuple[list[int], int]:
     bench.scope.set(keys, 60.0, 0.2, None, None)
     peaks = []
     for second in range(600):
-        for _ in range(1000):
-            bench.time.now += 0.001
+        for _ in range(40):
+            times = np.asarray(bench.time.now + 0.001 * np.arange(1, 26))
+            bench.time.now = times[-1]
             for key in keys:
-                bench.scope.keep(key, bench.time.now, float(second))
+                bench.scope.keep(key, times, np.full(25, float(second)))
         if second % 20 == 19:
             assert len(bench.scope.shown().traces) == MOST_CHANNELS
             peaks.append(_peak())

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivetwin.bus.timing.frame_bits import Frame, crc, frame_bits
+from drivetwin.bus.timing.frame_bits import Frame, all_frame_bits, crc, frame_bits
 
 GENERATOR = 0b1100010110011001
 """x^15 + x^14 + x^10 + x^8 + x^7 + x^4 + x^3 + 1 (CAN 2.0, part A, 3.1.1)."""
@@ -116,3 +117,17 @@ def test_a_remote_frame_carries_no_data(frame: Frame) -> None:
 def test_what_is_no_classic_frame_is_refused(identifier: int, data: bytes, requested: int | None, expected: str) -> None:
     with pytest.raises(ValueError, match=expected):
         Frame(identifier, data, requested)
+
+
+@given(st.lists(frames, max_size=20))
+def test_many_at_once_have_the_bits_of_each(many: list[Frame]) -> None:
+    data = np.zeros((len(many), 8), np.uint8)
+    for row, frame in zip(data, many, strict=True):
+        row[: len(frame.data)] = list(frame.data)
+    bits = all_frame_bits(
+        np.array([frame.identifier for frame in many], np.uint32),
+        np.array([frame.length_code for frame in many], np.uint8),
+        data,
+        np.array([frame.requested is not None for frame in many], np.bool_),
+    )
+    assert bits.tolist() == [len(on_the_wire(frame)) for frame in many]

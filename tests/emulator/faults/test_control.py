@@ -107,8 +107,8 @@ def test_values_may_be_text_as_a_command_line_has_them(path: Path) -> None:
     [
         (b"hello", "not JSON: b'hello'"),
         (b"[" * 3000, "not JSON: b'[[["),
-        (b"[]", 'expected {"strike": FAULT, "for": SECONDS}, {"end": FAULT}, {"list": {}} or {"truth": {}}'),
-        (b"{}", 'expected {"strike": FAULT, "for": SECONDS}, {"end": FAULT}, {"list": {}} or {"truth": {}}'),
+        (b"[]", 'expected {"strike": FAULT, "for": SECONDS}, {"end": FAULT}, {"list": {}}, {"truth": {}}'),
+        (b"{}", 'expected {"strike": FAULT, "for": SECONDS}, {"end": FAULT}, {"list": {}}, {"truth": {}}'),
         (b'{"strike": 3}', 'expected {"strike": FAULT'),
         (b'{"strike": {"fault": "sto", "node": 2}, "until": 3}', 'expected {"strike": FAULT'),
         (b'{"strike": {"fault": "fire"}}', "unknown fault 'fire'; there are bus_off"),
@@ -126,6 +126,51 @@ def test_a_line_that_cannot_be_obeyed(line: bytes, expected: str) -> None:
     bench.sync(5)
     assert all(bench.read(node, 0x1000) for node in (LIFT, ROTATE))
     assert not interlocked(bench)
+
+
+def test_objects_are_read_and_written_beside_the_bus(path: Path) -> None:
+    """As the bus reads them; no frame is sent."""
+    with served(path) as bench:
+        client = Client(path, bench)
+        speed = {"node": ROTATE, "index": 0x6081, "subindex": 0}
+        bench.sent.clear()
+        assert client.ask(write=speed | {"data": "39300000"}) == {"data": "39300000"}
+        assert client.ask(read=speed) == {"data": "39300000"}
+        assert not bench.sent
+        assert bench.read(ROTATE, 0x6081) == 12345
+
+
+@pytest.mark.parametrize(
+    ("request_", "why"),
+    [
+        ({"read": {"node": ROTATE, "index": 0x5FFF, "subindex": 0}}, "06020000h Object does not exist"),
+        ({"write": {"node": ROTATE, "index": 0x6041, "subindex": 0, "data": "0000"}}, "06010002h Attempt to write a read only"),
+        ({"write": {"node": ROTATE, "index": 0x6081, "subindex": 0, "data": "00"}}, "06070013h"),
+    ],
+)
+def test_an_object_is_refused_as_on_the_bus(request_: dict[str, object], why: str) -> None:
+    answer = json.loads(Control(FaultBench().virtual).answer(json.dumps(request_).encode()))
+    assert answer["refused"].startswith(why)
+
+
+@pytest.mark.parametrize(
+    ("request_", "why"),
+    [
+        ({"read": {"node": 9, "index": 0x6041, "subindex": 0}}, "no drive with power has node-ID 9"),
+        ({"read": {"node": ROTATE, "index": 0x6041}}, 'expected {"node": 2, "index": 24641'),
+        ({"write": {"node": ROTATE, "index": 0x6081, "subindex": 0, "data": "a rod"}}, "data is 'a rod'; expected"),
+    ],
+)
+def test_what_is_no_object_is_an_error(request_: dict[str, object], why: str) -> None:
+    answer = json.loads(Control(FaultBench().virtual).answer(json.dumps(request_).encode()))
+    assert why in answer["error"]
+
+
+def test_a_drive_without_power_has_no_service_port() -> None:
+    bench = FaultBench()
+    bench.virtual.switch_off(ROTATE - 1)
+    told = {"read": {"node": ROTATE, "index": 0x6041, "subindex": 0}}
+    assert "no drive with power" in json.loads(Control(bench.virtual).answer(json.dumps(told).encode()))["error"]
 
 
 def test_the_socket_is_its_owners_alone_and_goes_with_the_emulator(path: Path) -> None:
