@@ -162,7 +162,7 @@ def at(effect: Effect, movable: Sequence[Field], values: Array) -> Effect:
 
 
 def tangents(effect: Effect, movable: Sequence[Field], predict: Predict) -> list[Column]:
-    """d torque / d parameter in units of its size, by central differences that stay in the bounds."""
+    """d torque / d parameter in units of its size, by central differences within the bounds; 0 where these leave no room."""
     base = np.array([getattr(effect, field.name) / field.size for field in movable])
     ups, downs = [], []
     for k, field in enumerate(movable):
@@ -172,5 +172,6 @@ def tangents(effect: Effect, movable: Sequence[Field], predict: Predict) -> list
         downs.append(base - step if (base - step)[k] * field.size >= field.low else base)
     columns = side_by_side(lambda values: predict(at(effect, movable, values)), [*ups, *downs])
     ways = np.diag(np.array(ups) - np.array(downs))
+    ways = np.where(ways > 0.0, ways, 1.0)
     pairs = zip(columns[: len(base)], columns[len(base) :], ways, strict=True)
     return [{axis: (above[axis] - below[axis]) / way for axis in above} for above, below, way in pairs]

@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 from rig_bench import COULOMB, GEAR, RESOLUTION, Swing, ready, strokes
 
-from drivetwin.diagnosis.propose.search import Begun
+from drivetwin.diagnosis.prepare.rows import Column
+from drivetwin.diagnosis.propose.search import Begun, Field, tangents
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.moves import Pair, Search
 from drivetwin.diagnosis.weigh.state import bench_of, colours_of, state_of
-from drivetwin.emulator.effects import AxisEffect
+from drivetwin.emulator.effects import AxisEffect, Effect
+from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.presliding import Presliding
 from drivetwin.emulator.effects.temperature_drift import TemperatureDrift
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
@@ -74,3 +76,12 @@ def test_a_proposal_is_worth_what_the_best_of_its_kind_is(case: Case, tmp_path: 
     assert best > 100.0
     (found,) = search.proposals(Pair(alone, alone))
     assert found.score > 0.9 * best
+
+
+def test_a_parameter_whose_bounds_leave_no_room_has_no_slope() -> None:
+    def cost(effect: Effect) -> Column:
+        assert isinstance(effect, Coulomb)
+        return {"turn": np.full(3, effect.coulomb)}
+
+    (slope,) = tangents(Coulomb(1.0), [Field("coulomb", 1.0, 1.0, 1.0)], cost)
+    np.testing.assert_array_equal(slope["turn"], np.zeros(3))
