@@ -27,6 +27,7 @@ from drivetwin.blind.wide.draw import drawn_case
 from drivetwin.blind.wide.effects import DRIVE, LIBRARY
 from drivetwin.blind.wide.record import record_wide
 from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.report.closed_loop import in_closed_loop
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.foundation.files import write_json
 from drivetwin.recording.reader import read_recording
@@ -77,20 +78,43 @@ def write(count: int, seed: int, families: Sequence[str], out: Path) -> None:
 
 
 def ask(out: Path, ways: Sequence[str]) -> None:
-    """One line a case: the truth, the first cause with the recorded torque or without, and how many were right so far."""
+    """One line a case: the truth, the first cause with the recorded torque or without, and how many were right so far.
+
+    What was answered is kept as OUT/case_NNN/WAY.json, with the position errors of the replays of validation recordings, and
+    not asked again.
+    """
     right = dict.fromkeys(ways, 0)
     for done, case in enumerate(json.loads((out / "key.json").read_text(encoding="utf-8"))["cases"], start=1):
         folder, (cause, *_) = out / f"case_{case['number']:03d}", case["causes"]
         truth = f"{cause['effect']}@{cause['axis']}"
         line = f"{case['number']:03d} {case['machine']} {case['drive']} {truth}, {cause['size']:.3f} of the torque:"
         for name in ways:
-            train, check = ([WAYS[name](one) for one in read(folder, kind)] for kind in ("train", "validate"))
-            begin = time.perf_counter()
-            answer = first_cause(diagnose(folder / "model.xml", train, check, Settings(), _quiet))
-            right[name] += answer == truth
-            line += f" {name} {answer} ({right[name]}/{done}, {time.perf_counter() - begin:.0f} s)"
+            kept = folder / f"{name}.json"
+            if not kept.is_file():
+                write_json(kept, answer(folder, WAYS[name]))
+            told = json.loads(kept.read_text(encoding="utf-8"))
+            right[name] += told["first"] == truth
+            line += f" {name} {told['first']} ({right[name]}/{done}, {told['cpu_seconds']:.0f} s)"
         sys.stdout.write(line + "\n")
         sys.stdout.flush()
+
+
+def answer(folder: Path, way: Callable[[Recording], Recording]) -> dict[str, Any]:
+    """First cause, processor time [s], and by validation recording and axis the rms error of the replayed position without and
+    with the effects [rad or m]."""
+    train, check = ([way(one) for one in read(folder, kind)] for kind in ("train", "validate"))
+    begin = time.process_time()
+    found = diagnose(folder / "model.xml", train, check, Settings(), _quiet)
+    seconds = time.process_time() - begin
+    replayed = in_closed_loop(found, folder / "model.xml")
+    errors = {
+        one.recording: {
+            axis: {name: float(run.apart["position"].rms) for name, run in own.runs.items()} for axis, own in one.axes.items()
+        }
+        for one in replayed.closed_loop
+    }
+    causes = [f"{one.effect}@{one.axis}" for one in found.causes]
+    return {"first": first_cause(found), "causes": causes, "cpu_seconds": seconds, "position_errors": errors}
 
 
 def read(folder: Path, kind: str) -> list[Recording]:
