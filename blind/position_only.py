@@ -24,7 +24,7 @@ from drivetwin.blind.transmissions import first_cause
 from drivetwin.blind.wide.case import WideCase
 from drivetwin.blind.wide.choice import choice
 from drivetwin.blind.wide.draw import drawn_case
-from drivetwin.blind.wide.effects import DRIVE, LIBRARY
+from drivetwin.blind.wide.effects import DRIVE
 from drivetwin.blind.wide.record import record_wide
 from drivetwin.diagnosis.diagnose import diagnose
 from drivetwin.diagnosis.report.closed_loop import in_closed_loop
@@ -41,15 +41,16 @@ KEPT = ("position", "position_demand", "velocity_offset", "torque_offset")
 """Columns that such a log may have: what was counted, and what was sent."""
 
 
-def cases(count: int, seed: int, families: Sequence[str] = ()) -> Iterator[WideCase]:
+def cases(count: int, seed: int, only: Sequence[str] = (), without: Sequence[str] = ()) -> Iterator[WideCase]:
     """Single causes, each effect as often as any other, sized and beset with nuisances as those of the wide generator.
 
     Effects between the torque that a drive asks for and the one that it gives are none: only a recorded torque tells them.
+    `only` and `without` name families and effects, as of `drivetwin blind`.
     """
     draw = np.random.default_rng([seed, 13])
     seeds = iter(draw.choice(2**31, size=20 * count, replace=False))
-    allowed = choice(families)
-    effects = [name for name in draw.permutation(list(LIBRARY)) if name not in DRIVE]
+    allowed = choice(only, without)
+    effects = [name for name in draw.permutation(list(allowed.effects)) if name not in DRIVE]
     for number in range(count):
         drawn = (drawn_case(number, int(own), "single", (str(effects[number % len(effects)]),), allowed) for own in seeds)
         yield next(case for case in drawn if case.drive in LAWS)
@@ -68,10 +69,10 @@ def position_only(recording: Recording) -> Recording:
     return replace(recording, info=info, time=recording.time[::step], columns=columns)
 
 
-def write(count: int, seed: int, families: Sequence[str], out: Path) -> None:
+def write(drawn: Iterator[WideCase], seed: int, out: Path) -> None:
     """OUT/case_NNN of every case, with its torque, and OUT/key.json."""
     key: list[dict[str, Any]] = []
-    for case in cases(count, seed, families):
+    for case in drawn:
         record_wide(case, out / f"case_{case.number:03d}")
         key.append(asdict(case))
         write_json(out / "key.json", {"schema": "blind-key/1", "seed": seed, "cases": key})
@@ -136,12 +137,13 @@ def main() -> None:
     parser.add_argument("what", choices=("write", "ask"))
     parser.add_argument("--count", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--family", action="append", default=[])
+    parser.add_argument("--family", action="append", default=[], help="as of drivetwin blind")
+    parser.add_argument("--without", action="append", default=[], help="as of drivetwin blind")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--way", action="append", choices=tuple(WAYS), help="to ask; both unless told")
     asked = parser.parse_args()
     if asked.what == "write":
-        write(asked.count, asked.seed, asked.family, asked.out)
+        write(cases(asked.count, asked.seed, asked.family, asked.without), asked.seed, asked.out)
     else:
         ask(asked.out, asked.way or tuple(WAYS))
 

@@ -3,7 +3,7 @@
     python -m drivetwin.blind.position_only ask --way without --out out/position_only
     python scripts/beside_sysid.py --out out/position_only
 
-Each case of `drivetwin.blind.position_only` is fitted by output error in MuJoCo: the same model, the same gains in MuJoCo's own PID
+Each case of `drivetwin.blind.position_only` is fitted by output error in MuJoCo: the same model and gains, as its own PID
 actuators, the same recordings. Both are measured on the validation recordings by the rms of simulated less recorded position.
 """
 
@@ -74,7 +74,8 @@ def with_pid(path: Path, joints: list[str], loops: list[Loops]) -> str:
     actuators, sensors = ElementTree.SubElement(root, "actuator"), ElementTree.SubElement(root, "sensor")
     for joint, own in zip(joints, loops, strict=True):
         gains = {name: repr(gain) for name, gain in pid_gains(own).items()}
-        ElementTree.SubElement(actuators, "pid", {"name": joint, "joint": joint, "input": "pos vel ff", **gains})
+        ElementTree.SubElement(actuators, "pid", {"name": joint, "joint": joint, "input": "pos", **gains})
+        ElementTree.SubElement(actuators, "motor", {"name": f"{joint}_ahead", "joint": joint})
         ElementTree.SubElement(sensors, "jointpos", {"name": f"{joint}_position", "joint": joint})
     for joint in root.iter("joint"):
         joint.attrib.pop("range", None)  # no axis reaches its stops
@@ -95,8 +96,8 @@ def log_of(recording: Recording, path: Path) -> Log:
         held = course.torque - without_integral(course) if loops.integrates and course.torque is not None else 0.0
         less = loops.velocity_feedforward - 1.0
         start = position[0] - course.position
-        more = gain * less * (velocity + rate * (position - position[0])) - gain * rate * start + held + offset
-        told += [position, velocity, more]
+        ahead = gain * (loops.velocity_feedforward * velocity + less * rate * (position - position[0]))
+        told += [position, ahead - gain * rate * start + held + offset]
         velocities.append(course.velocity)
     steps = np.arange(0.0, fine[-1], STEP)
     control = np.column_stack([np.interp(steps, fine, one) for one in told])
@@ -104,10 +105,10 @@ def log_of(recording: Recording, path: Path) -> Log:
     return Log(recording.name, rows * recording.info.sample_period, control, positions, np.array(velocities))
 
 
-def fitted(xml: str, joints: list[str], logs: list[Log]) -> dict[str, dict[str, float]]:
-    """Damping, friction and armature of every joint by mujoco.sysid."""
-    spec = mujoco.MjSpec.from_string(xml)
-    model = spec.compile()
+def fitted(models: list[str], joints: list[str], logs: list[Log]) -> dict[str, dict[str, float]]:
+    """Damping, friction and armature of every joint by mujoco.sysid, from logs each of which has a model with its gains."""
+    specs = [mujoco.MjSpec.from_string(xml) for xml in models]
+    spec, model = specs[0], specs[0].compile()
     parameters = sysid.ParameterDict()
     for joint in joints:
         for name in FITTED:
@@ -115,15 +116,18 @@ def fitted(xml: str, joints: list[str], logs: list[Log]) -> dict[str, dict[str, 
             parameters.add(sysid.Parameter(f"{joint} {name}", value, 0.0, MOST * value + 1e-6, modifier=_sets(joint, name)))
     control = sysid.TimeSeries.compute_all_control_mapping(model)
     sensors = sysid.TimeSeries.compute_all_sensor_mapping(model)
-    sequences = sysid.ModelSequences(
-        "machine",
-        spec,
-        [log.name for log in logs],
-        [sysid.create_initial_state(model, log.position[0], log.velocity) for log in logs],
-        [sysid.TimeSeries(np.arange(len(log.control)) * STEP, log.control, control) for log in logs],
-        [sysid.TimeSeries(log.time, log.position, sensors) for log in logs],
-    )
-    residual = sysid.build_residual_fn(models_sequences=[sequences], n_threads=1)
+    sequences = [
+        sysid.ModelSequences(
+            log.name,
+            own,
+            log.name,
+            sysid.create_initial_state(model, log.position[0], log.velocity),
+            sysid.TimeSeries(np.arange(len(log.control)) * STEP, log.control, control),
+            sysid.TimeSeries(log.time, log.position, sensors),
+        )
+        for own, log in zip(specs, logs, strict=True)
+    ]
+    residual = sysid.build_residual_fn(models_sequences=sequences, n_threads=1)
     found, _ = sysid.optimize(parameters, residual, verbose=False, max_iters=ITERATIONS)
     return {joint: {name: float(found[f"{joint} {name}"].value[0]) for name in FITTED} for joint in joints}
 
@@ -166,19 +170,22 @@ def compared(folder: Path) -> dict[str, Any]:
     whole = completed(path, simulation(path, train[0].info.axes), train, check, 0.04)
     first = whole.training[0]
     joints = [info.joint for info in first.info.axes.values()]
-    loops = [loops_of(axis, info, read_mjcf(path)) for axis, info in first.info.axes.items()]
-    xml = with_pid(path, joints, loops)
+    model = read_mjcf(path)
+
+    def moved(one: Recording) -> str:
+        return with_pid(path, joints, [loops_of(axis, info, model) for axis, info in one.info.axes.items()])
+
     used = [one for one in whole.training if not any(info.position_relative for info in one.info.axes.values())] or [first]
     logs = [log_of(one, path) for one in used]
     begin = time.process_time()
-    values = fitted(xml, joints, logs)
+    values = fitted([moved(one) for one in used], joints, logs)
     seconds = time.process_time() - begin
     rows = []
     for one in whole.validation:
         if one.name not in told["position_errors"]:
             continue
         log = log_of(one, path)
-        before, after = errors(xml, {}, log), errors(xml, values, log)
+        before, after = errors(moved(one), {}, log), errors(moved(one), values, log)
         for k, axis in enumerate(one.info.axes):
             ours = told["position_errors"][one.name][axis]
             rows.append(

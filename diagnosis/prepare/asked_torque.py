@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
+from drivetwin.motion.axis_motion import measured_position
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, zero_phase
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import TORQUE, DriveLaw, Recording
@@ -61,19 +63,18 @@ def completed(
     it. `spread`: standard deviation of a nominal parameter, as a share. Raises UserError where no loops are known that follow
     the demand.
     """
-    compiled = read_mjcf(model)
-    laws: dict[str, Loops] = {}
-    for recording in (*training, *validation):
-        for axis in _without_torque(recording):
-            laws.setdefault(axis, loops_by_position(recording, axis, compiled))
-    if not laws:
+    every = (*training, *validation)
+    if not any(_without_torque(recording) for recording in every):
         return Completed(tuple(training), tuple(validation), {})
-    slow = [_Slow.of(simulation, recording) for recording in training]
-    led = {axis: _led(simulation, slow, axis, law, OFF_BY * spread) for axis, law in laws.items()}
-    how = {axis: _how((*training, *validation), axis, law) for axis, law in laws.items()}
-    fitted = tuple(_completed(simulation, one, led) for one in slow)
-    held = tuple(_completed(simulation, _Slow.of(simulation, recording), led) for recording in validation)
-    return Completed(fitted, held, how)
+    compiled = read_mjcf(model)
+    slow = [_Slow.of(simulation, recording, compiled) for recording in every]
+    fitted = slow[: len(training)]
+    axes = dict.fromkeys(axis for one in slow for axis in one.laws)
+    leads = {axis: _lead(simulation, [one for one in fitted if axis in one.laws], axis, OFF_BY * spread) for axis in axes}
+    how = {axis: _how([one for one in slow if axis in one.laws], axis) for axis in axes}
+    led = [one.led(leads) for one in slow]
+    done = [_completed(simulation, one) for one in led]
+    return Completed(tuple(done[: len(training)]), tuple(done[len(training) :]), how)
 
 
 def notes(asked: Mapping[str, AskedTorque]) -> tuple[str, ...]:
@@ -89,30 +90,36 @@ def _without_torque(recording: Recording) -> list[str]:
     return [axis for axis, columns in recording.columns.items() if TORQUE not in columns]
 
 
-def _how(recordings: Iterable[Recording], axis: str, loops: Loops) -> AskedTorque:
-    drives = [one.info.axes[axis].drive for one in recordings]
-    told = all(drive is not None and drive.law is not DriveLaw.UNKNOWN for drive in drives)
-    return AskedTorque(loops.told_by, loops.integrates, told)
-
-
 @dataclass(frozen=True)
 class _Slow:
-    """The slow motion of a recording and the rigid model's torque for it, each (m, k)."""
+    """The slow motion of a recording and the rigid model's torque for it, each (m, k); `laws` of the axes without torque."""
 
     recording: Recording
     kinematics: Kinematics
     rigid: Array
+    laws: Mapping[str, Loops]
 
     @classmethod
-    def of(cls, simulation: Simulation, recording: Recording) -> _Slow:
+    def of(cls, simulation: Simulation, recording: Recording, model: mujoco.MjModel) -> _Slow:
+        laws = {axis: loops_by_position(recording, axis, model) for axis in _without_torque(recording)}
         period = recording.info.sample_period
         cutoff = effective_cutoff(period, SLOW_HZ)
-        raw = [recording.columns[axis]["position"] for axis in simulation.axes]
+        raw = [measured_position(recording.columns[axis], period) for axis in simulation.axes]
         position = np.column_stack([zero_phase(samples, period, cutoff) for samples in raw])
         velocity = np.column_stack([fine_derivative(samples, period) for samples in position.T])
         acceleration = np.column_stack([fine_derivative(samples, period) for samples in velocity.T])
         kinematics = Kinematics(position, velocity, acceleration).every(_every(recording))
-        return cls(recording, kinematics, simulation.torques(kinematics))
+        return cls(recording, kinematics, simulation.torques(kinematics), laws)
+
+    def led(self, leads: Mapping[str, float]) -> _Slow:
+        """With the demand's rate as early, where the recording does not say how early it is."""
+        return replace(self, laws={axis: self.law(axis, leads[axis]) for axis in self.laws})
+
+    def law(self, axis: str, lead: float) -> Loops:
+        """The loops of an axis, their demand's rate by `lead` early [s] unless the recording tells it."""
+        drive = self.recording.info.axes[axis].drive
+        told = drive is not None and drive.velocity_feedforward_lead is not None
+        return self.laws[axis] if told else replace(self.laws[axis], feedforward_lead=lead)
 
     def filtered(self, torque: Array) -> Array:
         """A torque (n,) of the recording as slow (m,)."""
@@ -129,27 +136,29 @@ def _every(recording: Recording) -> int:
     return max(1, int(1.0 / (8.0 * SLOW_HZ * recording.info.sample_period)))
 
 
-def _led(simulation: Simulation, slow: Sequence[_Slow], axis: str, law: Loops, most: float) -> Loops:
-    """The loops with the lead of the demand's rate with which the model leaves least, friction and inertia off by `most`."""
+def _how(slow: Sequence[_Slow], axis: str) -> AskedTorque:
     drives = [one.recording.info.axes[axis].drive for one in slow]
-    told = any(drive is not None and drive.velocity_feedforward_lead is not None for drive in drives)
-    if told or law.velocity_feedforward == 0.0 or law.velocity_gain == 0.0:
-        return law
+    told = all(drive is not None and drive.law is not DriveLaw.UNKNOWN for drive in drives)
+    return AskedTorque(slow[0].laws[axis].told_by, any(one.laws[axis].integrates for one in slow), told)
+
+
+def _lead(simulation: Simulation, slow: Sequence[_Slow], axis: str, most: float) -> float:
+    """Lead of the demand's rate [s] with which the model leaves least, its friction and inertia off by a share up to `most`."""
+    if not any(one.laws[axis].velocity_feedforward * one.laws[axis].velocity_gain for one in slow):
+        return 0.0
     period = float(np.median([grid_of(one.recording).period for one in slow]))
-    tried = [replace(law, feedforward_lead=share * period) for share in LEADS]
-    left = [_left(simulation, slow, axis, loops, most) for loops in tried]
+    tried = [share * period for share in LEADS]
+    left = [_left(simulation, slow, axis, lead, most) for lead in tried]
     return tried[int(np.argmin(left))]
 
 
-def _left(simulation: Simulation, slow: Sequence[_Slow], axis: str, loops: Loops, most: float) -> float:
-    """Energy that the model leaves of the asked torque, its friction and inertia off by a share up to `most`."""
+def _left(simulation: Simulation, slow: Sequence[_Slow], axis: str, lead: float, most: float) -> float:
+    """Energy that the model leaves of the asked torque."""
     k, inertia = simulation.axes.index(axis), simulation.home_inertia()[axis]
     friction = simulation.dynamics()[axis].friction
     rows, columns = [], []
     for one in slow:
-        if TORQUE in one.recording.columns[axis]:
-            continue
-        moving, velocity = one.moving(k), one.kinematics.velocity[:, k]
+        loops, moving, velocity = one.law(axis, lead), one.moving(k), one.kinematics.velocity[:, k]
         own = np.column_stack(
             [friction.coulomb * np.sign(velocity), friction.viscous * velocity, inertia * one.kinematics.acceleration[:, k]]
         )
@@ -157,18 +166,15 @@ def _left(simulation: Simulation, slow: Sequence[_Slow], axis: str, loops: Loops
         level = float(loops.integrates)
         rows.append(left[moving] - level * np.mean(left[moving]))
         columns.append(own[moving] - level * np.mean(own[moving], axis=0))
-    if not rows:
-        return 0.0
     solved = lsq_linear(np.vstack(columns), np.concatenate(rows), bounds=(-most, most), method="bvls")
     return float(2.0 * solved.cost)
 
 
-def _completed(simulation: Simulation, slow: _Slow, laws: Mapping[str, Loops]) -> Recording:
+def _completed(simulation: Simulation, slow: _Slow) -> Recording:
     """A recording with the torque that is missing, and with the lead by which it was found."""
     recording = slow.recording
     columns, axes = dict(recording.columns), dict(recording.info.axes)
-    for axis in _without_torque(recording):
-        law = laws[axis]
+    for axis, law in slow.laws.items():
         torque = asked(recording, axis, law)
         level = _level(simulation, slow, axis, torque) if law.integrates else 0.0
         columns[axis] = {**columns[axis], TORQUE: torque - level}
@@ -176,7 +182,7 @@ def _completed(simulation: Simulation, slow: _Slow, laws: Mapping[str, Loops]) -
         if drive is not None:
             led = drive.model_copy(update={"velocity_feedforward_lead": law.feedforward_lead})
             axes[axis] = axes[axis].model_copy(update={"drive": led})
-    derived = [*recording.info.derived, *(f"{axis}.{TORQUE}" for axis in _without_torque(recording))]
+    derived = [*recording.info.derived, *(f"{axis}.{TORQUE}" for axis in slow.laws)]
     info = recording.info.model_copy(update={"derived": derived, "axes": axes})
     return replace(recording, columns=columns, info=info)
 
