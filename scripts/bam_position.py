@@ -2,8 +2,8 @@
 
     python scripts/bam_position.py --data ../shared/data --raw RAW --out out/bam_position
 
-RAW is bam/data.bak/raw of github.com/Rhoban/bam at af2260462471 (Apache-2.0): its logs have the goal position, which the case in
-../shared/data/measured lacks. OUT gets model.xml, the recordings without torque, what the diagnosis answers to them
+RAW is bam/data.bak/raw of github.com/Rhoban/bam at af2260462471 (Apache-2.0): its logs have the goal position, as the case of
+../shared/data/measured has not. OUT gets model.xml, the recordings without torque, what the diagnosis answers to them
 (without.json), and mujoco.sysid beside it (sysid.json).
 """
 
