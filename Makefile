@@ -9,7 +9,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := run
 
-.PHONY: run test suite check tutorial coverage nightly test-long test-vcan interoperability seeds bench panel-load wafer-handler fuzz fuzz-files unbroken blind measured accept accept-repeats mutants docs lock clean
+.PHONY: run test suite check tutorial coverage nightly test-long test-vcan interoperability seeds bench panel-load wafer-handler fuzz fuzz-files unbroken blind position-only measured accept accept-repeats mutants docs lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -103,6 +103,12 @@ wafer-handler: .venv/.installed
 # 300 machines whose true effects are withheld, recorded over the bus and diagnosed: out/blind/score.html; resumes where it was.
 blind: .venv/.installed
 	$(BIN)/drivetwin blind --generator bus --cases 300 --seed 2030 --nominal both --out out/blind
+
+# 40 blind cases by position and demand alone, a line a case; resumes where it was.
+position-only: .venv/.installed
+	$(BIN)/python -m drivetwin.blind.position_only write --count 40 --seed 2127 --family rotary --family pendulum --family linear \
+		--family lift --without coupling --out out/position_only
+	$(BIN)/python -m drivetwin.blind.position_only ask --way without --out out/position_only
 
 # Machines whose gap to their simulation is known, diagnosed and held against least squares: out/measured/score.html; resumes.
 measured: .venv/.installed

@@ -72,7 +72,8 @@ class DriveLoops(BaseModel):
     """The drive's control loops, joint side; None if unknown.
 
     `position_gain` [1/s], `velocity_gain` [N·m·s/rad or N·s/m], `integral_time` [s] (None: a P velocity loop),
-    `velocity_feedforward` [1] of the demand's derivative, `torque_limit` [N·m or N], `servo_period` [s],
+    `velocity_feedforward` [1] of the demand's derivative, which is `velocity_feedforward_lead` [s] ahead of the backward
+    difference over a servo period (None: not told), `torque_limit` [N·m or N], `servo_period` [s],
     `velocity_filter_hz` [Hz], `current_loop_time_constant` [s]. `law`: the control law of the gains; a cascade if gains are
     given without a law. Every number is finite and not negative.
     """
@@ -83,6 +84,7 @@ class DriveLoops(BaseModel):
     velocity_gain: NotNegative | None = None
     integral_time: NotNegative | None = None
     velocity_feedforward: NotNegative = 1.0
+    velocity_feedforward_lead: NotNegative | None = None
     torque_limit: NotNegative | None = None
     servo_period: NotNegative | None = None
     velocity_filter_hz: NotNegative | None = None

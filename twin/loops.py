@@ -26,7 +26,8 @@ class Loops:
 
     torque = velocity_gain (position_gain e + velocity_feedforward d' - v) + integrals + position_stiffness e + torque offset,
     with the demand d, the following error e = d - q and the filtered velocity v; `integral_rate` [1/s] integrates the velocity
-    error, `position_integral` [N·m/(rad·s)] the following error.
+    error, `position_integral` [N·m/(rad·s)] the following error. `feedforward_lead` [s] is how far d' is ahead of the backward
+    difference over a servo period.
     """
 
     loop: Loop
@@ -35,6 +36,7 @@ class Loops:
     velocity_gain: float = 0.0
     integral_rate: float = 0.0
     velocity_feedforward: float = 0.0
+    feedforward_lead: float = 0.0
     position_stiffness: float = 0.0
     position_integral: float = 0.0
     velocity_filter_hz: float | None = None
@@ -82,6 +84,7 @@ def _cascade(where: str, drive: DriveLoops) -> Loops:
         velocity_gain=drive.velocity_gain,
         integral_rate=1.0 / drive.integral_time if drive.integral_time else 0.0,
         velocity_feedforward=drive.velocity_feedforward,
+        feedforward_lead=drive.velocity_feedforward_lead or 0.0,
         **_power_stage(drive),
     )
 
@@ -94,6 +97,7 @@ def _pid(where: str, drive: DriveLoops) -> Loops:
         velocity_gain=derivative,
         velocity_feedforward=drive.velocity_feedforward,
         position_stiffness=proportional,
+        feedforward_lead=drive.velocity_feedforward_lead or 0.0,
         position_integral=integral,
         **_power_stage(drive),
     )

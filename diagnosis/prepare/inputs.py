@@ -17,7 +17,7 @@ from drivetwin.foundation.files import sha256
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.motion.model_file import motors_of
 from drivetwin.motion.pieces import read_pieces
-from drivetwin.recording.reader import SIGNALS, check_joints, check_torque, find_recordings
+from drivetwin.recording.reader import SIGNALS, check_joints, find_recordings
 from drivetwin.recording.recording import Recording
 
 LOWEST_CUTOFF = 1.0
@@ -102,7 +102,6 @@ def _check_axes(path: Path, model: mujoco.MjModel, recording: Recording) -> None
     joints = {model.joint(index).name: index for index in range(model.njnt)}
     where = recording.files[0] if recording.files else recording.name
     check_joints(recording, joints)
-    check_torque(recording, "drivetwin diagnose")
     for axis, info in recording.info.axes.items():
         joint = joints[info.joint]
         if int(model.jnt_type[joint]) not in _ONE_DEGREE:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
 from drivetwin.diagnosis.prepare.channel import torque_of
 from drivetwin.diagnosis.prepare.deflection import deflection
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
@@ -27,6 +29,8 @@ from drivetwin.motion.axis_motion import (
 )
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
 from drivetwin.recording.recording import Recording
+
+NOTHING_ASKED: Mapping[str, AskedTorque] = MappingProxyType({})
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -52,6 +56,8 @@ COMPARED_RATE = 2.5
 class AxisRun:
     """One axis over one recording, (n,) each; torque filtered [N·m or N]. `used` counts in gaps, `fitted` in fits.
 
+    `asked`: how its torque is known where it was not recorded.
+
     `base` is the torque of the simulation as it stands; where `sticks`, for a moment in the middle of a motion, the measured
     one, for stiction holds any.
     """
@@ -63,6 +69,7 @@ class AxisRun:
     sticks: Mask
     used: Mask
     fitted: Mask
+    asked: AskedTorque | None = None
 
     def part(self, span: slice) -> AxisRun:
         """Some samples of it, at equal steps."""
@@ -186,11 +193,12 @@ def prepare(
     motion_hz: float,
     standstill: Mapping[str, float],
     began: float,
+    asked: Mapping[str, AskedTorque] = NOTHING_ASKED,
 ) -> Run:
     """Filter a recording and evaluate the simulation as it stands on its motion.
 
     `cutoff_hz` is that of the comparison, `motion_hz` up to where the position tells more than noise; `began`: when the
-    recording's time was 0 [s] since the machine was switched on.
+    recording's time was 0 [s] since the machine was switched on; `asked`: of the axes whose torque was not recorded.
     """
     period = recording.info.sample_period
     cutoff = effective_cutoff(period, cutoff_hz)
@@ -221,7 +229,7 @@ def prepare(
         simulated = rigid[:, k] + dynamics[axis].friction.resistance(motion)
         base = zero_phase(np.where(sticks, motion.torque, simulated), period, cutoff)
         torque = zero_phase(motion.torque, period, cutoff)
-        axes[axis] = AxisRun(axis, motion, torque, base, sticks, fitted, fitted)
+        axes[axis] = AxisRun(axis, motion, torque, base, sticks, fitted, fitted, asked.get(axis))
     coupling = _coupling(simulation.axes, inertia)
     return Run(recording, period, cutoff, wide, stride_of(period, cutoff), compared, axes, coupling)
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from drivetwin.diagnosis.prepare.asked_torque import completed, notes
 from drivetwin.diagnosis.prepare.cutoff import chosen_cutoff, motion_cutoff
 from drivetwin.diagnosis.prepare.drive_law import law_holds
 from drivetwin.diagnosis.prepare.hold_back import hold_back
@@ -43,9 +44,11 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     """Raises UserError where a recording's axes do not fit the model, or no axis moves in what is fitted."""
     held_back = not validation
     twin = simulation(model, training[0].info.axes)
+    whole = completed(model, twin, training, validation, settings.nominal_spread)
+    training, validation, unrecorded = whole.training, whole.validation, whole.asked
     cutoff = settings.cutoff_hz or chosen_cutoff([*training, *validation])
-    train, check = positions(twin, training, cutoff), positions(twin, validation, cutoff)
-    training, validation = train.recordings, check.recordings
+    fit_at, check_at = positions(twin, training, cutoff), positions(twin, validation, cutoff)
+    training, validation = fit_at.recordings, check_at.recordings
     recordings = [*training, *validation]
     fitted, held = hold_back(training, cutoff) if held_back else (list(training), list(validation))
     if held_back and not held:
@@ -55,8 +58,8 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
         )
     motion = motion_cutoff(recordings, twin.home_inertia())
     standstill = standstill_of(twin, [*fitted, *held], min(cutoff, motion))
-    told = zip([*fitted, *held], standstill, begins([*fitted, *held]), strict=True)
-    every = [prepare(twin, one, cutoff, motion, still, began) for one, still, began in told]
+    each = zip([*fitted, *held], standstill, begins([*fitted, *held]), strict=True)
+    every = [prepare(twin, one, cutoff, motion, still, began, unrecorded) for one, still, began in each]
     runs, checks = every[: len(fitted)], every[len(fitted) :]
     rows = Rows(twin, [run.thinned() for run in runs], settings.blocks)
     if not any(rows.count(axis) for axis in twin.axes):
@@ -65,6 +68,7 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
             "them; record a motion, or give the true `position_resolution`"
         )
     absolute = {axis: is_absolute(runs, axis) for axis in twin.axes}
-    asked = {axis: testable(rows, axis, absolute[axis], law_holds(runs, axis)) for axis in twin.axes}
+    asked = {axis: testable(rows, axis, absolute[axis], law_holds(runs, axis), unrecorded.get(axis)) for axis in twin.axes}
     middle = {axis: sorted(each[axis] for each in standstill)[len(standstill) // 2] for axis in twin.axes}
-    return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, (*train.notes, *check.notes))
+    told = (*notes(unrecorded), *fit_at.notes, *check_at.notes)
+    return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, told)

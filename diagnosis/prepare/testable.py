@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
 from drivetwin.diagnosis.prepare.motion import Run
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, Need, library
@@ -49,6 +50,7 @@ WHY: Mapping[Need, tuple[str, str]] = {
     ),
 }
 
+GIVEN_UNKNOWN = "no torque was recorded: that which the drive gave is not known from the one that it asked for"
 AT_REST = ("the axis does not move in the recordings that are fitted", "a recording in which it moves")
 
 
@@ -72,22 +74,40 @@ class Testable:
     askew: frozenset[str]
 
 
-def testable(rows: Rows, axis: str, absolute: bool, drive_told: bool) -> Testable:
-    """`absolute`: the position means the same in all recordings; `drive_told`: the drive's law gives the recorded torque."""
+def testable(rows: Rows, axis: str, absolute: bool, drive_told: bool, asked: AskedTorque | None) -> Testable:
+    """`absolute`: the position means the same in all recordings; `drive_told`: the drive's law gives the recorded torque.
+
+    `asked`: how the torque is known that was not recorded.
+    """
     met = _met(rows, axis, absolute, drive_told)
     kinds, refused = [], []
+    hidden = _hidden(asked)
     for kind in library().values():
         if not issubclass(kind, (AxisEffect, ModelEffect, DriveEffect)):
             continue
         missing = next((need for need in Need if need in kind.needs and need not in met), None)
         if not rows.count(axis):
             refused.append(NotTestable(kind.name, *AT_REST))
+        elif kind.name in hidden:
+            refused.append(NotTestable(kind.name, hidden[kind.name], "the torque that the drive gives: `torque`"))
         elif missing is not None:
             refused.append(NotTestable(kind.name, *WHY[missing]))
         else:
             kinds.append(kind)
     weights = [kind.name for kind in kinds if Need.WEIGHT in kind.needs]
     return Testable(tuple(kinds), tuple(refused), frozenset(weights if _stands_plumb(rows, axis) else ()))
+
+
+def _hidden(asked: AskedTorque | None) -> dict[str, str]:
+    """Effects that a torque which was not recorded does not tell, each with the reason."""
+    if asked is None:
+        return {}
+    found = {kind.name: GIVEN_UNKNOWN for kind in library().values() if issubclass(kind, DriveEffect)}
+    if asked.floats:
+        found["torque_offset"] = "no torque was recorded, and the integral of the drive holds any constant one"
+    if not asked.scale_told:
+        found["torque_constant"] = "no torque was recorded, and the gains of the drive are those that the model has"
+    return found
 
 
 def _met(rows: Rows, axis: str, absolute: bool, drive_told: bool) -> frozenset[Need]:

@@ -71,7 +71,8 @@ def nominal_parameters(rows: Rows, settings: Settings) -> list[Nominal]:
     A model without any friction on an axis does not say that there is none: it may be as large as the torque.
     """
     of_axes = _of_axes(rows, settings)
-    return [*of_axes, *_of_bodies(rows, of_axes, settings), *_of_timing(rows, settings), *_of_encoders(rows, settings)]
+    of_recordings = [*_of_timing(rows, settings), *_of_encoders(rows, settings), *_of_loops(rows, settings)]
+    return [*of_axes, *_of_bodies(rows, of_axes, settings), *of_recordings]
 
 
 def _of_axes(rows: Rows, settings: Settings) -> list[Nominal]:
@@ -142,6 +143,26 @@ def _of_encoders(rows: Rows, settings: Settings) -> list[Nominal]:
             speed = centred(rows.rows(axis, lambda run, own: run.smooth(own.motion.velocity)), rows.of[axis].run)
             found.append(Nominal(None, None, axis, None, 1.0, _late(rows, settings), {name: speed}))
     return found
+
+
+def _of_loops(rows: Rows, settings: Settings) -> list[Nominal]:
+    """Of a torque that loops asked for and nobody recorded: what the integral held at each start, and its scale."""
+    found = []
+    for axis in rows.axes:
+        for number, one in enumerate(rows.runs):
+            asked = one.axes[axis].asked
+            if asked is not None and asked.floats:
+                column = rows.rows(axis, partial(_held_in, one))
+                found.append(Nominal(None, None, axis, None, 1.0, rows.size[axis], {axis: column}))
+            if asked is not None and not asked.scale_told and number == 0:
+                scale = {axis: rows.rows(axis, lambda _, own: own.base)}
+                found.append(Nominal(None, None, axis, None, 1.0, settings.nominal_spread, scale))
+    return found
+
+
+def _held_in(one: Run, run: Run, own: AxisRun) -> Array:
+    """What a torque 1 that acts in one recording is compared as."""
+    return run.moves(own) * float(run is one)
 
 
 def _late(rows: Rows, settings: Settings) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.drive_law import asked_of, given_with
-from drivetwin.diagnosis.prepare.motion import Run, between
+from drivetwin.diagnosis.prepare.motion import AxisRun, Run, between
 from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.diagnosis.report.result import AxisPrediction, Prediction
 from drivetwin.emulator.dynamics import AxisDynamics
@@ -48,8 +48,8 @@ def predict(simulation: Simulation, run: Run, patch: Patch) -> Prediction:
     for k, axis in enumerate(simulation.axes):
         own = run.axes[axis]
         axes[axis] = AxisPrediction(
-            before=own.base - not_given[axis],
-            after=own.base + changes[axis],
+            before=_level(own, own.base - not_given[axis]),
+            after=_level(own, own.base + changes[axis]),
             measured=own.torque,
             used=own.used,
             position=run.kinematics.position[:, k],
@@ -57,6 +57,13 @@ def predict(simulation: Simulation, run: Run, patch: Patch) -> Prediction:
             acceleration=run.kinematics.acceleration[:, k],
         )
     return Prediction(run.recording.name, run.recording.time, axes)
+
+
+def _level(own: AxisRun, predicted: Array) -> Array:
+    """A predicted torque (n,) as the drive's integral has it, where the torque is known but for a constant."""
+    if own.asked is None or not own.asked.floats or not own.used.any():
+        return predicted
+    return np.asarray(predicted + np.mean((own.torque - predicted)[own.used]))
 
 
 def contributions(simulation: Simulation, run: Run, patch: Patch) -> list[dict[str, Array]]:

@@ -1,0 +1,195 @@
+"""Recordings without torque: what their drive's loops asked for takes its place, as far as demand and position tell it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
+from drivetwin.motion.axis_motion import measured_position
+from drivetwin.motion.filtering import effective_cutoff, fine_derivative, zero_phase
+from drivetwin.motion.inverse_dynamics import read_mjcf
+from drivetwin.recording.recording import TORQUE, DriveLaw, Recording
+from drivetwin.twin.asked import asked, loops_by_position
+from drivetwin.twin.course import grid_of
+from drivetwin.twin.loops import Loops
+
+Array = NDArray[np.float64]
+
+SLOW_HZ = 10.0
+"""What loops hold and when they take a rate is told below it: there a log of 30 rows a second says as much as any."""
+MOVING = 0.02
+"""Share of the top speed from which friction has its sign."""
+LEADS = (0.0, 0.5, 1.0)
+"""Of the demand's rate before its backward difference, in servo periods: of the last one, of the moment, of the next."""
+OFF_BY = 3.0
+"""Standard deviations by which friction and inertia of the model may be off where such a lead is chosen."""
+
+
+@dataclass(frozen=True)
+class AskedTorque:
+    """How the torque of an axis is known that was not recorded.
+
+    `told_by`: whose loops asked for it. `floats`: but for a constant in each recording, which the loops' integral held as it
+    began. `scale_told`: their gains are the recording's, and not what a model takes for them.
+    """
+
+    told_by: str
+    floats: bool
+    scale_told: bool
+
+
+@dataclass(frozen=True)
+class Completed:
+    """Recordings with a torque on every axis, and by axis how it is known where it was not recorded."""
+
+    training: tuple[Recording, ...]
+    validation: tuple[Recording, ...]
+    asked: Mapping[str, AskedTorque]
+
+
+def completed(
+    model: Path, simulation: Simulation, training: Sequence[Recording], validation: Sequence[Recording], spread: float
+) -> Completed:
+    """Torque that is missing is what the loops asked for, its constant such that the model's friction and weight leave no mean.
+
+    It is listed in `derived`. When the loops take the demand's rate is chosen on `training`, where the recordings do not tell
+    it. `spread`: standard deviation of a nominal parameter, as a share. Raises UserError where no loops are known that follow
+    the demand.
+    """
+    every = (*training, *validation)
+    if not any(_without_torque(recording) for recording in every):
+        return Completed(tuple(training), tuple(validation), {})
+    compiled = read_mjcf(model)
+    slow = [_Slow.of(simulation, recording, compiled) for recording in every]
+    fitted = slow[: len(training)]
+    axes = dict.fromkeys(axis for one in slow for axis in one.laws)
+    leads = {axis: _lead(simulation, [one for one in fitted if axis in one.laws], axis, OFF_BY * spread) for axis in axes}
+    how = {axis: _how([one for one in slow if axis in one.laws], axis) for axis in axes}
+    led = [one.led(leads) for one in slow]
+    done = [_completed(simulation, one) for one in led]
+    return Completed(tuple(done[: len(training)]), tuple(done[len(training) :]), how)
+
+
+def notes(asked: Mapping[str, AskedTorque]) -> tuple[str, ...]:
+    """What a reader needs to know of the torque."""
+    return tuple(
+        f"{axis}: no torque was recorded. What is compared is the torque that the {how.told_by} asked for, from demand and "
+        f"position{', but for a constant in each recording' if how.floats else ''}."
+        for axis, how in asked.items()
+    )
+
+
+def _without_torque(recording: Recording) -> list[str]:
+    return [axis for axis, columns in recording.columns.items() if TORQUE not in columns]
+
+
+@dataclass(frozen=True)
+class _Slow:
+    """The slow motion of a recording and the rigid model's torque for it, each (m, k); `laws` of the axes without torque."""
+
+    recording: Recording
+    kinematics: Kinematics
+    rigid: Array
+    laws: Mapping[str, Loops]
+
+    @classmethod
+    def of(cls, simulation: Simulation, recording: Recording, model: mujoco.MjModel) -> _Slow:
+        laws = {axis: loops_by_position(recording, axis, model) for axis in _without_torque(recording)}
+        period = recording.info.sample_period
+        cutoff = effective_cutoff(period, SLOW_HZ)
+        raw = [measured_position(recording.columns[axis], period) for axis in simulation.axes]
+        position = np.column_stack([zero_phase(samples, period, cutoff) for samples in raw])
+        velocity = np.column_stack([fine_derivative(samples, period) for samples in position.T])
+        acceleration = np.column_stack([fine_derivative(samples, period) for samples in velocity.T])
+        kinematics = Kinematics(position, velocity, acceleration).every(_every(recording))
+        return cls(recording, kinematics, simulation.torques(kinematics), laws)
+
+    def led(self, leads: Mapping[str, float]) -> _Slow:
+        """With the demand's rate as early, where the recording does not say how early it is."""
+        return replace(self, laws={axis: self.law(axis, leads[axis]) for axis in self.laws})
+
+    def law(self, axis: str, lead: float) -> Loops:
+        """The loops of an axis, their demand's rate by `lead` early [s] unless the recording tells it."""
+        drive = self.recording.info.axes[axis].drive
+        told = drive is not None and drive.velocity_feedforward_lead is not None
+        return self.laws[axis] if told else replace(self.laws[axis], feedforward_lead=lead)
+
+    def filtered(self, torque: Array) -> Array:
+        """A torque (n,) of the recording as slow (m,)."""
+        period = self.recording.info.sample_period
+        return zero_phase(torque, period, effective_cutoff(period, SLOW_HZ))[:: _every(self.recording)]
+
+    def moving(self, k: int) -> NDArray[np.bool_]:
+        """Where the k-th axis moves; everywhere where it never does."""
+        speed = np.abs(self.kinematics.velocity[:, k])
+        return np.asarray((speed > MOVING * speed.max(initial=0.0)) | (speed.max(initial=0.0) == 0.0))
+
+
+def _every(recording: Recording) -> int:
+    return max(1, int(1.0 / (8.0 * SLOW_HZ * recording.info.sample_period)))
+
+
+def _how(slow: Sequence[_Slow], axis: str) -> AskedTorque:
+    drives = [one.recording.info.axes[axis].drive for one in slow]
+    told = all(drive is not None and drive.law is not DriveLaw.UNKNOWN for drive in drives)
+    return AskedTorque(slow[0].laws[axis].told_by, any(one.laws[axis].integrates for one in slow), told)
+
+
+def _lead(simulation: Simulation, slow: Sequence[_Slow], axis: str, most: float) -> float:
+    """Lead of the demand's rate [s] with which the model leaves least, its friction and inertia off by a share up to `most`."""
+    if not any(one.laws[axis].velocity_feedforward * one.laws[axis].velocity_gain for one in slow):
+        return 0.0
+    period = float(np.median([grid_of(one.recording).period for one in slow]))
+    tried = [share * period for share in LEADS]
+    left = [_left(simulation, slow, axis, lead, most) for lead in tried]
+    return tried[int(np.argmin(left))]
+
+
+def _left(simulation: Simulation, slow: Sequence[_Slow], axis: str, lead: float, most: float) -> float:
+    """Energy that the model leaves of the asked torque."""
+    k, inertia = simulation.axes.index(axis), simulation.home_inertia()[axis]
+    friction = simulation.dynamics()[axis].friction
+    rows, columns = [], []
+    for one in slow:
+        loops, moving, velocity = one.law(axis, lead), one.moving(k), one.kinematics.velocity[:, k]
+        own = np.column_stack(
+            [friction.coulomb * np.sign(velocity), friction.viscous * velocity, inertia * one.kinematics.acceleration[:, k]]
+        )
+        left = one.filtered(asked(one.recording, axis, loops)) - one.rigid[:, k] - own[:, 0] - own[:, 1]
+        level = float(loops.integrates)
+        rows.append(left[moving] - level * np.mean(left[moving]))
+        columns.append(own[moving] - level * np.mean(own[moving], axis=0))
+    solved = lsq_linear(np.vstack(columns), np.concatenate(rows), bounds=(-most, most), method="bvls")
+    return float(2.0 * solved.cost)
+
+
+def _completed(simulation: Simulation, slow: _Slow) -> Recording:
+    """A recording with the torque that is missing, and with the lead by which it was found."""
+    recording = slow.recording
+    columns, axes = dict(recording.columns), dict(recording.info.axes)
+    for axis, law in slow.laws.items():
+        torque = asked(recording, axis, law)
+        level = _level(simulation, slow, axis, torque) if law.integrates else 0.0
+        columns[axis] = {**columns[axis], TORQUE: torque - level}
+        drive = axes[axis].drive
+        if drive is not None:
+            led = drive.model_copy(update={"velocity_feedforward_lead": law.feedforward_lead})
+            axes[axis] = axes[axis].model_copy(update={"drive": led})
+    derived = [*recording.info.derived, *(f"{axis}.{TORQUE}" for axis in slow.laws)]
+    info = recording.info.model_copy(update={"derived": derived, "axes": axes})
+    return replace(recording, columns=columns, info=info)
+
+
+def _level(simulation: Simulation, slow: _Slow, axis: str, torque: Array) -> float:
+    """Mean of the torque that rigid model and friction leave while the axis moves [N·m or N]."""
+    k, friction = simulation.axes.index(axis), simulation.dynamics()[axis].friction
+    velocity, moving = slow.kinematics.velocity[:, k], slow.moving(k)
+    left = slow.filtered(torque) - slow.rigid[:, k] - friction.coulomb * np.sign(velocity) - friction.viscous * velocity
+    return float(np.mean(left[moving]))

@@ -1,0 +1,139 @@
+"""A servo that logs command and position only, moved by MuJoCo alone: what is found by them, and what is said not to be."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.prepare.inputs import read_inputs
+from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
+from drivetwin.diagnosis.report.closed_loop import in_closed_loop
+from drivetwin.diagnosis.report.result import Array, Diagnosis
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.foundation.errors import UserError
+from drivetwin.recording.recording import Recording, RecordingInfo
+from drivetwin.recording.writer import write_recording
+from drivetwin.twin.comparison import MODEL as ALONE
+from drivetwin.twin.comparison import WITH_EFFECTS
+
+PERIOD, STEP, SECONDS = 0.01, 0.0005, 12.0
+COULOMB, DAMPING, ARMATURE = 0.12, 0.1, 0.01
+MODEL = """<mujoco><option timestep="{step}" integrator="implicitfast"/><worldbody><body>
+<joint name="shoulder" axis="0 1 0" damping="{damping}" frictionloss="{coulomb}" armature="{armature}"/>
+<inertial pos="0 0 -0.12" mass="0.4" diaginertia="0.002 0.002 0.002"/></body></worldbody>
+<actuator>{actuator}</actuator></mujoco>"""
+SERVO = '<position name="shoulder" joint="shoulder" kp="18" kv="0.6"/>'
+MOTOR = '<motor name="shoulder" joint="shoulder"/>'
+
+
+def mjcf(actuator: str = SERVO, coulomb: float = COULOMB, damping: float = DAMPING, armature: float = ARMATURE) -> str:
+    return MODEL.format(step=STEP, actuator=actuator, coulomb=coulomb, damping=damping, armature=armature)
+
+
+def commanded(seed: int, time: Array) -> Array:
+    """Three sines of slow, middling and fast motion."""
+    rng = np.random.default_rng(seed)
+    waves = zip((0.25, 0.8, 1.9), (0.6, 0.3, 0.12), rng.uniform(0.0, 2.0 * np.pi, 3), strict=True)
+    return np.asarray(sum(size * np.sin(2.0 * np.pi * often * time + phase) for often, size, phase in waves))
+
+
+def logged(seed: int, *, drive: dict[str, Any] | None = None, name: str = "log", **truth: float) -> Recording:
+    """What a position actuator of a plain MuJoCo loop makes of the command, 100 rows a second, 12 bits a turn."""
+    model = mujoco.MjModel.from_xml_string(mjcf(**truth))
+    data = mujoco.MjData(model)
+    time = np.arange(round(SECONDS / PERIOD)) * PERIOD
+    rows = round(PERIOD / STEP)
+    fine = commanded(seed, np.arange(len(time) * rows) * STEP)
+    data.qpos[0] = fine[0]
+    position = np.empty(len(time))
+    for tick, target in enumerate(fine):
+        data.ctrl[0] = target
+        if tick % rows == 0:
+            position[tick // rows] = float(data.qpos[0])
+        mujoco.mj_step(model, data)
+    count = 2.0 * np.pi / 4096.0
+    columns = {"position": np.round(position / count) * count, "position_demand": fine[::rows]}
+    axis = {"joint": "shoulder", "actuator": "shoulder", "position_resolution": count} | ({"drive": drive} if drive else {})
+    told = {"schema": "recording/2", "machine": "arm", "sample_period": PERIOD, "axes": {"shoulder": axis}}
+    return Recording(name, RecordingInfo.model_validate(told), time, {"shoulder": columns})
+
+
+def written(folder: Path, actuator: str = SERVO) -> Path:
+    path = folder / "arm.xml"
+    path.write_text(mjcf(actuator), encoding="utf-8")
+    return path
+
+
+@cache
+def _logs(**truth: float) -> tuple[Recording, Recording]:
+    return logged(1, name="fitted", **truth), logged(2, name="held", **truth)
+
+
+def diagnosed(folder: Path, **truth: float) -> Diagnosis:
+    fitted, held = _logs(**truth)
+    return diagnose(written(folder), [fitted], [held], Settings(), lambda _stage, _share: None)
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameter", "truth", "value"),
+    [
+        ("coulomb", "coulomb", {"coulomb": 0.25}, 0.25),
+        ("viscous", "viscous", {"damping": 0.25}, 0.25),
+        ("inertia", "difference", {"armature": 0.016}, 0.006),
+    ],
+)
+def test_what_differs_is_found(effect: str, parameter: str, truth: dict[str, float], value: float, tmp_path: Path) -> None:
+    found = diagnosed(tmp_path, **truth)
+    first = found.causes[0]
+    assert (first.effect, first.axis) == (effect, "shoulder")
+    assert first.parameters[parameter].value == pytest.approx(value, rel=0.15)
+    (replayed,) = in_closed_loop(found, tmp_path / "arm.xml").closed_loop
+    runs = replayed.axes["shoulder"].runs
+    assert runs[WITH_EFFECTS].apart["position"].rms < 0.5 * runs[ALONE].apart["position"].rms
+
+
+def test_a_machine_as_modelled_has_no_gap(tmp_path: Path) -> None:
+    assert diagnosed(tmp_path).verdict == "no_gap"
+
+
+def ready(folder: Path, drive: dict[str, Any] | None, actuator: str) -> Prepared:
+    log = logged(1, drive=drive)
+    return prepared(written(folder, actuator), [log], [log], Settings())
+
+
+def refused(made: Prepared) -> dict[str, str]:
+    return {one.effect: one.reason for one in made.testable["shoulder"].not_testable}
+
+
+def test_it_says_what_only_a_torque_would_tell(tmp_path: Path) -> None:
+    by_model = ready(tmp_path, None, SERVO)
+    assert {"current_bandwidth", "torque_saturation", "torque_constant"} <= set(refused(by_model))
+    assert "torque_offset" not in refused(by_model)
+    needed = {one.needed for one in by_model.testable["shoulder"].not_testable if one.effect == "torque_saturation"}
+    assert needed == {"the torque that the drive gives: `torque`"}
+    (note,) = by_model.notes
+    assert note.startswith("shoulder: no torque was recorded. What is compared is the torque that the position actuator")
+
+
+def test_an_integral_hides_any_constant(tmp_path: Path) -> None:
+    gains = {"law": "pid", "proportional_gain": 18.0, "integral_gain": 3.0, "derivative_gain": 0.6}
+    made = ready(tmp_path, gains, MOTOR)
+    assert "integral" in refused(made)["torque_offset"]
+    assert "torque_constant" not in refused(made)
+
+
+def test_a_log_without_known_loops_is_refused_in_one_line(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"axis shoulder: no torque was recorded.*: no loop is known.*write `drive`"):
+        ready(tmp_path, None, MOTOR)
+
+
+def test_the_reader_takes_such_a_log(tmp_path: Path) -> None:
+    write_recording(logged(1), tmp_path / "log")
+    read = read_inputs(written(tmp_path), [tmp_path / "log"], [], cutoff_hz=None, allow_gaps=False)
+    assert set(read.training[0].columns["shoulder"]) == {"position", "position_demand"}
