@@ -49,11 +49,11 @@ def logged(
     seed: int, *, drive: Mapping[str, Any] | None = None, name: str = "log", truth: Mapping[str, float] = AS_MODELLED
 ) -> Recording:
     """What a position actuator of a plain MuJoCo loop makes of the command, 100 rows a second, 12 bits a turn."""
-    model = mujoco.MjModel.from_xml_string(mjcf(**truth))
+    model = mujoco.MjModel.from_xml_string(mjcf(SERVO, **truth))
     data = mujoco.MjData(model)
-    time = np.arange(round(SECONDS / PERIOD)) * PERIOD
+    time: Array = np.arange(round(SECONDS / PERIOD), dtype=np.float64) * PERIOD
     rows = round(PERIOD / STEP)
-    fine = commanded(seed, np.arange(len(time) * rows) * STEP)
+    fine = commanded(seed, np.arange(len(time) * rows, dtype=np.float64) * STEP)
     data.qpos[0] = fine[0]
     position = np.empty(len(time))
     for tick, target in enumerate(fine):
