@@ -11,7 +11,6 @@ from __future__ import annotations
 import json
 import sys
 import time
-from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
 from math import ceil
@@ -20,17 +19,16 @@ from typing import Any
 
 import numpy as np
 
-from drivetwin.blind.transmissions import first_cause
 from drivetwin.blind.wide.case import WideCase
 from drivetwin.blind.wide.choice import choice
 from drivetwin.blind.wide.draw import drawn_case
 from drivetwin.blind.wide.effects import DRIVE
 from drivetwin.blind.wide.record import record_wide
+from drivetwin.blind.with_and_without import first_cause, no_progress, recordings_of, write_or_ask
 from drivetwin.diagnosis.diagnose import diagnose
 from drivetwin.diagnosis.report.closed_loop import in_closed_loop
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.foundation.files import write_json
-from drivetwin.recording.reader import read_recording
 from drivetwin.recording.recording import TORQUE, Recording
 
 LAWS = ("cascade", "pi_p", "pid")
@@ -103,9 +101,9 @@ def ask(out: Path, ways: Sequence[str]) -> None:
 def answer(folder: Path, way: Callable[[Recording], Recording]) -> dict[str, Any]:
     """First cause, processor time [s], and by validation recording and axis the rms error of the replayed position without and
     with the effects [rad or m]."""
-    train, check = ([way(one) for one in read(folder, kind)] for kind in ("train", "validate"))
+    train, check = ([way(one) for one in recordings_of(folder, kind)] for kind in ("train", "validate"))
     begin = time.process_time()
-    found = diagnose(folder / "model.xml", train, check, Settings(), _quiet)
+    found = diagnose(folder / "model.xml", train, check, Settings(), no_progress)
     seconds = time.process_time() - begin
     replayed = in_closed_loop(found, folder / "model.xml")
     errors = {
@@ -118,29 +116,14 @@ def answer(folder: Path, way: Callable[[Recording], Recording]) -> dict[str, Any
     return {"first": first_cause(found), "causes": causes, "cpu_seconds": seconds, "position_errors": errors}
 
 
-def read(folder: Path, kind: str) -> list[Recording]:
-    """The recordings of a case to train or to validate on."""
-    return [part for path in sorted(folder.glob(f"{kind}_*")) for part in read_recording(path)]
-
-
 WAYS: dict[str, Callable[[Recording], Recording]] = {"with": lambda recording: recording, "without": position_only}
 """What the diagnosis is told of the torque."""
 
 
-def _quiet(_: str, __: float) -> None:
-    """No progress."""
-
-
 def main() -> None:
     """Write the cases, or ask for those that are written."""
-    parser = ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=("write", "ask"))
-    parser.add_argument("--count", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--family", action="append", default=[], help="as of drivetwin blind")
+    parser = write_or_ask(__doc__, WAYS)
     parser.add_argument("--without", action="append", default=[], help="as of drivetwin blind")
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--way", action="append", choices=tuple(WAYS), help="to ask; both unless told")
     asked = parser.parse_args()
     if asked.what == "write":
         write(cases(asked.count, asked.seed, asked.family, asked.without), asked.seed, asked.out)

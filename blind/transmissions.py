@@ -11,7 +11,6 @@ from __future__ import annotations
 import json
 import sys
 import time
-from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -23,11 +22,10 @@ from drivetwin.blind.wide.case import WideCase
 from drivetwin.blind.wide.choice import choice
 from drivetwin.blind.wide.draw import drawn_case
 from drivetwin.blind.wide.record import record_wide
+from drivetwin.blind.with_and_without import first_cause, no_progress, recordings_of, write_or_ask
 from drivetwin.diagnosis.diagnose import diagnose
-from drivetwin.diagnosis.report.result import Diagnosis
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.foundation.files import write_json
-from drivetwin.recording.reader import read_recording
 from drivetwin.recording.recording import Recording
 
 EFFECTS = ("elasticity", "backlash", "transmission_error")
@@ -61,11 +59,6 @@ def without_joints(recording: Recording) -> Recording:
     return replace(recording, columns=columns)
 
 
-def first_cause(found: Diagnosis) -> str:
-    """The first cause of a diagnosis as effect@axis."""
-    return f"{found.causes[0].effect}@{found.causes[0].axis}" if found.causes else "none"
-
-
 def write(count: int, seed: int, families: Sequence[str], out: Path) -> None:
     """OUT/case_NNN of every case, and OUT/key.json."""
     key: list[dict[str, Any]] = []
@@ -81,20 +74,16 @@ def ask(out: Path, ways: Sequence[str]) -> None:
     for done, case in enumerate(json.loads((out / "key.json").read_text(encoding="utf-8"))["cases"], start=1):
         folder, (cause, *_) = out / f"case_{case['number']:03d}", case["causes"]
         truth = f"{cause['effect']}@{cause['axis']}"
-        train, check = _read(folder, "train"), _read(folder, "validate")
+        train, check = recordings_of(folder, "train"), recordings_of(folder, "validate")
         line = f"{case['number']:03d} {case['machine']} {truth}, {cause['size']:.3f} of the torque:"
         for name in ways:
             kept = WAYS[name]
             begin = time.perf_counter()
-            answer = first_cause(diagnose(folder / "model.xml", kept(train), kept(check), Settings(), _quiet))
+            answer = first_cause(diagnose(folder / "model.xml", kept(train), kept(check), Settings(), no_progress))
             right[name] += answer == truth
             line += f" {name} {answer} ({right[name]}/{done}, {time.perf_counter() - begin:.0f} s)"
         sys.stdout.write(line + "\n")
         sys.stdout.flush()
-
-
-def _read(folder: Path, name: str) -> list[Recording]:
-    return [part for path in sorted(folder.glob(f"{name}_*")) for part in read_recording(path)]
 
 
 def _without_joints(recordings: Sequence[Recording]) -> list[Recording]:
@@ -105,20 +94,9 @@ WAYS: dict[str, Callable[[Sequence[Recording]], list[Recording]]] = {"with": lis
 """What the diagnosis is told of the second encoder."""
 
 
-def _quiet(_: str, __: float) -> None:
-    """No progress."""
-
-
 def main() -> None:
     """Write the cases, or ask for those that are written."""
-    parser = ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=("write", "ask"))
-    parser.add_argument("--count", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--family", action="append", default=[])
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--way", action="append", choices=tuple(WAYS), help="to ask; both unless told")
-    asked = parser.parse_args()
+    asked = write_or_ask(__doc__, WAYS).parse_args()
     if asked.what == "write":
         write(asked.count, asked.seed, asked.family, asked.out)
     else:

@@ -23,7 +23,8 @@ import numpy as np
 from mujoco import sysid
 from numpy.typing import NDArray
 
-from drivetwin.blind.position_only import position_only, read
+from drivetwin.blind.position_only import position_only
+from drivetwin.blind.with_and_without import recordings_of
 from drivetwin.diagnosis.prepare.asked_torque import completed
 from drivetwin.diagnosis.prepare.simulation import simulation
 from drivetwin.foundation.files import write_json
@@ -172,7 +173,7 @@ def compared(folder: Path) -> dict[str, Any]:
     """Position errors of one case: as the model stands, by mujoco.sysid, and by the diagnosis, and what each took [s]."""
     told = json.loads((folder / "without.json").read_text(encoding="utf-8"))
     path = folder / "model.xml"
-    train, check = ([position_only(one) for one in read(folder, kind)] for kind in ("train", "validate"))
+    train, check = ([position_only(one) for one in recordings_of(folder, kind)] for kind in ("train", "validate"))
     whole = completed(path, simulation(path, train[0].info.axes), train, check, 0.04)
     first = whole.training[0]
     joints = [info.joint for info in first.info.axes.values()]
