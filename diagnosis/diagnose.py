@@ -70,6 +70,7 @@ def diagnose(
     found = search.run()
     progress("probabilities", 0.8)
     first = refitted(found.state, search.heavier(found.state))
+    ready = ready.aligned(found.state.lateness())
     systematic = gaps_of(ready, Patch(in_order(first.effects), first.heavier), settings).systematic()
     answers = [weighed(family, systematic, settings) for family in found.families]
     state, off = search.corrected(believed(found.state, answers))

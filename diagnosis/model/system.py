@@ -1,19 +1,22 @@
 """One linear model over all axes: nominal parameters with their priors, effects, the smooth unknown and coloured noise.
 
 y = X b + Z c + U u + e.  b ~ N(0, diag spreads²) are nominal parameters, c are free (effects, linearised where they are), u
-is the unknown of each axis, N(0, misfit²), e coloured noise whose level is fitted, axis by axis. u is integrated out exactly
-(Schur complement), b by Laplace; c counts by the Bayesian information criterion (Schwarz, Annals of Statistics 6(2), 1978)
-with as many rows as the colour leaves independent.
+is the unknown of each axis, N(0, amplitude²) in each of its components, e coloured noise whose level is fitted, axis by axis. u
+is integrated out exactly (Schur complement), b by Laplace; c counts by the Bayesian information criterion (Schwarz, Annals of
+Statistics 6(2), 1978) with as many rows as the colour leaves independent. The amplitudes are where the evidence is highest
+(MacKay, Neural Computation 4(3), 1992): a set that names what is there needs a smaller unknown, and gains by it. Their prior
+is half-Cauchy (Gelman, Bayesian Analysis 1(3), 2006, sec. 3).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 from scipy.special import gammaln
 
 from drivetwin.diagnosis.model.colour import Colour
@@ -26,18 +29,38 @@ FREEDOM = 4.0
 """Degrees of freedom of the t distribution of a stretch that was held out: what Lange, Little and Taylor (1989) recommend."""
 LEVELS = 3
 """Times that coefficients and noise levels are found in turn."""
+TUNED = 10
+"""The same where amplitudes are found as well."""
+NEXT_TO_NONE = 1e-3
+"""Of the usual amplitude, at which a component is as good as not there."""
+
+Amplitudes = Mapping[str, Array]
+"""Of each axis, of each component of its unknown (K,) [N·m or N]."""
 
 
 @dataclass(frozen=True)
 class AxisSystem:
-    """One axis, whitened: the unknown's columns (N, m), rotated so that they do not overlap, their squares (m,), and y (N,)."""
+    """One axis, whitened: the unknown's columns (N, m), their products (m, m), the component (m,) of each, and y (N,).
+
+    `misfit`: what amplitudes usually are [N·m or N].
+    """
 
     colour: Colour
     unknown: Array
-    squares: Array
+    gram: Array
+    component: Index
     misfit: float
     target: Array
     blocks: Index
+
+    @property
+    def usual(self) -> Array:
+        """Amplitudes (K,) as they usually are."""
+        return np.full(int(self.component.max(initial=-1)) + 1, self.misfit)
+
+    def unlikely(self, amplitude: Array) -> float:
+        """How rare amplitudes (K,) are [nats]: half-Cauchy about nothing."""
+        return float(np.sum(np.log1p((amplitude / self.misfit) ** 2)))
 
 
 @dataclass(frozen=True)
@@ -62,20 +85,26 @@ class Products:
 
 @dataclass(frozen=True)
 class Fit:
-    """Coefficients (q,), their covariance (q, q), noise level of each axis, and log evidence [nats]."""
+    """Coefficients (q,), their covariance (q, q), noise level and amplitudes of each axis, and log evidence [nats]."""
 
     coefficients: Array
     covariance: Array
     level: Mapping[str, float]
+    amplitude: Amplitudes
     evidence: float
 
 
-def axis_system(colour: Colour, unknown: Array, misfit: float, target: Array, blocks: Index) -> AxisSystem:
-    """`unknown` (N, m): its columns as they are felt, for coefficients of rms `misfit` [N·m or N]."""
+def axis_system(colour: Colour, unknown: Array, component: Index, misfit: float, target: Array, blocks: Index) -> AxisSystem:
+    """`unknown` (N, m): its columns as they are felt, for coefficients of rms `misfit` [N·m or N]; the component of each."""
     columns = colour.whiten(unknown)
-    values, vectors = np.linalg.eigh(columns.T @ columns) if columns.shape[1] else (np.zeros(0), np.zeros((0, 0)))
-    keep = values > 1e-9 * max(float(values.max(initial=0.0)), 1e-300)
-    return AxisSystem(colour, columns @ vectors[:, keep], values[keep], misfit, colour.whiten(target), blocks)
+    return AxisSystem(colour, columns, columns.T @ columns, component, misfit, colour.whiten(target), blocks)
+
+
+def system_of(axes: Mapping[str, AxisSystem], columns: Sequence[Column], spreads: Array) -> System:
+    """The system of columns, whitened, with their priors, the unknown as large as it usually is."""
+    matrices = {axis: _matrix(axis, columns, 0, own.target) for axis, own in axes.items()}
+    products = {axis: _products(own, matrices[axis]) for axis, own in axes.items()}
+    return System(axes, columns, spreads, {axis: own.usual for axis, own in axes.items()}, matrices, products)
 
 
 @dataclass(frozen=True)
@@ -85,13 +114,17 @@ class System:
     axes: Mapping[str, AxisSystem]
     columns: Sequence[Column]
     spreads: Array
-    _matrices: dict[str, Matrix] = field(init=False, default_factory=dict)
-    _products: dict[str, Products] = field(init=False, default_factory=dict)
+    amplitude: Amplitudes
+    matrices: Mapping[str, Matrix]
+    products: Mapping[str, Products]
 
-    def __post_init__(self) -> None:
-        for axis, own in self.axes.items():
-            self._matrices[axis] = _matrix(axis, self.columns, 0, own.target)
-            self._products[axis] = _products(own, self._matrices[axis])
+    def tuned(self, held: frozenset[int] = frozenset()) -> System:
+        """The same with amplitudes where its evidence is highest."""
+        return self.at(self.fit_tuned((), None, held).amplitude)
+
+    def at(self, amplitude: Amplitudes) -> System:
+        """The same with other amplitudes."""
+        return replace(self, amplitude=amplitude)
 
     @property
     def rows(self) -> int:
@@ -105,7 +138,13 @@ class System:
     def fit(self, extra: Sequence[Column] = (), less: Column | None = None, held: frozenset[int] = frozenset()) -> Fit:
         """With further free columns, and `less` taken off the target; both whitened already. `held` columns are 0."""
         parts = {axis: self._with(axis, extra, less) for axis in self.axes}
-        return solved(self.axes, parts, self._spreads(extra), held)
+        return solved(self.axes, parts, self._spreads(extra), held, self.amplitude)
+
+    def fit_tuned(self, extra: Sequence[Column], less: Column | None, held: frozenset[int]) -> Fit:
+        """The same with amplitudes where the evidence is highest, on axes that something acts on; on all where nothing does."""
+        acted = {axis for one in (*extra, *([less] if less is not None else [])) for axis in one} or set(self.axes)
+        parts = {axis: self._with(axis, extra, less) for axis in self.axes}
+        return solved(self.axes, parts, self._spreads(extra), held, self.amplitude, acted)
 
     def strain(self, fit: Fit) -> float:
         """What the priors of the columns cost [nats]: how far nominal parameters are off."""
@@ -120,10 +159,10 @@ class System:
         return _matrix(axis, extra, len(self.columns), target - less[axis] if less is not None and axis in less else target)
 
     def _with(self, axis: str, extra: Sequence[Column], less: Column | None) -> Products:
-        known, further = self._products[axis], self._further(axis, extra, less)
+        known, further = self.products[axis], self._further(axis, extra, less)
         if not len(further.index) and (less is None or axis not in less):
             return known
-        own, rows, new = self.axes[axis], self._matrices[axis].rows, further.rows
+        own, rows, new = self.axes[axis], self.matrices[axis].rows, further.rows
         p, q = len(known.index), new.shape[1]
         gram, across = np.empty((p + q, p + q)), np.empty((len(known.across), p + q))
         gram[:p, :p], across[:, :p] = known.gram[:p, :p], known.across[:, :p]
@@ -136,24 +175,29 @@ class System:
     def projector(self, axes: Sequence[str], level: Mapping[str, float], held: frozenset[int]) -> Projector:
         """Takes off some axes' rows what the columns, with their priors, and the unknown explain of them."""
         own = [axis for axis in self.axes if axis in axes]
-        used = sorted({int(k) for axis in own for k in self._matrices[axis].index} - held)
+        used = sorted({int(k) for axis in own for k in self.matrices[axis].index} - held)
         place = {k: at for at, k in enumerate(used)}
         columns, products = {}, {}
         for axis in own:
-            keep = [at for at, k in enumerate(self._matrices[axis].index) if int(k) in place]
-            index = np.array([place[int(k)] for k in self._matrices[axis].index[keep]], dtype=np.intp)
-            known = self._products[axis]
-            columns[axis] = self._matrices[axis].rows[:, keep]
+            keep = [at for at, k in enumerate(self.matrices[axis].index) if int(k) in place]
+            index = np.array([place[int(k)] for k in self.matrices[axis].index[keep]], dtype=np.intp)
+            known = self.products[axis]
+            columns[axis] = self.matrices[axis].rows[:, keep]
             products[axis] = Products(known.gram[np.ix_(keep, keep)], known.across[:, keep], index)
         return Projector(
-            {axis: self.axes[axis] for axis in own}, columns, products, self.spreads[used], {axis: level[axis] for axis in own}
+            {axis: self.axes[axis] for axis in own},
+            columns,
+            products,
+            self.spreads[used],
+            {axis: level[axis] for axis in own},
+            self.amplitude,
         )
 
     def residual(self, fit: Fit, extra: Sequence[Column] = (), less: Column | None = None) -> dict[str, Array]:
         """Whitened rows that the columns leave, unknown included in what is left, by axis."""
         found = {}
         for axis in self.axes:
-            own, further = self._matrices[axis], self._further(axis, extra, less)
+            own, further = self.matrices[axis], self._further(axis, extra, less)
             left = further.rows[:, -1] - own.rows[:, :-1] @ fit.coefficients[own.index]
             found[axis] = left - further.rows[:, :-1] @ fit.coefficients[further.index]
         return found
@@ -161,7 +205,8 @@ class System:
     def unknown_of(self, axis: str, left: Array, level: float) -> Array:
         """Mean of the unknown's torque (N,), whitened, given what else leaves of the rows."""
         own = self.axes[axis]
-        return own.unknown @ ((own.unknown.T @ left) / (own.squares + (level / own.misfit) ** 2))
+        inner = Inner.of(own.gram, self.amplitude[axis][own.component], level)
+        return np.asarray(own.unknown @ inner.mean(own.unknown.T @ left))
 
     def held_out(self, fold_of_block: Mapping[str, Index], folds: int, extra: Sequence[Column], less: Column | None,
                  held: frozenset[int] = frozenset()) -> dict[str, Array]:  # fmt: skip
@@ -170,8 +215,9 @@ class System:
         The unknown is not learned from these folds: a set is judged by what it names.
         """
         whole, matrices = {}, {}
+        amplitude = self.fit_tuned(extra, less, held).amplitude
         for axis in self.axes:
-            known, further = self._matrices[axis], self._further(axis, extra, less)
+            known, further = self.matrices[axis], self._further(axis, extra, less)
             index = np.concatenate([known.index, further.index])
             matrices[axis] = Matrix(np.column_stack([known.rows[:, :-1], further.rows]), index)
             whole[axis] = self._with(axis, extra, less)
@@ -182,8 +228,9 @@ class System:
                 masks[axis] = fold_of_block[axis][own.blocks] == fold
                 a, u = matrices[axis].rows[masks[axis]], own.unknown[masks[axis]]
                 parts[axis] = Products(whole[axis].gram - a.T @ a, whole[axis].across - u.T @ a, whole[axis].index)
-                grams[axis] = np.diag(own.squares) - u.T @ u
-            fit = solved(self.axes, parts, self._spreads(extra), held, grams, {axis: ~mask for axis, mask in masks.items()})
+                grams[axis] = own.gram - u.T @ u
+            kept = {axis: ~mask for axis, mask in masks.items()}
+            fit = solved(self.axes, parts, self._spreads(extra), held, amplitude, (), grams, kept)
             for axis, own in self.axes.items():
                 mask = masks[axis]
                 if not mask.any():
@@ -191,17 +238,20 @@ class System:
                 left = matrices[axis].rows @ np.append(-fit.coefficients[matrices[axis].index], 1.0)
                 for block in np.unique(own.blocks[mask]):
                     rows = own.blocks == block
-                    found[axis][block] = _log_density(left[rows], own.unknown[rows], fit.level[axis], own.misfit)
+                    unknown = own.unknown[rows] * amplitude[axis][own.component]
+                    found[axis][block] = _log_density(left[rows], unknown, fit.level[axis])
         return found
 
 
-def _log_density(left: Array, unknown: Array, level: float, misfit: float) -> float:
+def _log_density(left: Array, unknown: Array, level: float) -> float:
     """Of rows (n,) [nats] beside noise and an unknown that was not learned elsewhere: by its prior (Woodbury's identity).
+
+    `unknown` (n, m): its columns, for coefficients of rms 1.
 
     A multivariate t distribution instead of a normal one: noise is not equally loud everywhere, and no stretch of time may
     outvote all others (Lange, Little, Taylor, Journal of the American Statistical Association 84(408), 1989).
     """
-    ratio, n = (level / misfit) ** 2, len(left)
+    ratio, n = level**2, len(left)
     inner = unknown.T @ unknown + ratio * np.eye(unknown.shape[1])
     across = unknown.T @ left
     square = float(left @ left - across @ np.linalg.solve(inner, across)) if len(across) else float(left @ left)
@@ -223,38 +273,89 @@ class Projector:
     products: Mapping[str, Products]
     spreads: Array
     level: Mapping[str, float]
+    amplitude: Amplitudes
 
     @cached_property
     def _inverse(self) -> Array:
         information = np.diag(1.0 / self.spreads**2)
         for axis, part in self.products.items():
-            inner = (part.gram - (part.across.T * self._shrink[axis]) @ part.across) / self.level[axis] ** 2
-            information[np.ix_(part.index, part.index)] += inner
+            information[np.ix_(part.index, part.index)] += self._inner[axis].reduced(part) / self.level[axis] ** 2
         return inverse_of(information)
 
     @cached_property
-    def _shrink(self) -> dict[str, Array]:
-        return {axis: 1.0 / (own.squares + (self.level[axis] / own.misfit) ** 2) for axis, own in self.axes.items()}
+    def _inner(self) -> dict[str, Inner]:
+        return {
+            axis: Inner.of(own.gram, self.amplitude[axis][own.component], self.level[axis]) for axis, own in self.axes.items()
+        }
 
     def left(self, rows: Mapping[str, Array]) -> Array:
         """Whitened rows (N,) or (N, k) of each axis, in units of the noise, less what is explained; axis after axis.
 
-        The unknown is taken off by half of what its prior lets through, so that the sum of squares is that of the evidence.
+        Behind them what columns and unknown need, in units of their priors: the sum of squares is that of the evidence.
         """
         unknown = {axis: own.unknown.T @ rows[axis] for axis, own in self.axes.items()}
         right = np.zeros((len(self.spreads), *next(iter(rows.values())).shape[1:]))
         for axis, part in self.products.items():
-            own_right = self.columns[axis].T @ rows[axis] - (part.across.T * self._shrink[axis]) @ unknown[axis]
+            own_right = self.columns[axis].T @ rows[axis] - part.across.T @ self._inner[axis].mean(unknown[axis])
             right[part.index] += own_right / self.level[axis] ** 2
         b = self._inverse @ right
-        parts = []
+        parts, needed = [], []
         for axis, own in self.axes.items():
-            ratio = (self.level[axis] / own.misfit) ** 2
-            gain = (1.0 - np.sqrt(ratio / (own.squares + ratio))) / np.maximum(own.squares, 1e-300)
             part, own_b = self.products[axis], b[self.products[axis].index]
-            amount = (gain * (unknown[axis] - part.across @ own_b).T).T
+            inner = self._inner[axis]
+            amount = inner.mean(unknown[axis] - part.across @ own_b)
             parts.append((rows[axis] - self.columns[axis] @ own_b - own.unknown @ amount) / self.level[axis])
-        return np.concatenate([*parts, (b.T / self.spreads).T])
+            needed.append((amount.T / np.maximum(inner.roots, 1e-300)).T)
+        return np.concatenate([*parts, *needed, (b.T / self.spreads).T])
+
+
+@dataclass(frozen=True)
+class Inner:
+    """The unknown of one axis beside noise: B = D G D + level² 1, factorised (m, m), D = diag `roots` (m,) its amplitudes."""
+
+    roots: Array
+    factor: Array
+    level: float
+
+    @classmethod
+    def of(cls, gram: Array, roots: Array, level: float) -> Inner:
+        """Of the products of its columns (m, m)."""
+        whole = gram * np.outer(roots, roots)
+        whole[np.diag_indices_from(whole)] += level**2
+        return cls(roots, np.asarray(linalg.cholesky(whole, lower=True, check_finite=False)), level)
+
+    def half(self, across: Array) -> Array:
+        """What the unknown explains of columns, as a root: its products, of products with the unknown's (m, p)."""
+        scaled = (across.T * self.roots).T
+        return np.asarray(linalg.solve_triangular(self.factor, scaled, lower=True, check_finite=False))
+
+    def reduced(self, part: Products) -> Array:
+        """Products of columns with the unknown taken out."""
+        half = self.half(part.across)
+        return np.asarray(part.gram - half.T @ half)
+
+    def mean(self, across: Array) -> Array:
+        """Of the unknown's coefficients (m,) or (m, k), of products of rows with its columns."""
+        half = self.half(across)
+        return (linalg.solve_triangular(self.factor, half, lower=True, trans=1, check_finite=False).T * self.roots).T
+
+    @property
+    def logarithm(self) -> float:
+        """Half the logarithm of |B / level²|: what the evidence pays for it."""
+        return float(np.sum(np.log(np.diag(self.factor)))) - len(self.roots) * float(np.log(self.level))
+
+    def tuned(self, component: Index, mean: Array, amplitude: Array, misfit: float) -> Array:
+        """Amplitudes (K,) nearer to where the evidence is highest: MacKay 1992, eq. 4.12, with their prior.
+
+        `mean` (m,): of the coefficients, with the present ones.
+        """
+        inverse = linalg.lapack.dpotri(self.factor, lower=1)[0]
+        known = 1.0 - self.level**2 * np.diag(inverse)
+        told = np.bincount(component, known, len(amplitude))
+        squares = np.bincount(component, mean**2, len(amplitude))
+        linear = told * misfit**2 - squares
+        found = (-linear + np.sqrt(linear**2 + 4.0 * (told + 2.0) * squares * misfit**2)) / (2.0 * (told + 2.0))
+        return np.asarray(np.sqrt(np.maximum(found, (NEXT_TO_NONE * misfit) ** 2)))
 
 
 def _matrix(axis: str, columns: Sequence[Column], first: int, target: Array) -> Matrix:
@@ -273,10 +374,15 @@ def solved(
     parts: Mapping[str, Products],
     spreads: Array,
     held: frozenset[int],
+    amplitude: Amplitudes,
+    tuned: Collection[str] = (),
     grams: Mapping[str, Array] | None = None,
     kept: Mapping[str, NDArray[np.bool_]] | None = None,
 ) -> Fit:
-    """Coefficients and noise levels in turn, and the evidence; `grams` of the unknown's columns where rows are held out."""
+    """Coefficients, noise levels and the amplitudes of `tuned` axes in turn, and the evidence.
+
+    `grams` of the unknown's columns where rows are held out.
+    """
     size = len(spreads)
     free = np.array([k for k in range(size) if k not in held], dtype=np.intp)
     place = np.full(size, -1, dtype=np.intp)
@@ -285,39 +391,44 @@ def solved(
     into = {axis: place[part.index[local[axis]]] for axis, part in parts.items()}
     prior = 1.0 / spreads[free] ** 2
     count = {axis: float(kept[axis].sum() if kept else len(own.target)) for axis, own in axes.items()}
-    level = dict.fromkeys(axes, 1.0)
+    amplitude, level = dict(amplitude), dict.fromkeys(axes, 1.0)
     values, information = np.zeros(len(free)), np.diag(prior)
     squares: dict[str, float] = {}
-    rotated = {axis: _rotated(grams[axis], parts[axis].across) for axis in axes} if grams else {}
-    for turn in range(LEVELS):
+    inner: dict[str, Inner] = {}
+    turns = TUNED if tuned else LEVELS
+    for turn in range(turns):
         information, right, reduced = np.diag(prior).astype(float), np.zeros(len(free)), {}
         for axis, own in axes.items():
-            part = parts[axis]
-            roots, across = rotated[axis] if grams else (own.squares, part.across)
-            shrink = 1.0 / (roots + (level[axis] / own.misfit) ** 2)
-            reduced[axis] = part.gram - (across.T * shrink) @ across
+            gram = own.gram if grams is None else grams[axis]
+            inner[axis] = Inner.of(gram, amplitude[axis][own.component], level[axis])
+            reduced[axis] = inner[axis].reduced(parts[axis])
             information[np.ix_(into[axis], into[axis])] += reduced[axis][np.ix_(local[axis], local[axis])] / level[axis] ** 2
             right[into[axis]] += reduced[axis][local[axis], -1] / level[axis] ** 2
         values = _solve(information, right)
         squares = {axis: _square(reduced[axis], local[axis], values[into[axis]]) for axis in axes}
-        if turn < LEVELS - 1:
-            level = {axis: max(1.0, float(np.sqrt(squares[axis] / max(count[axis], 1.0)))) for axis in axes}
+        if turn == turns - 1:
+            break
+        for axis in tuned:
+            own, part = axes[axis], parts[axis]
+            left = part.across[:, -1] - part.across[:, local[axis]] @ values[into[axis]]
+            mean = inner[axis].mean(left)
+            amplitude[axis] = inner[axis].tuned(own.component, mean, amplitude[axis], own.misfit)
+        level = {axis: max(1.0, float(np.sqrt(squares[axis] / max(count[axis], 1.0)))) for axis in axes}
     evidence = -0.5 * float(np.sum(values**2 * prior))
     for axis, own in axes.items():
-        roots = rotated[axis][0] if grams else own.squares
         evidence -= own.colour.logarithm + count[axis] * np.log(level[axis]) + 0.5 * squares[axis] / level[axis] ** 2
-        evidence -= 0.5 * float(np.sum(np.log1p(np.maximum(roots, 0.0) * (own.misfit / level[axis]) ** 2)))
+        evidence -= inner[axis].logarithm + own.unlikely(amplitude[axis])
     bound = np.flatnonzero(prior > 0.0)
     if bound.size:
         spread = 1.0 / np.sqrt(prior[bound])
-        inner = information[np.ix_(bound, bound)] * np.outer(spread, spread)
-        evidence -= 0.5 * float(np.linalg.slogdet(inner)[1])
+        inner_bound = information[np.ix_(bound, bound)] * np.outer(spread, spread)
+        evidence -= 0.5 * float(np.linalg.slogdet(inner_bound)[1])
     independent = sum(own.colour.independent for own in axes.values())
     evidence -= 0.5 * float(np.sum(prior == 0.0)) * np.log(independent)
     coefficients, covariance = np.zeros(size), np.zeros((size, size))
     coefficients[free] = values
     covariance[np.ix_(free, free)] = inverse_of(information)
-    return Fit(coefficients, covariance, level, float(evidence))
+    return Fit(coefficients, covariance, level, amplitude, float(evidence))
 
 
 def _square(reduced: Array, local: Index, values: Array) -> float:
@@ -325,11 +436,6 @@ def _square(reduced: Array, local: Index, values: Array) -> float:
     vector = np.zeros(len(reduced))
     vector[local], vector[-1] = -values, 1.0
     return max(float(vector @ reduced @ vector), 0.0)
-
-
-def _rotated(gram: Array, across: Array) -> tuple[Array, Array]:
-    values, vectors = np.linalg.eigh(gram)
-    return np.maximum(values, 0.0), vectors.T @ across
 
 
 def _solve(information: Array, right: Array) -> Array:

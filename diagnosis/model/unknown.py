@@ -1,4 +1,8 @@
-"""The smooth unknown: what torque may lack beside named effects, as a Gaussian process over what it may go with."""
+"""The smooth unknown: what torque may lack beside named effects, as a Gaussian process over what it may go with.
+
+It is orthogonal to what the model's own parameters cost: a wrong Coulomb friction is a smooth curve as well, and else neither
+is told (Plumlee and Joseph, Statistica Sinica 28(2), 2018).
+"""
 
 from __future__ import annotations
 
@@ -37,8 +41,10 @@ class _Scale:
     times: Callable[[AxisRun], Array]
 
 
-def components(rows: Rows, axis: str, waves: float, absolute: bool) -> list[Component]:
+def components(rows: Rows, axis: str, waves: float, absolute: bool, known: Array) -> list[Component]:
     """Curves over position, velocity, load and time, with and without the direction of motion; those that can be told.
+
+    `known` (N, q): what the model's own parameters cost, to which they are orthogonal.
 
     Squared-exponential kernels (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, eq. 4.9) of length
     1 / `waves` of the range, on knots joined by straight lines. Over position only where it is `absolute`.
@@ -59,8 +65,15 @@ def components(rows: Rows, axis: str, waves: float, absolute: bool) -> list[Comp
     if load[1] - load[0] > 0.02 * rows.size[axis]:
         scales.append(_Scale("load", lambda _, own: _within(own.motion.rigid_torque, load), _direction))
         scales.append(_Scale("load", lambda _, own: _within(own.motion.rigid_torque, load), _one))
-    shapes = _shapes(waves)
-    return [Component(scale.goes_with, _columns(rows, axis, scale, shapes)) for scale in scales]
+    shapes, basis = _shapes(waves), _basis(known)
+    parts = [(scale.goes_with, _columns(rows, axis, scale, shapes)) for scale in scales]
+    return [Component(goes_with, columns - basis @ (basis.T @ columns)) for goes_with, columns in parts]
+
+
+def _basis(known: Array) -> Array:
+    """Orthonormal columns (N, at most q) of what `known` spans."""
+    vectors, sizes, _ = np.linalg.svd(known / np.maximum(np.linalg.norm(known, axis=0), 1e-300), full_matrices=False)
+    return np.asarray(vectors[:, sizes > 1e-6])
 
 
 def _columns(rows: Rows, axis: str, scale: _Scale, shapes: Array) -> Array:

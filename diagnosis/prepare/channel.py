@@ -22,6 +22,9 @@ def delay_of(info: AxisInfo) -> float:
 def torque_of(recording: Recording, axis: str) -> Array:
     """The torque (n,) as early as the motion that needed it [N·m or N], by cubic splines; unchanged if nothing is told."""
     torque, late = recording.columns[axis]["torque"], delay_of(recording.info.axes[axis])
-    if late == 0.0:
-        return torque
-    return np.asarray(ndimage.shift(torque, -late / recording.info.sample_period, order=3, mode="nearest"))
+    return earlier(torque, late, recording.info.sample_period) if late else torque
+
+
+def earlier(torque: Array, late: float, period: float) -> Array:
+    """A torque (n,), sampled every `period` [s], as it was `late` [s] after each sample; by cubic splines."""
+    return np.asarray(ndimage.shift(torque, -late / period, order=3, mode="nearest"))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
-from drivetwin.diagnosis.prepare.channel import torque_of
+from drivetwin.diagnosis.prepare.channel import earlier, torque_of
 from drivetwin.diagnosis.prepare.deflection import deflection
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
@@ -143,6 +143,26 @@ class Run:
         """How much further (n,), filtered, an effect has the joint ahead of its motor [rad or m]; None: no further."""
         ahead = effect.deflect(self.axes[axis].motion, dynamics)
         return self.smooth(ahead) if ahead is not None else None
+
+    def earlier(self, own: AxisRun, late: float) -> Array:
+        """How what is compared of the measured torque changes (n,), where it is read `late` [s] earlier."""
+        change = earlier(own.torque, late, self.period) - own.torque
+        return np.asarray(change - self.smooth(np.where(own.sticks, change, 0.0)))
+
+    def aligned(self, late: Mapping[str, float]) -> Run:
+        """The recording with the torque of some axes read `late` [s] earlier."""
+        return replace(self, axes={name: self._aligned(axis, late.get(name, 0.0)) for name, axis in self.axes.items()})
+
+    def _aligned(self, own: AxisRun, late: float) -> AxisRun:
+        if late == 0.0:
+            return own
+        change = earlier(own.torque, late, self.period) - own.torque
+        return replace(
+            own,
+            motion=replace(own.motion, torque=earlier(own.motion.torque, late, self.period)),
+            torque=own.torque + change,
+            base=own.base + self.smooth(np.where(own.sticks, change, 0.0)),
+        )
 
     def smooth(self, torque: Array) -> Array:
         """The filter that measured torque went through."""

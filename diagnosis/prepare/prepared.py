@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from drivetwin.diagnosis.prepare.asked_torque import completed, notes
@@ -38,6 +38,13 @@ class Prepared:
     testable: Mapping[str, Testable]
     held_back: bool
     notes: tuple[str, ...]
+
+    def aligned(self, late: Mapping[str, float]) -> Prepared:
+        """The same with the torque of some axes read `late` [s] earlier: it was recorded after the motion that needed it."""
+        told = [f"{axis}: its torque is recorded {each * 1e3:.2g} ms late; read so much earlier" for axis, each in late.items()]
+        runs, checks = [run.aligned(late) for run in self.runs], [run.aligned(late) for run in self.checks]
+        rows = replace(self.rows, runs=[run.aligned(late) for run in self.rows.runs])
+        return replace(self, runs=runs, checks=checks, rows=rows, notes=(*self.notes, *told))
 
 
 def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Recording], settings: Settings) -> Prepared:

@@ -22,8 +22,9 @@ REFINED = 2
 """Starts of one effect on one axis that are moved, the best by a linear fit."""
 REFINED_REPLAYS = 3
 """The same where a motion is replayed, and each start has a valley of its own."""
-STEP = 1e-3
-"""Of a parameter's own size, for differences."""
+STEP, WIDE_STEP = 1e-3, 0.05
+"""Of a parameter's own size, for differences. Where a joint or a bristle slips, each sample begins to slip at another value: a
+narrow difference sees the steps and not the slope."""
 ANGLES = ("phase", "angle")
 FAR = 1e9
 """Residual of an effect that nothing can follow: a spring too stiff, a period of nothing."""
@@ -50,12 +51,13 @@ class Begun:
 
 @dataclass(frozen=True)
 class Field:
-    """A parameter of an effect as a local search moves it: its name, a step that matters, and its bounds."""
+    """A parameter of an effect as a local search moves it: a step that matters, its bounds, the share of it for differences."""
 
     name: str
     size: float
     low: float
     high: float
+    difference: float
 
 
 @dataclass(frozen=True)
@@ -109,6 +111,7 @@ def moved(
         return effect
     low = np.array([field.low / field.size for field in movable])
     high = np.array([field.high / field.size for field in movable])
+    steps = np.array([field.difference for field in movable])
     try:
         axes = sorted(predict(effect))
     except UserError:
@@ -125,7 +128,7 @@ def moved(
 
     def slopes(values: Array) -> Array:
         """Differences to one side, away from a bound; a relative step would be none for a parameter at 0."""
-        ways = np.where(values + STEP <= high, STEP, -STEP)
+        ways = np.where(values + steps <= high, steps, -steps)
         here, *there = side_by_side(torque, [values, *(values + np.diag(ways))])
         differences = {
             axis: np.column_stack([(here[axis] - each[axis]) / way for each, way in zip(there, ways, strict=True)])
@@ -148,8 +151,9 @@ def movable_fields(effect: Effect, motion: Motion, axis: AxisDynamics) -> list[F
     """The effect's parameters, each with the step that matters to it; angles turn freely."""
     sizes = effect.sizes(motion, axis)
     fixed, bounds = effect.fixed(axis), effect.bounds(motion, axis)
+    step = WIDE_STEP if isinstance(effect, AxisEffect) and not effect.scales else STEP
     return [
-        Field(one.name, sizes[one.name], -np.inf if one.name in ANGLES else bounds[one.name][0], bounds[one.name][1])
+        Field(one.name, sizes[one.name], -np.inf if one.name in ANGLES else bounds[one.name][0], bounds[one.name][1], step)
         for one in type(effect).parameters
         if one.name not in fixed
     ]
@@ -167,7 +171,7 @@ def tangents(effect: Effect, movable: Sequence[Field], predict: Predict) -> list
     ups, downs = [], []
     for k, field in enumerate(movable):
         step = np.zeros_like(base)
-        step[k] = STEP
+        step[k] = field.difference
         ups.append(base + step if (base + step)[k] * field.size <= field.high else base)
         downs.append(base - step if (base - step)[k] * field.size >= field.low else base)
     columns = side_by_side(lambda values: predict(at(effect, movable, values)), [*ups, *downs])

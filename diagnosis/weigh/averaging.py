@@ -21,7 +21,7 @@ from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.moves import CLEARLY
 from drivetwin.diagnosis.weigh.proposal import Family, Proposal
-from drivetwin.diagnosis.weigh.state import State, state_of
+from drivetwin.diagnosis.weigh.state import State
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.errors import UserError
 
@@ -126,7 +126,7 @@ def believed(state: State, answers: Sequence[Answer]) -> State:
     if len(kept) == len(state.effects):
         return state
     try:
-        return state_of(state.bench, kept, state.system.axes)
+        return state.of(kept)
     except UserError:
         return state
 

@@ -15,7 +15,8 @@ from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.rigid import rigid_starts
 from drivetwin.diagnosis.propose.search import BRIEFLY, ONE_STEP, REFINED, REFINED_REPLAYS, Begun, coarse, moved
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
-from drivetwin.diagnosis.weigh.proposal import Family, Found, Proposal, makes_sense, rivals_of, same_kind
+from drivetwin.diagnosis.weigh.alignment import aligned
+from drivetwin.diagnosis.weigh.proposal import Family, Found, Proposal, largest, makes_sense, rivals_of, same_kind
 from drivetwin.diagnosis.weigh.state import Bench, State, colours_of, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import best_together, settled_on, simpler, yields
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect
@@ -61,9 +62,10 @@ class Search:
         """The set of effects that explains the recordings best."""
         effects: tuple[PlacedEffect, ...] = ()
         self.progress("every effect on every axis", 0.1)
-        first = Pair(*(state_of(bench, effects, first_colours(bench)) for bench in (self.bench, self.part)))
+        whole = aligned(state_of(self.bench, effects, first_colours(self.bench), {}))
+        first = Pair(whole, state_of(self.part, effects, first_colours(self.part), whole.late))
         proposals: Sequence[Proposal] = self.proposals(first)
-        pair = self.pair(effects, proposals)
+        pair = self.pair(first.whole, proposals)
         done: set[tuple[tuple[str, str], ...]] = set()
         for _ in range(EXCHANGES):
             pair, proposals = self.added(pair)
@@ -87,7 +89,7 @@ class Search:
             if known is None:
                 continue
             try:
-                later = state_of(self.bench, _with(state.effects, known.effect, one.value), state.system.axes)
+                later = state.of(_with(state.effects, known.effect, one.value))
             except UserError:
                 continue
             families.append(Family(known.effect, state, [known]))
@@ -150,7 +152,7 @@ class Search:
 
         Of two causes on an axis that overlap, one alone takes what is the other's, and is bent by it for good.
         """
-        able = [one for one in proposals if one.score > 0.0 and one.takes >= self.bench.settings.least_share]
+        able = largest([one for one in proposals if one.score > 0.0 and one.takes >= self.bench.settings.least_share])
         by_axis = [self._best_of_axis([one for one in able if one.effect.axis == axis], state) for axis in self.kinds]
         found: list[Proposal] = []
         gained = 0.0
@@ -176,7 +178,7 @@ class Search:
         axes = {axis for one in several for axis in one.column}
         column = {axis: np.asarray(sum(one.column[axis] for one in several if axis in one.column)) for axis in axes}
         tangents = [each for one in several for each in one.tangents]
-        fit = state.system.fit(tangents, column, frozenset().union(*(one.held for one in several)))
+        fit = state.system.fit_tuned(tangents, column, frozenset().union(*(one.held for one in several)))
         return fit.evidence - state.fit.evidence + sum(one.prior for one in several)
 
     def dropped(self, pair: Pair, newest: Sequence[PlacedEffect]) -> Pair:
@@ -194,6 +196,7 @@ class Search:
     def exchanged(self, pair: Pair, proposals: Sequence[Proposal]) -> tuple[Pair, list[Family], bool]:
         """Each effect again beside the others: what else could stand in its place; the better one takes it."""
         families, changed = [], False
+        pair = Pair(settled_on(pair.whole, SETTLED), pair.part)
         for one in list(pair.whole.effects):
             if one not in pair.whole.effects:
                 continue
@@ -208,22 +211,28 @@ class Search:
             best = max(family, key=lambda each: each.score, default=None)
             able = best is not None and best is not known and best.takes >= self.bench.settings.least_share
             if best is not None and able and (known is None or best.score > known.score + CLEARLY):
-                pair, changed = self.settled((*beside.whole.effects, best.effect), proposals, pair), True
-                continue
+                ahead = settled_on(beside.whole.of((*beside.whole.effects, best.effect)), SETTLED)
+                if known is None or ahead.fit.evidence + best.prior > pair.whole.fit.evidence + known.prior + CLEARLY:
+                    pair, changed = self.pair(ahead, proposals), True
+                    continue
             families.append(Family(one, beside.whole, family))
         return pair, families, changed
 
     def _without(self, pair: Pair, one: PlacedEffect) -> Pair | None:
-        """The set less one effect, the noise coloured as it was; None where the others make no mechanism without it."""
+        """The set less one effect, the noise coloured as it was; None where the others make no mechanism without it.
+
+        A late torque looks like what yields: without that it is sought anew.
+        """
+        rest = [each for each in pair.whole.effects if each is not one]
         try:
-            return _coloured_as([each for each in pair.whole.effects if each is not one], pair)
+            whole = aligned(pair.whole.of(rest))
+            return Pair(whole, pair.part.of(rest).read(whole.late))
         except UserError:
             return None
 
     def settled(self, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal], before: Pair) -> Pair:
         """The set with all its parameters moved together, and the noise coloured as it leaves it."""
-        state = settled_on(state_of(self.bench, effects, before.whole.system.axes), SETTLED)
-        return self.pair(state.effects, proposals)
+        return self.pair(settled_on(before.whole.of(effects), SETTLED), proposals)
 
     def yielding(self, pair: Pair, proposals: Sequence[Proposal], axes: Collection[str]) -> Pair:
         """Where something on one of the axes has begun to yield, what else may yield beside it, both moved together."""
@@ -233,20 +242,21 @@ class Search:
             found = [one for kind in others if (one := best_together(pair.part, axis, kind)) is not None]
             able = [one for one in found if one.fit.evidence > pair.part.fit.evidence + log(self.tried(axis))]
             able += [each for one in able for each in simpler(one, axis, others)]
-            wholes = [settled_on(state_of(self.bench, one.effects, pair.whole.system.axes), SETTLED) for one in able]
+            wholes = [settled_on(pair.whole.of(one.effects), SETTLED) for one in able]
             best = max(wholes, key=lambda one: one.fit.evidence, default=None)
             if best is None or best.fit.evidence < pair.whole.fit.evidence + log(self.tried(axis)) + CLEARLY:
                 continue
             newest = [one for one in best.effects if one.axis == axis and type(one.effect) in others]
-            pair = self.dropped(self.pair(best.effects, proposals), newest)
+            pair = self.dropped(self.pair(best, proposals), newest)
         return pair
 
-    def pair(self, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal]) -> Pair:
+    def pair(self, found: State, proposals: Sequence[Proposal]) -> Pair:
         """The set's states, the noise coloured as what is left by the set and everything that could be asked beside it."""
-        return Pair(*(state_of(bench, effects, self._colours(bench, effects, proposals)) for bench in (self.bench, self.part)))
+        benches = (self.bench, self.part)
+        return Pair(*(state_of(one, found.effects, self._colours(one, found, proposals), found.late) for one in benches))
 
-    def _colours(self, bench: Bench, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal]) -> dict[str, Colour]:
-        state = state_of(bench, effects, first_colours(bench))
+    def _colours(self, bench: Bench, found: State, proposals: Sequence[Proposal]) -> dict[str, Colour]:
+        state = state_of(bench, found.effects, first_colours(bench), found.late)
         columns = []
         for one in proposals:
             try:
@@ -267,9 +277,9 @@ class Search:
         return max(len(self.kinds[axis]), 1)
 
     def proposals(self, pair: Pair, axes: Sequence[str] | None = None, only: Collection[str] | None = None) -> list[Proposal]:
-        """The best of every effect on every axis, given a set; `only`: of some effects, by name."""
+        """The best of every effect on every axis, given a set; `only`: of those that yield, by name, for they take the time."""
         asked = [(axis, kind) for axis in (axes if axes is not None else list(self.kinds)) for kind in self.kinds[axis]]
-        asked = [(axis, kind) for axis, kind in asked if only is None or kind.name in only]
+        asked = [(axis, kind) for axis, kind in asked if only is None or not yields(kind) or kind.name in only]
         taken = {(one.effect.name, one.axis) for one in pair.whole.effects}
         asked = [(axis, kind) for axis, kind in asked if kind.several or (kind.name, axis) not in taken]
         found = side_by_side(lambda one: self._proposed(pair, *one), asked)
@@ -358,7 +368,7 @@ class Search:
             return None
         less, tangent = state.system.whiten(felt.cost), [state.system.whiten(each) for each in felt.tangents]
         held = state.held(one.effect.name, one.axis)
-        fit = state.system.fit(tangent, less, held)
+        fit = state.system.fit_tuned(tangent, less, held)
         left = state.energy(state.patched, felt.tangents, felt.cost)
         taken = {axis: state.left[axis] - left[axis] for axis in felt.cost}
         share = max(part for axis, part in taken.items() if is_torque(axis))
@@ -377,23 +387,6 @@ class Pair:
 
     whole: State
     part: State
-
-    @property
-    def states(self) -> tuple[State, State]:
-        """Both."""
-        return self.whole, self.part
-
-    @property
-    def benches(self) -> tuple[Bench, Bench]:
-        """Of both."""
-        return self.whole.bench, self.part.bench
-
-
-def _coloured_as(effects: Sequence[PlacedEffect], before: Pair) -> Pair:
-    """Another set, the noise coloured as it was."""
-    return Pair(
-        *(state_of(bench, effects, state.system.axes) for bench, state in zip(before.benches, before.states, strict=True))
-    )
 
 
 def _with(effects: Sequence[PlacedEffect], new: PlacedEffect, before: float) -> tuple[PlacedEffect, ...]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.system import Fit, inverse_of
 from drivetwin.diagnosis.propose.placing import alike
-from drivetwin.diagnosis.weigh.state import SHARES, State, moved_by_fit, state_of
+from drivetwin.diagnosis.weigh.state import SHARES, State, moved_by_fit
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.errors import UserError
 
@@ -65,7 +65,7 @@ def _ahead(state: State, bodies: Collection[int]) -> State:
     left = _left(state, fit)
     for share in SHARES:
         try:
-            ahead = state_of(state.bench, moved_by_fit(state, fit, share), state.system.axes)
+            ahead = state.of(moved_by_fit(state, fit, share))
         except UserError:
             continue
         if _left(ahead, _fit(ahead, bodies)) < left:
@@ -93,7 +93,7 @@ def _left(state: State, fit: Fit) -> float:
             value = fit.coefficients[number]
             if value != 0.0 and axis in state.plain.columns[number]:
                 rows -= value * state.plain.columns[number][axis]
-        total += float(rows @ rows) * own.colour.level ** 2 / max(state.rows.gap_energy[axis], 1e-300)
+        total += float(rows @ rows) * own.colour.level**2 / max(state.rows.gap_energy[axis], 1e-300)
     return total
 
 

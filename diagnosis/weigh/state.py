@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.colour import Colour, colour_of, white
-from drivetwin.diagnosis.model.system import AxisSystem, Fit, System, axis_system
+from drivetwin.diagnosis.model.system import AxisSystem, Fit, System, axis_system, system_of
 from drivetwin.diagnosis.model.unknown import Component, components
 from drivetwin.diagnosis.prepare.deflection import axis_of
 from drivetwin.diagnosis.prepare.rows import Column, Rows
@@ -74,6 +74,7 @@ class Bench:
     polynomials: Mapping[tuple[str, str], Polynomial]
     intervals: Array
     """Between rows, of each recording [s]."""
+    _earlier: dict[tuple[str, float], Array] = field(init=False, repr=False, default_factory=dict)
     _felt: dict[tuple[str, Effect, AxisDynamics], Felt] = field(init=False, repr=False, default_factory=dict)
     _beginnings: dict[tuple[str, type[AxisEffect]], Beginnings] = field(init=False, repr=False, default_factory=dict)
 
@@ -95,6 +96,23 @@ class Bench:
             found = self._beginnings[axis, kind] = beginnings(self.rows, axis, kind, dynamics)
         return found
 
+    def target(self, axis: str, late: float) -> Array:
+        """What is to be explained on the rows of an axis [N·m or N], its torque read `late` [s] earlier.
+
+        What that changes to first order is left to the parameter of the axis's timing, whose prior is of the whole.
+        """
+        if late == 0.0:
+            return self.rows.target[axis]
+        found = self._earlier.get((axis, late))
+        if found is None:
+            slope = self.nominals[self.timing(axis)].column[axis]
+            found = self._earlier[axis, late] = self.rows.rows(axis, lambda run, own: run.earlier(own, late)) - late * slope
+        return self.rows.target[axis] + found
+
+    def timing(self, axis: str) -> int:
+        """Number of the nominal parameter of the moment at which an axis's torque was read."""
+        return next(k for k, one in enumerate(self.nominals) if one.timing and one.loaded_axis == axis and axis in one.column)
+
     def column(self, one: PlacedEffect, dynamics: AxisDynamics) -> Column:
         """What an effect costs on the rows of every axis that it acts on."""
         if isinstance(one.effect, AxisEffect):
@@ -109,14 +127,24 @@ def bench_of(rows: Rows, settings: Settings, absolute: Mapping[str, bool]) -> Be
     """`absolute`: axes whose position means the same in all recordings."""
     kinds = [kind for kind in library().values() if issubclass(kind, ModelEffect)]
     told = {(axis, kind.name): polynomial(rows, axis, kind) for axis in rows.axes for kind in kinds}
+    nominals = tuple(nominal_parameters(rows, settings))
     return Bench(
         rows,
         settings,
-        tuple(nominal_parameters(rows, settings)),
-        {axis: tuple(components(rows, axis, settings.misfit_waves, absolute[axis])) for axis in rows.axes},
+        nominals,
+        {
+            axis: tuple(components(rows, axis, settings.misfit_waves, absolute[axis], _known(rows, axis, nominals)))
+            for axis in rows.axes
+        },
         {key: found for key, found in told.items() if found is not None},
         np.array([run.period * run.stride for run in rows.runs]),
     )
+
+
+def _known(rows: Rows, axis: str, nominals: Sequence[Nominal]) -> Array:
+    """What the model's own parameters cost on an axis, and an offset, which no model has and any drive may (N, q)."""
+    own = [one.column[axis] for one in nominals if not one.timing and axis in one.column]
+    return np.column_stack([*own, rows.rows(axis, lambda run, own: run.moves(own))])
 
 
 @dataclass(frozen=True)
@@ -131,6 +159,24 @@ class State:
     target: Mapping[str, Array]
     columns: Sequence[Column]
     """Torque that the effects leave, and the system's columns, as they are felt [N·m or N]."""
+    late: Mapping[str, float]
+    """By how much the torque of each axis is read earlier [s]: it was recorded after the motion that needed it."""
+
+    def of(self, effects: Sequence[PlacedEffect]) -> State:
+        """Another set, the noise coloured and the torque read as in this one. Raises UserError where it makes no mechanism."""
+        return state_of(self.bench, effects, self.system.axes, self.late)
+
+    def lateness(self) -> dict[str, float]:
+        """By how much the torque of each axis was recorded late [s], of those whose torque is read earlier."""
+        found = {}
+        for axis in (axis for axis, late in self.late.items() if late > 0.0):
+            number = self.bench.timing(axis)
+            found[axis] = max(0.0, -float(self.fit.coefficients[number]))
+        return found
+
+    def read(self, late: Mapping[str, float]) -> State:
+        """The same set, the torque of each axis read otherwise [s]."""
+        return state_of(self.bench, self.effects, self.system.axes, late)
 
     @property
     def rows(self) -> Rows:
@@ -146,10 +192,12 @@ class State:
     def plain(self) -> System:
         """The same without colour and unknown: what energy is left."""
         rows, first = self.rows, first_colours(self.bench)
-        none = {axis: np.zeros((rows.count(axis), 0)) for axis in rows.compared}
-        bare = {one: axis_system(first[one], none[one], 1.0, self.target[one], rows.of[one].block) for one in rows.compared}
+        none, nothing = {axis: np.zeros((rows.count(axis), 0)) for axis in rows.compared}, np.zeros(0, dtype=np.intp)
+        bare = {
+            one: axis_system(first[one], none[one], nothing, 1.0, self.target[one], rows.of[one].block) for one in rows.compared
+        }
         flat = [{axis: first[axis].whiten(torque) for axis, torque in column.items()} for column in self.columns]
-        return System(bare, flat, self.system.spreads)
+        return system_of(bare, flat, self.system.spreads)
 
     @cached_property
     def dynamics(self) -> dict[str, AxisDynamics]:
@@ -205,11 +253,16 @@ class State:
         return self.energy(self.patched)
 
 
-def state_of(bench: Bench, effects: Sequence[PlacedEffect], colours: Mapping[str, Colour | AxisSystem]) -> State:
+def state_of(
+    bench: Bench,
+    effects: Sequence[PlacedEffect],
+    colours: Mapping[str, Colour | AxisSystem],
+    late: Mapping[str, float],
+) -> State:
     """The set's system, in given colours or in those of another set's. Raises UserError where the effects make no mechanism."""
     ordered = in_order(effects)
     simulation = bench.rows.simulation
-    target = {axis: rows.copy() for axis, rows in bench.rows.target.items()}
+    target = {axis: bench.target(axis, late.get(axis, 0.0)).copy() for axis in bench.rows.compared}
     columns: list[Column] = [one.column for one in bench.nominals]
     spreads = [one.spread for one in bench.nominals]
     owners = []
@@ -223,15 +276,18 @@ def state_of(bench: Bench, effects: Sequence[PlacedEffect], colours: Mapping[str
         owners.extend([number] * len(felt.tangents))
     axes = {axis: _axis_system(bench, axis, colours[axis], target[axis]) for axis in bench.rows.compared}
     whitened = [{axis: axes[axis].colour.whiten(rows) for axis, rows in column.items()} for column in columns]
-    return State(bench, ordered, System(axes, whitened, np.array(spreads)), tuple(owners), target, columns)
+    system = system_of(axes, whitened, np.array(spreads))
+    whole = State(bench, ordered, system, tuple(owners), target, columns, late)
+    return replace(whole, system=system.tuned(whole.held()))
 
 
 def _axis_system(bench: Bench, axis: str, known: Colour | AxisSystem, target: Array) -> AxisSystem:
     if isinstance(known, AxisSystem):
         return replace(known, target=known.colour.whiten(target))
-    unknown = np.column_stack([component.columns for component in bench.unknown[axis_of(axis)]])
+    parts = [component.columns for component in bench.unknown[axis_of(axis)]]
+    component = np.repeat(np.arange(len(parts)), [part.shape[1] for part in parts])
     misfit = max(bench.settings.misfit * bench.rows.size[axis], NO_TORQUE)
-    return axis_system(known, unknown, misfit, target, bench.rows.of[axis].block)
+    return axis_system(known, np.column_stack(parts), component, misfit, target, bench.rows.of[axis].block)
 
 
 def first_colours(bench: Bench) -> dict[str, Colour]:

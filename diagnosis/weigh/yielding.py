@@ -10,7 +10,8 @@ from collections.abc import Sequence
 
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
-from drivetwin.diagnosis.weigh.state import SHARES, State, moved_by_fit, state_of
+from drivetwin.diagnosis.weigh.alignment import aligned
+from drivetwin.diagnosis.weigh.state import SHARES, State, moved_by_fit
 from drivetwin.emulator.effects import AxisEffect, Effect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
@@ -59,10 +60,11 @@ def simpler(state: State, axis: str, kinds: Sequence[type[Effect]]) -> list[Stat
 def settled_on(state: State, steps: int = STEPS) -> State:
     """The set a few Gauss-Newton steps on, all parameters together, as far as the evidence gains."""
     for _ in range(steps):
+        before, state = state.fit.evidence, aligned(state)
         ahead = step_ahead(state)
         if ahead is None:
             break
-        done = ahead.fit.evidence - state.fit.evidence < ENOUGH
+        done = ahead.fit.evidence - before < ENOUGH
         state = ahead
         if done:
             break
@@ -73,7 +75,7 @@ def step_ahead(state: State) -> State | None:
     """One Gauss-Newton step on, as far as that is better; None where no share of the step is."""
     for share in SHARES:
         try:
-            ahead = state_of(state.bench, moved_by_fit(state, state.fit, share), state.system.axes)
+            ahead = state.of(moved_by_fit(state, state.fit, share))
         except UserError:
             continue
         if ahead.fit.evidence > state.fit.evidence:
@@ -83,6 +85,6 @@ def step_ahead(state: State) -> State | None:
 
 def _state(state: State, effects: Sequence[PlacedEffect]) -> State | None:
     try:
-        return state_of(state.bench, effects, state.system.axes)
+        return state.of(effects)
     except UserError:
         return None

@@ -55,6 +55,11 @@ class Presliding(AxisEffect):
         bounds = super().bounds(motion, axis)
         return bounds | {"stiffness": (max(bounds["stiffness"][0], _level(axis) / (2.0 * _largest_way(axis))), np.inf)}
 
+    def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
+        """A tenth of critical damping of the axis on its bristles changes as much as none and all do."""
+        swings = 0.2 * sqrt(self.stiffness * max(float(np.median(motion.inertia)), 0.0))
+        return super().sizes(motion, axis) | {"damping": max(self.damping, swings) or 1.0}
+
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         """Friction gives way over some 10 um to 1 mm, 0.1 to 10 mrad: Armstrong-Helouvry et al., Automatica 30(7), 1994."""
         way = _level(axis) / self.stiffness

@@ -13,6 +13,9 @@ from drivetwin.emulator.effects.base import NUMBER, TORQUE, VELOCITY, Exciting, 
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.waves import top_speed
 
+_FASTEST = 0.3
+"""Of the top speed, by which friction has fallen."""
+
 
 @dataclass(frozen=True)
 class Stribeck(FrictionEffect):
@@ -45,9 +48,16 @@ class Stribeck(FrictionEffect):
             exponent=self.exponent,
         )
 
+    def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
+        """Exponents that were measured lie between 0.5 and 2 (Armstrong-Helouvry et al. 1994, sec. 3.2); friction that still
+        falls at the top speed is another level, not a fall."""
+        slowest = super().bounds(motion, axis)["stribeck_velocity"][0]
+        fastest = max(_FASTEST * top_speed(motion), 2.0 * slowest)
+        return super().bounds(motion, axis) | {"stribeck_velocity": (slowest, fastest), "exponent": (0.5, 3.0)}
+
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
-        velocities = np.maximum(np.geomspace(0.005, 0.7, 8) * top_speed(motion), 1e-6)
+        velocities = np.maximum(np.geomspace(0.005, _FASTEST, 8) * top_speed(motion), 1e-6)
         return [cls._start(axis.friction.coulomb, float(at), exponent) for at in velocities for exponent in (1.0, 2.0)]
 
     @classmethod

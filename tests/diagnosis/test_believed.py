@@ -34,7 +34,7 @@ def state(tmp_path_factory: pytest.TempPathFactory) -> State:
     model.write_text(machine.model, encoding="utf-8")
     ready = prepared(Path(model), [machine.recording(1, 20.0, "one")], [machine.recording(2, 20.0, "two")], Settings())
     bench = bench_of(ready.rows, Settings(), ready.absolute)
-    return state_of(bench, [placed(bench.rows, "turn", one) for one in (WAVE, OFFSET)], first_colours(bench))
+    return state_of(bench, [placed(bench.rows, "turn", one) for one in (WAVE, OFFSET)], first_colours(bench), {})
 
 
 def answer(state: State, chosen: Effect, *, predicts: bool) -> Answer:

@@ -71,7 +71,7 @@ def test_a_proposal_is_worth_what_the_best_of_its_kind_is(case: Case, tmp_path: 
     search = Search(bench, bench, {case.axis: [kind]}, {}, lambda _what, _share: None)
     rng = np.random.default_rng(3)
     noise = {axis: case.noise * RESOLUTION[axis] * rng.standard_normal(bench.rows.count(axis)) for axis in bench.rows.axes}
-    alone = state_of(bench, (), colours_of(bench, noise))
+    alone = state_of(bench, (), colours_of(bench, noise), {})
     best = max(one.score for each in case.known if (one := search.evaluated(alone, Begun(case.axis, each, 0.0, 1))))
     assert best > 100.0
     (found,) = search.proposals(Pair(alone, alone))
@@ -83,5 +83,5 @@ def test_a_parameter_whose_bounds_leave_no_room_has_no_slope() -> None:
         assert isinstance(effect, Coulomb)
         return {"turn": np.full(3, effect.coulomb)}
 
-    (slope,) = tangents(Coulomb(1.0), [Field("coulomb", 1.0, 1.0, 1.0)], cost)
+    (slope,) = tangents(Coulomb(1.0), [Field("coulomb", 1.0, 1.0, 1.0, 0.1)], cost)
     np.testing.assert_array_equal(slope["turn"], np.zeros(3))

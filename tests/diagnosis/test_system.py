@@ -12,6 +12,7 @@ from weigh_bench import PERIOD, rows_of
 
 from drivetwin.diagnosis.model.colour import Colour, colour_of, white
 from drivetwin.diagnosis.model.system import FREEDOM, AxisSystem, System, axis_system
+from drivetwin.diagnosis.model.system import system_of as made
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.report.result import Array
 
@@ -21,6 +22,10 @@ NOISE = {"turn": 1.4, "lift": 1.1}
 LEVEL = {"turn": 0.5, "lift": 2.0}
 MISFIT = {"turn": 0.3, "lift": 1.0}
 SPREADS = np.array([0.4, 0.2])
+ONE = np.zeros(3, dtype=np.intp)
+"""All columns of the unknown are one component."""
+USUAL = 2.0 * np.log(2.0)
+"""What the prior of the amplitudes costs both axes at their usual size: log(1 + 1) each."""
 LOG = np.log(2.0 * np.pi)
 FOLDS = 4
 
@@ -68,9 +73,10 @@ def colours(kind: str) -> dict[str, Colour]:
 def system_of(colour: Mapping[str, Colour], columns: list[Column] = COLUMNS, spreads: Array = SPREADS) -> System:
     rows = {axis: rows_of((count - 13, 13), blocks=8) for axis, count in COUNT.items()}
     axes: dict[str, AxisSystem] = {
-        axis: axis_system(colour[axis], raw_unknown(axis), MISFIT[axis], target()[axis], rows[axis].block) for axis in COUNT
+        axis: axis_system(colour[axis], raw_unknown(axis), ONE, MISFIT[axis], target()[axis], rows[axis].block)
+        for axis in COUNT
     }
-    return System(axes, [{axis: colour[axis].whiten(part) for axis, part in one.items()} for one in columns], spreads)
+    return made(axes, [{axis: colour[axis].whiten(part) for axis, part in one.items()} for one in columns], spreads)
 
 
 def whitening(colour: Colour, count: int) -> Array:
@@ -108,7 +114,7 @@ def test_evidence_is_the_density_of_one_gaussian_over_all_rows(kind: str) -> Non
     fit = system_of(colour).fit()
     rows = np.concatenate(list(target().values()))
     told = multivariate_normal(np.zeros(len(rows)), dense(colour, fit.level, COLUMNS, SPREADS)).logpdf(rows)
-    assert fit.evidence == pytest.approx(told + 0.5 * len(rows) * LOG, abs=1e-4)
+    assert fit.evidence == pytest.approx(told + 0.5 * len(rows) * LOG - USUAL, abs=1e-4)
 
 
 @pytest.mark.parametrize("kind", ["white", "coloured"])
@@ -135,7 +141,7 @@ def test_a_free_column_is_generalised_least_squares_and_costs_half_the_logarithm
     told = multivariate_normal(np.zeros(len(rows)), given).logpdf(rows - value * column)
     independent = sum(one.independent for one in colour.values())
     assert kind == "coloured" or independent == len(rows)
-    assert fit.evidence == pytest.approx(told + 0.5 * len(rows) * LOG - 0.5 * np.log(independent), abs=1e-4)
+    assert fit.evidence == pytest.approx(told + 0.5 * len(rows) * LOG - USUAL - 0.5 * np.log(independent), abs=1e-4)
 
 
 def test_the_noise_level_is_where_the_evidence_is_highest() -> None:
@@ -209,26 +215,21 @@ def test_held_out_densities_are_those_of_fits_without_the_rows(kind: str) -> Non
     system = system_of(colour)
     folds = {axis: np.arange(8) % FOLDS for axis in COUNT}
     found = system.held_out(folds, FOLDS, [system.whiten(FREE)], None)
+    amplitude = system.fit_tuned([system.whiten(FREE)], None, frozenset()).amplitude
     expected = {axis: np.zeros(8) for axis in COUNT}
     for fold in range(FOLDS):
         kept = {axis: folds[axis][own.blocks] != fold for axis, own in system.axes.items()}
-        part = System(
-            {
-                axis: AxisSystem(
-                    _free_of_logarithm(int(kept[axis].sum())), *_rotated(own.unknown[kept[axis]]), own.misfit,
-                    own.target[kept[axis]], own.blocks[kept[axis]],
-                )
-                for axis, own in system.axes.items()
-            },
+        part = made(
+            {axis: _only(own, kept[axis]) for axis, own in system.axes.items()},
             [{axis: rows[kept[axis]] for axis, rows in one.items()} for one in system.columns],
             SPREADS,
-        )  # fmt: skip
+        ).at(amplitude)
         further = {axis: rows[kept[axis]] for axis, rows in system.whiten(FREE).items()}
         fit = part.fit([further])
         for axis, own in system.axes.items():
             columns = [one.get(axis, np.zeros(COUNT[axis])) for one in [*system.columns, system.whiten(FREE)]]
             left = own.target - np.column_stack(columns) @ fit.coefficients
-            shared = own.misfit**2 * own.unknown @ own.unknown.T
+            shared = amplitude[axis][0] ** 2 * own.unknown @ own.unknown.T
             for block in np.unique(own.blocks[~kept[axis]]):
                 here = own.blocks == block
                 spread = shared[np.ix_(here, here)] + fit.level[axis] ** 2 * np.eye(int(here.sum()))
@@ -244,7 +245,41 @@ def _free_of_logarithm(count: int) -> Colour:
     return white(rows_of((count,)), np.array([PERIOD]), 1.0, 3)
 
 
-def _rotated(unknown: Array) -> tuple[Array, Array]:
-    """Columns that do not overlap, and their squares."""
-    squares, vectors = np.linalg.eigh(unknown.T @ unknown)
-    return unknown @ vectors, squares
+def _only(own: AxisSystem, kept: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> AxisSystem:
+    """Some rows of an axis."""
+    unknown = own.unknown[kept]
+    return AxisSystem(
+        _free_of_logarithm(len(unknown)), unknown, unknown.T @ unknown, ONE, own.misfit, own.target[kept], own.blocks[kept]
+    )
+
+
+@pytest.mark.parametrize("times", [2.0, 10.0])
+def test_amplitudes_are_where_the_evidence_is_highest(times: float) -> None:
+    """Of the dense Gaussian with the half-Cauchy prior, at the level that the fit found."""
+    colour, unknown, count = colours("coloured")["turn"], raw_unknown("turn"), COUNT["turn"]
+    rows = unknown @ (times * MISFIT["turn"] * np.array([1.0, -1.3, 0.8])) + 0.6 * rng().standard_normal(count)
+    own = axis_system(colour, unknown, ONE, MISFIT["turn"], rows, np.zeros(count, dtype=np.intp))
+    system = made({"turn": own}, [], np.zeros(0))
+    fit = system.fit_tuned((), None, frozenset())
+    inverse = np.linalg.inv(whitening(colour, count))
+
+    def cost(logarithm: float) -> float:
+        scaled = np.exp(logarithm) * unknown
+        covariance = fit.level["turn"] ** 2 * inverse @ inverse.T + scaled @ scaled.T
+        rare = np.log1p((np.exp(logarithm) / MISFIT["turn"]) ** 2)
+        return float(rare - multivariate_normal(np.zeros(count), covariance).logpdf(rows))
+
+    best = optimize.minimize_scalar(cost, bounds=(-6.0, 4.0), method="bounded")
+    assert fit.amplitude["turn"][0] == pytest.approx(np.exp(best.x), rel=0.05)
+    assert fit.evidence == pytest.approx(-best.fun + 0.5 * count * LOG, abs=0.02)
+    assert fit.evidence > system.fit().evidence
+
+
+def test_an_unknown_that_is_not_there_vanishes() -> None:
+    """Noise alone: the evidence pays for every curve that it may have."""
+    colour = colours("white")
+    own = axis_system(
+        colour["turn"], raw_unknown("turn"), ONE, MISFIT["turn"], np.zeros(COUNT["turn"]), np.zeros(60, dtype=np.intp)
+    )
+    amplitude = made({"turn": own}, [], np.zeros(0)).tuned().amplitude["turn"]
+    assert amplitude[0] <= 1e-2 * MISFIT["turn"]

@@ -1,0 +1,50 @@
+"""The moment at which each axis's torque was read, sought exactly: where friction turns round, torque is not linear in it.
+
+What the timing parameter of an axis says of it is a straight line, which a delay of half a millisecond leaves.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetwin.diagnosis.weigh.state import State
+
+Array = NDArray[np.float64]
+
+LATEST = 0.01
+"""By which a torque is recorded at most after its motion [s]: filters and buses of drives, a low-pass of 16 Hz."""
+FIRST, LEAST = 1e-3, 6e-5
+"""Steps [s] with which the best moment is sought: the first, and the one below which the straight line holds."""
+GAIN = 0.5
+"""Nats that a step must bring."""
+
+
+def aligned(state: State) -> State:
+    """The set with the torque of each axis read as much earlier as the evidence wants, from where it is read now.
+
+    A torque that comes early is not read later: that is a position that comes late, an effect of the library.
+    """
+    late = dict(state.late)
+    for axis in state.rows.axes:
+        late[axis] = _best(state, axis)
+    return state.read(late) if any(late[axis] != state.late.get(axis, 0.0) for axis in late) else state
+
+
+def _best(state: State, axis: str) -> float:
+    now = state.late.get(axis, 0.0)
+    before, best, gained = state.bench.target(axis, now), now, state.fit.evidence
+    step = FIRST
+    while step >= LEAST:
+        tried = [each for each in (best - step, best + step) if 0.0 <= each <= LATEST]
+        found = max(((_evidence(state, axis, before, each), each) for each in tried), default=(gained, best))
+        if found[0] > gained + GAIN:
+            gained, best = found
+        else:
+            step /= 4.0
+    return best
+
+
+def _evidence(state: State, axis: str, before: Array, late: float) -> float:
+    less = state.system.whiten({axis: before - state.bench.target(axis, late)})
+    return state.system.fit((), less, state.held()).evidence
