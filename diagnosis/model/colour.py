@@ -57,10 +57,11 @@ class Colour:
 
     def whiten(self, columns: Array) -> Array:
         """Columns (N, p) or (N,) as uncorrelated rows of equal variance."""
-        out = np.empty_like(columns)
+        flat = columns.reshape(len(columns), -1)
+        out = np.empty_like(flat)
         for rows, predictors, deviation, scale in zip(self.groups, self.predictors, self.deviation, self.scale, strict=True):
-            out[rows] = _errors(columns[rows], self.age[rows], predictors, deviation) / scale
-        return out
+            _whiten(flat, rows, self.age, _table(predictors), deviation * scale, out)
+        return out.reshape(columns.shape)
 
 
 def white(rows: AxisRows, intervals: Array, level: float, order: int) -> Colour:
@@ -126,26 +127,25 @@ def _levinson(correlation: Array) -> tuple[tuple[Array, ...], Array]:
     return tuple(table), np.array(variance)
 
 
-def _errors(columns: Array, age: Index, predictors: tuple[Array, ...], deviation: Array) -> Array:
+def _table(predictors: tuple[Array, ...]) -> Array:
+    """(order + 1, order): a predictor for each age; without columns where none predicts anything."""
     order = len(predictors) - 1
     if not predictors[order].any():
-        return columns.copy()
+        return np.zeros((order + 1, 0))
     table = np.zeros((order + 1, order))
     for j, own in enumerate(predictors):
         table[j, :j] = own
-    return np.asarray(_predicted_from(columns.reshape(len(columns), -1), age, table, deviation)).reshape(columns.shape)
+    return table
 
 
 @compiled
-def _predicted_from(columns, age, table, deviation):  # type: ignore[no-untyped-def]
-    """Rows (N, p) less what the rows before them predict; `table` (order + 1, order): a predictor for each age."""
-    out = np.empty_like(columns)
-    count, width = columns.shape
-    for row in range(count):
-        old = age[row]
+def _whiten(columns, rows, age, table, deviation, out) -> None:  # type: ignore[no-untyped-def]
+    """Some rows of columns (N, p) less what the rows before them predict, over their deviations, into the same of `out`."""
+    width, order = columns.shape[1], table.shape[1]
+    for row in rows:
+        old = min(age[row], order)
         for k in range(width):
             error = columns[row, k]
             for lag in range(old):
                 error -= table[old, lag] * columns[row - 1 - lag, k]
-            out[row, k] = error / deviation[old]
-    return out
+            out[row, k] = error / deviation[age[row]]
