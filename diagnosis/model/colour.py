@@ -72,10 +72,11 @@ class Colour:
 
     def whiten(self, columns: Array) -> Array:
         """Columns (N, p) or (N,) as uncorrelated rows of equal variance."""
-        out = np.empty_like(columns)
+        flat = columns.reshape(len(columns), -1)
+        out = np.empty_like(flat)
         for rows, predictors, deviation, scale in zip(self.groups, self.predictors, self.deviation, self.scale, strict=True):
-            out[rows] = _errors(columns[rows], self.age[rows], predictors, deviation) / scale
-        return np.asarray((out.T * self.weight).T)
+            _whiten(flat, rows, self.age, _table(predictors), deviation * scale, out)
+        return np.asarray((out.T * self.weight).T).reshape(columns.shape)
 
 
 def white(rows: AxisRows, intervals: Array, level: float, order: int) -> Colour:
@@ -97,14 +98,15 @@ def colour_of(rows: AxisRows, intervals: Array, residual: Array, order: int, flo
     `floor`: rms of white noise that is in any comparison.
     """
     age, groups = _age(rows, order), _groups(rows, intervals)
-    weight = np.ones(len(rows))
+    weight, errors = np.ones(len(rows)), np.zeros((len(rows), 1))
     predictors, deviations, levels = [], [], []
     for group in groups:
         own, known, roots = residual[group], age[group], weight[group]
         for _ in range(TURNS):
             table, variance = _levinson(_correlation(own * roots, known, order, floor))
             deviation, level = np.sqrt(variance / variance[-1]), max(float(np.sqrt(variance[-1])), 1e-300)
-            roots = _roots(_errors(own, known, table, deviation))
+            _whiten(residual[:, None], group, age, _table(table), deviation, errors)
+            roots = _roots(errors[group, 0])
         weight[group] = roots
         predictors.append(table)
         deviations.append(deviation)
@@ -173,26 +175,25 @@ def _levinson(correlation: Array) -> tuple[tuple[Array, ...], Array]:
     return tuple(table), np.array(variance)
 
 
-def _errors(columns: Array, age: Index, predictors: tuple[Array, ...], deviation: Array) -> Array:
+def _table(predictors: tuple[Array, ...]) -> Array:
+    """(order + 1, order): a predictor for each age; without columns where none predicts anything."""
     order = len(predictors) - 1
     if not predictors[order].any():
-        return columns.copy()
+        return np.zeros((order + 1, 0))
     table = np.zeros((order + 1, order))
     for j, own in enumerate(predictors):
         table[j, :j] = own
-    return np.asarray(_predicted_from(columns.reshape(len(columns), -1), age, table, deviation)).reshape(columns.shape)
+    return table
 
 
 @compiled
-def _predicted_from(columns, age, table, deviation):  # type: ignore[no-untyped-def]
-    """Rows (N, p) less what the rows before them predict; `table` (order + 1, order): a predictor for each age."""
-    out = np.empty_like(columns)
-    count, width = columns.shape
-    for row in range(count):
-        old = age[row]
+def _whiten(columns, rows, age, table, deviation, out) -> None:  # type: ignore[no-untyped-def]
+    """Some rows of columns (N, p) less what the rows before them predict, over their deviations, into the same of `out`."""
+    width, order = columns.shape[1], table.shape[1]
+    for row in rows:
+        old = min(age[row], order)
         for k in range(width):
             error = columns[row, k]
             for lag in range(old):
                 error -= table[old, lag] * columns[row - 1 - lag, k]
-            out[row, k] = error / deviation[old]
-    return out
+            out[row, k] = error / deviation[age[row]]

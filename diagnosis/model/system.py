@@ -85,13 +85,24 @@ class Products:
 
 @dataclass(frozen=True)
 class Fit:
-    """Coefficients (q,), their covariance (q, q), noise level and amplitudes of each axis, and log evidence [nats]."""
+    """Coefficients (q,), noise level and amplitudes of each axis, and log evidence [nats].
+
+    `information` (f, f): inverse covariance of the f coefficients that are not held, which are `free`.
+    """
 
     coefficients: Array
-    covariance: Array
     level: Mapping[str, float]
     amplitude: Amplitudes
     evidence: float
+    information: Array
+    free: Index
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Of the coefficients (q, q): 0 for those that are held. Few of the fits of a search are asked for it."""
+        covariance = np.zeros((len(self.coefficients), len(self.coefficients)))
+        covariance[np.ix_(self.free, self.free)] = inverse_of(self.information)
+        return covariance
 
 
 def axis_system(colour: Colour, unknown: Array, component: Index, misfit: float, target: Array, blocks: Index) -> AxisSystem:
@@ -425,10 +436,9 @@ def solved(
         evidence -= 0.5 * float(np.linalg.slogdet(inner_bound)[1])
     independent = sum(own.colour.independent for own in axes.values())
     evidence -= 0.5 * float(np.sum(prior == 0.0)) * np.log(independent)
-    coefficients, covariance = np.zeros(size), np.zeros((size, size))
+    coefficients = np.zeros(size)
     coefficients[free] = values
-    covariance[np.ix_(free, free)] = inverse_of(information)
-    return Fit(coefficients, covariance, level, amplitude, float(evidence))
+    return Fit(coefficients, level, amplitude, float(evidence), information, free)
 
 
 def _square(reduced: Array, local: Index, values: Array) -> float:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from types import MappingProxyType
 from typing import Any
@@ -107,6 +107,13 @@ class Run:
     kinematics: Kinematics
     axes: Mapping[str, AxisRun]
     coupling: Mapping[tuple[str, str], Array]
+    _kept: dict[Hashable, Array] = field(init=False, repr=False, compare=False, default_factory=dict)
+
+    def kept(self, key: Hashable, made: Callable[[], Array]) -> Array:
+        """What is made of this recording for a key, made once: torque of changed rigid bodies, which takes its time."""
+        if key not in self._kept:
+            self._kept[key] = made()
+        return self._kept[key]
 
     def piece(self, span: slice) -> Run:
         """A stretch of it; what the filter cannot know at the two cuts is not fitted."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -16,6 +16,7 @@ from drivetwin.diagnosis.report.result import AxisPrediction, Prediction
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import AxisEffect, DriveEffect, ModelEffect, PlacedEffect
 from drivetwin.foundation.errors import UserError
+from drivetwin.motion.inverse_dynamics import Model
 
 Array = NDArray[np.float64]
 
@@ -108,21 +109,20 @@ def cost(simulation: Simulation, run: Run, placed: PlacedEffect, dynamics: Mappi
     if isinstance(effect, AxisEffect):
         return run.cost(placed.axis, effect, dynamics[placed.axis])
     if isinstance(effect, ModelEffect):
-        stride = max(1, int(1.0 / (SMOOTH_RATE * run.cutoff_hz * run.period)))
-        few = run.kinematics.every(stride)
-        torque = simulation.torques_of(simulation.rigid_with(placed.axis, effect), few) - simulation.torques(few)
-        return _by_axis(simulation, run, torque, stride)
+        return _beyond_rigid(simulation, run, (placed.axis, effect), lambda: simulation.rigid_with(placed.axis, effect))
     return {}
 
 
 def _of_body(simulation: Simulation, run: Run, body: int) -> dict[str, Array]:
+    return _beyond_rigid(simulation, run, body, lambda: simulation.rigid_with_heavier(body))
+
+
+def _beyond_rigid(simulation: Simulation, run: Run, key: Hashable, changed: Callable[[], Model]) -> dict[str, Array]:
+    """What changed rigid bodies cost on every axis, (n,): evaluated once a recording, however many patches have the change."""
     stride = max(1, int(1.0 / (SMOOTH_RATE * run.cutoff_hz * run.period)))
     few = run.kinematics.every(stride)
-    torque = simulation.torques_of(simulation.rigid_with_heavier(body), few) - simulation.torques(few)
-    return _by_axis(simulation, run, torque, stride)
-
-
-def _by_axis(simulation: Simulation, run: Run, torque: Array, stride: int) -> dict[str, Array]:
+    as_it_stands = run.kept("rigid", lambda: simulation.torques(few))
+    torque = run.kept(("changed", key), lambda: simulation.torques_of(changed(), few) - as_it_stands)
     whole = between(torque, len(run.recording.time), stride)
     return {axis: whole[:, k] * run.moves(run.axes[axis]) for k, axis in enumerate(simulation.axes)}
 

@@ -22,6 +22,7 @@ from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.lately import Lately
 
 Array = NDArray[np.float64]
 
@@ -35,6 +36,8 @@ NEAR = 0.02
 """Of its deviation, by which a parameter may miss the best one: the evidence feels the square of it."""
 NO_TORQUE = 1e-12
 """Below which a torque counts as none [N·m or N]: of an axis without rows, or whose torque is 0."""
+LATELY = 32
+"""Columns that are remembered while a search moves on: of what stands and of its neighbours."""
 HELD = 400
 """Felt effects that a bench remembers: those of a few sets, one after the other."""
 
@@ -77,6 +80,7 @@ class Bench:
     _earlier: dict[tuple[str, float], Array] = field(init=False, repr=False, default_factory=dict)
     _felt: dict[tuple[str, Effect, AxisDynamics], Felt] = field(init=False, repr=False, default_factory=dict)
     _beginnings: dict[tuple[str, type[AxisEffect]], Beginnings] = field(init=False, repr=False, default_factory=dict)
+    _lately: Lately[tuple[str, Effect, AxisDynamics], Column] = field(init=False, repr=False, default_factory=Lately)
 
     def felt(self, axis: str, effect: Effect, dynamics: AxisDynamics) -> Felt:
         """An effect on top of those before it, remembered: sets that follow each other have most of their effects in common."""
@@ -114,9 +118,10 @@ class Bench:
         return next(k for k, one in enumerate(self.nominals) if one.timing and one.loaded_axis == axis and axis in one.column)
 
     def column(self, one: PlacedEffect, dynamics: AxisDynamics) -> Column:
-        """What an effect costs on the rows of every axis that it acts on."""
-        if isinstance(one.effect, AxisEffect):
-            return self.rows.cost(one.axis, one.effect, dynamics)
+        """What an effect costs on the rows of every axis that it acts on; a search asks for where it is more than once."""
+        effect = one.effect
+        if isinstance(effect, AxisEffect):
+            return self._lately.get((one.axis, effect, dynamics), lambda: self.rows.cost(one.axis, effect, dynamics), LATELY)
         known = self.polynomials.get((one.axis, one.effect.name))
         if known is None:
             raise UserError(f"axis {one.axis} cannot have {one.effect.name}")

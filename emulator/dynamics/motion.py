@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from math import inf
-from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
+
+from drivetwin.foundation.lately import Lately
 
 LATELY = 8
 """Results of a search that are kept of one motion: of the effect as it stands and of its neighbours."""
@@ -37,8 +38,7 @@ class Motion:
     band: float = inf
     deflection: NDArray[np.float64] | None = None
     _kept: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
-    _lately: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
-    _lock: Lock = field(init=False, repr=False, compare=False, default_factory=Lock)
+    _lately: Lately[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=Lately)
 
     def kept(self, key: Hashable, made: Callable[[Motion], NDArray[np.float64]]) -> NDArray[np.float64]:
         """What is made of this motion for a key, made once: what every effect that is tried on an axis asks again."""
@@ -48,14 +48,7 @@ class Motion:
 
     def kept_lately(self, key: Hashable, made: Callable[[Motion], NDArray[np.float64]]) -> NDArray[np.float64]:
         """The same for keys that a search moves on from: the `LATELY` last asked for are kept."""
-        with self._lock:
-            known = self._lately.pop(key, None)
-        value = made(self) if known is None else known
-        with self._lock:
-            self._lately[key] = value
-            for oldest in list(self._lately)[:-LATELY]:
-                del self._lately[oldest]
-        return value
+        return self._lately.get(key, lambda: made(self), LATELY)
 
     @property
     def period(self) -> float:

@@ -52,24 +52,36 @@ def _followed(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
 
 
 def needed_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-    """The same of the axis on which effects are tried, computed once a motion."""
-    return motion.kept(axis, lambda same: motor_torque(same, axis))
+    """The same of the axis on which effects are tried, computed once while it is asked for again."""
+    return motion.kept_lately(axis, lambda same: motor_torque(same, axis))
 
 
 def needed_acceleration(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-    """Acceleration (n,) of the joint of the axis on which effects are tried, computed once a motion."""
-    return motion.kept(("joint", axis), lambda same: replayed(same, axis)[1])
+    """Acceleration (n,) of the joint of the axis on which effects are tried, computed once while it is asked for again."""
+    return motion.kept_lately(("joint", axis), lambda same: replayed(same, axis)[1])
 
 
 def _weight(motion: Motion) -> NDArray[np.float64]:
-    """What the rigid machine needs beside its inertia, (n,)."""
-    return np.asarray(motion.rigid_torque - motion.inertia * motion.acceleration)
+    """What the rigid machine needs beside its inertia, (n,); shared, not to be written to."""
+    return motion.kept("weight", lambda same: same.rigid_torque - same.inertia * same.acceleration)
+
+
+def _link(motion: Motion) -> NDArray[np.float64]:
+    """Inertia behind the motor, (n,); shared, not to be written to."""
+    return motion.kept("link", lambda same: same.inertia - same.rotor_inertia)
+
+
+def _at_first(motion: Motion) -> NDArray[np.float64]:
+    """Velocity with which a replay begins, and the middle inertia behind the motor, (2,)."""
+    first = float(motion.velocity[0])
+    begins = first if abs(first) > _BEGINS * np.max(np.abs(motion.velocity)) else 0.0
+    return np.array([begins, np.median(_link(motion))])
 
 
 def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """`_followed`, by virtual work on the joint's motion."""
     joint, ratio = _at_the_joint(motion, axis.transmission, axis.gear_ratio)
-    link = motion.inertia - motion.rotor_inertia
+    link = _link(motion)
     torque = (_weight(motion) + link * joint.acceleration + axis.friction.resistance(joint)) * ratio
     return np.stack((torque, joint.acceleration, joint.position - motion.position))
 
@@ -89,11 +101,11 @@ def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tupl
 
 def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """`_followed` by a load on a spring, whose motor moves as measured."""
-    law, gear, link = axis.friction, axis.transmission, motion.inertia - motion.rotor_inertia
-    swing = sqrt((gear.stiffness + law.presliding_stiffness) / float(np.median(link)))
+    law, gear, link = axis.friction, axis.transmission, _link(motion)
+    begins, middle = (float(value) for value in motion.kept("at first", _at_first))
+    swing = sqrt((gear.stiffness + law.presliding_stiffness) / middle)
     steps = max(ceil(motion.period / _LONGEST_STEP), ceil(_STEPS_PER_RADIAN * swing * motion.period))
-    torque, speed, place = np.empty_like(motion.position), np.zeros_like(motion.position), np.empty_like(motion.position)
-    begins = float(motion.velocity[0]) if abs(motion.velocity[0]) > _BEGINS * np.max(np.abs(motion.velocity)) else 0.0
+    found, speed = np.empty((3, len(motion.position))), np.empty_like(motion.position)
     _follow(
         records((FrictionLaw,), [(law,)])[0],
         records((Transmission,), [(gear,)])[0],
@@ -108,11 +120,13 @@ def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]
         law.varying_level(motion),
         motion.period,
         min(_MOST_STEPS, steps),
-        torque,
+        found[0],
         speed,
-        place,
+        found[2],
     )
-    return np.stack((torque, np.gradient(speed, motion.period), place - motion.position))
+    found[1] = np.gradient(speed, motion.period)
+    found[2] -= motion.position
+    return found
 
 
 @compiled

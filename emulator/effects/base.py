@@ -314,4 +314,4 @@ class FrictionEffect(StaticEffect):
         return replace(axis, friction=self.change(axis.friction))
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return self.change(axis.friction).resistance(motion) - motion.kept(axis.friction, axis.friction.resistance)
+        return self.change(axis.friction).resistance(motion) - motion.kept_lately(axis.friction, axis.friction.resistance)
