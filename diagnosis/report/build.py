@@ -106,15 +106,19 @@ def _drive_matters(rows: Rows, one: DriveFound, settings: Settings) -> bool:
 def _worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
     """Without effects and bodies that close less than a share of the gap on motion that was not fitted, the worst first.
 
-    Of an effect that this motion asks for much less than the fitted one it is enough that it does no harm there.
+    Of an effect that this motion asks for much less than the fitted one it is enough that it does no harm there. Those of the
+    drive are no matter of the motion, and the torque that they do not give hides no other.
     """
+    drives = tuple(one for one in patch.effects if isinstance(one.effect, DriveEffect))
+    patch = replace(patch, effects=tuple(one for one in patch.effects if not isinstance(one.effect, DriveEffect)))
+    as_it_stands = [predict(ready.simulation, run, Patch()) for run in ready.checks]
+    sizes = {axis: max(gap_rms(as_it_stands, axis), 1e-300) for axis in ready.simulation.axes}
 
     def left(tried: Patch) -> float:
         try:
             told = [predict(ready.simulation, run, tried) for run in ready.checks]
         except UserError:
             return np.inf
-        sizes = {axis: max(gap_rms(told, axis), 1e-300) for axis in ready.simulation.axes}
         return sum((gap_rms(told, axis, "after") / size) ** 2 for axis, size in sizes.items())
 
     seldom = _seldom_asked_for(ready, patch)
@@ -131,7 +135,7 @@ def _worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
         if losses[worst] > 0.0 and np.isfinite(whole):
             break
         patch = rests[worst][0]
-    return patch
+    return replace(patch, effects=in_order([*patch.effects, *drives]))
 
 
 def _seldom_asked_for(ready: Prepared, patch: Patch) -> list[PlacedEffect]:
