@@ -8,7 +8,7 @@ normal has none, and all weights are 1.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +60,11 @@ class Colour:
     def level(self) -> float:
         """Of the innovations of the first group [N·m or N]: of all, where the noise is white. 0 without any row."""
         return self.scale[0] if self.scale else 0.0
+
+    @property
+    def normal(self) -> Colour:
+        """The same without weights."""
+        return replace(self, weight=np.ones(len(self.weight)))
 
     @property
     def independent(self) -> float:

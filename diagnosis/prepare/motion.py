@@ -154,7 +154,7 @@ class Run:
     def earlier(self, own: AxisRun, late: float) -> Array:
         """How what is compared of the measured torque changes (n,), where it is read `late` [s] earlier."""
         change = earlier(own.torque, late, self.period) - own.torque
-        return np.asarray(change - self.smooth(np.where(own.sticks, change, 0.0)))
+        return np.asarray(change - self._held_change(own, late))
 
     def aligned(self, late: Mapping[str, float]) -> Run:
         """The recording with the torque of some axes read `late` [s] earlier."""
@@ -163,13 +163,17 @@ class Run:
     def _aligned(self, own: AxisRun, late: float) -> AxisRun:
         if late == 0.0:
             return own
-        change = earlier(own.torque, late, self.period) - own.torque
         return replace(
             own,
             motion=replace(own.motion, torque=earlier(own.motion.torque, late, self.period)),
-            torque=own.torque + change,
-            base=own.base + self.smooth(np.where(own.sticks, change, 0.0)),
+            torque=earlier(own.torque, late, self.period),
+            base=own.base + self._held_change(own, late),
         )
+
+    def _held_change(self, own: AxisRun, late: float) -> Array:
+        """The same of what stiction holds (n,), which the simulation takes from the torque as recorded: it is not filtered."""
+        held = earlier(own.motion.torque, late, self.period) - own.motion.torque
+        return self.smooth(np.where(own.sticks, held, 0.0))
 
     def smooth(self, torque: Array) -> Array:
         """The filter that measured torque went through."""

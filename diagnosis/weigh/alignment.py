@@ -5,9 +5,12 @@ What the timing parameter of an axis says of it is a straight line, which a dela
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.weigh.state import State
 
 Array = NDArray[np.float64]
@@ -18,26 +21,31 @@ FIRST, LEAST = 1e-3, 6e-5
 """Steps [s] with which the best moment is sought: the first, and the one below which the straight line holds."""
 GAIN = 0.5
 """Nats that a step must bring."""
+USUAL = 0.003
+"""By which a torque is usually late at most [s]: an average over some milliseconds, a current filter of 50 Hz."""
 
 
-def aligned(state: State) -> State:
+def aligned(state: State, beside: Sequence[Column] = ()) -> State:
     """The set with the torque of each axis read as much earlier as the evidence wants, from where it is read now.
+
+    `beside`: further free columns, whitened.
 
     A torque that comes early is not read later: that is a position that comes late, an effect of the library.
     """
     late = dict(state.late)
     for axis in state.rows.axes:
-        late[axis] = _best(state, axis)
+        late[axis] = _best(state, axis, beside)
     return state.read(late) if any(late[axis] != state.late.get(axis, 0.0) for axis in late) else state
 
 
-def _best(state: State, axis: str) -> float:
+def _best(state: State, axis: str, beside: Sequence[Column]) -> float:
     now = state.late.get(axis, 0.0)
-    before, best, gained = state.bench.target(axis, now), now, state.fit.evidence
+    before, best = state.bench.target(axis, now), now
+    gained = _evidence(state, axis, beside, before, now)
     step = FIRST
     while step >= LEAST:
         tried = [each for each in (best - step, best + step) if 0.0 <= each <= LATEST]
-        found = max(((_evidence(state, axis, before, each), each) for each in tried), default=(gained, best))
+        found = max(((_evidence(state, axis, beside, before, each), each) for each in tried), default=(gained, best))
         if found[0] > gained + GAIN:
             gained, best = found
         else:
@@ -45,6 +53,10 @@ def _best(state: State, axis: str) -> float:
     return best
 
 
-def _evidence(state: State, axis: str, before: Array, late: float) -> float:
+def _evidence(state: State, axis: str, beside: Sequence[Column], before: Array, late: float) -> float:
     less = state.system.whiten({axis: before - state.bench.target(axis, late)})
-    return state.system.fit((), less, state.held()).evidence
+    return state.system.fit(beside, less, state.held()).evidence - _rare(late)
+
+
+def _rare(late: float) -> float:
+    return 0.5 * (late / USUAL) ** 2

@@ -9,15 +9,15 @@ from math import log
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.diagnosis.model.colour import Colour
 from drivetwin.diagnosis.prepare.deflection import is_torque
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.rigid import rigid_starts
 from drivetwin.diagnosis.propose.search import BRIEFLY, ONE_STEP, REFINED, REFINED_REPLAYS, Begun, coarse, moved
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.alignment import aligned
+from drivetwin.diagnosis.weigh.colouring import coloured, read_anew
 from drivetwin.diagnosis.weigh.proposal import Family, Found, Proposal, largest, makes_sense, rivals_of, same_kind
-from drivetwin.diagnosis.weigh.state import Bench, State, colours_of, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import Bench, State, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import best_together, settled_on, simpler, yields
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect
 from drivetwin.emulator.effects.stribeck import Stribeck
@@ -252,25 +252,9 @@ class Search:
 
     def pair(self, found: State, proposals: Sequence[Proposal]) -> Pair:
         """The set's states, the noise coloured as what is left by the set and everything that could be asked beside it."""
-        benches = (self.bench, self.part)
-        return Pair(*(state_of(one, found.effects, self._colours(one, found, proposals), found.late) for one in benches))
-
-    def _colours(self, bench: Bench, found: State, proposals: Sequence[Proposal]) -> dict[str, Colour]:
-        state = state_of(bench, found.effects, first_colours(bench), found.late)
-        columns = []
-        for one in proposals:
-            try:
-                column = state.felt(one.effect.axis, one.effect.effect).cost
-            except UserError:
-                continue
-            columns.append(state.system.whiten(column))
-        fit = state.system.fit(columns)
-        left = state.system.residual(fit, columns)
-        level = {axis: own.colour.level for axis, own in state.system.axes.items()}
-        return colours_of(
-            bench,
-            {axis: (rows - state.system.unknown_of(axis, rows, fit.level[axis])) * level[axis] for axis, rows in left.items()},
-        )
+        whole = coloured(read_anew(found, proposals), proposals)
+        part = state_of(self.part, found.effects, first_colours(self.part), whole.late)
+        return Pair(whole, coloured(part, proposals) if self.part is not self.bench else whole)
 
     def tried(self, axis: str) -> int:
         """Kinds of effects that could have been named on an axis."""

@@ -101,16 +101,12 @@ class Bench:
         return found
 
     def target(self, axis: str, late: float) -> Array:
-        """What is to be explained on the rows of an axis [N·m or N], its torque read `late` [s] earlier.
-
-        What that changes to first order is left to the parameter of the axis's timing, whose prior is of the whole.
-        """
+        """What is to be explained on the rows of an axis [N·m or N], its torque read `late` [s] earlier."""
         if late == 0.0:
             return self.rows.target[axis]
         found = self._earlier.get((axis, late))
         if found is None:
-            slope = self.nominals[self.timing(axis)].column[axis]
-            found = self._earlier[axis, late] = self.rows.rows(axis, lambda run, own: run.earlier(own, late)) - late * slope
+            found = self._earlier[axis, late] = self.rows.rows(axis, lambda run, own: run.earlier(own, late))
         return self.rows.target[axis] + found
 
     def timing(self, axis: str) -> int:
@@ -176,7 +172,7 @@ class State:
         found = {}
         for axis in (axis for axis, late in self.late.items() if late > 0.0):
             number = self.bench.timing(axis)
-            found[axis] = max(0.0, -float(self.fit.coefficients[number]))
+            found[axis] = max(0.0, self.late[axis] - float(self.fit.coefficients[number]))
         return found
 
     def read(self, late: Mapping[str, float]) -> State:

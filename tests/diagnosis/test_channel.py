@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig_bench import MODEL, PERIOD, as_modelled, moved, recording
+from rig_bench import COULOMB, MODEL, PERIOD, as_modelled, moved, recording
 from scipy import signal
 
 from drivetwin.diagnosis.diagnose import diagnose
@@ -65,6 +65,34 @@ def late(seed: int, name: str, delay: float | None) -> Recording:
     return found
 
 
-def test_a_torque_that_is_late_and_says_so_makes_no_gap(tmp_path: Path) -> None:
+def test_a_torque_that_is_late_makes_no_gap_whether_it_says_so_or_not(tmp_path: Path) -> None:
     assert diagnosed(tmp_path, LATE * PERIOD).verdict is Verdict.NO_GAP
-    assert diagnosed(tmp_path, None).axes["turn"].significant
+    found = diagnosed(tmp_path, None)
+    assert found.verdict is Verdict.NO_GAP
+    assert sorted(found.notes) == [
+        f"{axis}: its torque is recorded 4 ms late; read so much earlier" for axis in ("lift", "turn")
+    ]
+
+
+@pytest.mark.parametrize("late", [0.0007, 0.0023, 0.0061])
+def test_how_late_a_torque_is_is_found_beside_an_effect(late: float, tmp_path: Path) -> None:
+    """A carriage with more Coulomb friction and a column that is heavier, torque late by no whole sample."""
+    model = tmp_path / "column.xml"
+    model.write_text(MODEL, encoding="utf-8")
+
+    def recorded(seed: int, name: str) -> Recording:
+        both = moved(seed, 10.0)
+        torque = as_modelled(both)
+        torque = torque | {"lift": torque["lift"] + 4.0 * np.sign(both["lift"].velocity)}
+        shifted = {
+            axis: np.interp(np.arange(len(rows)) * PERIOD - late, np.arange(len(rows)) * PERIOD, rows)
+            for axis, rows in torque.items()
+        }
+        return recording(shifted, {axis: at.position for axis, at in both.items()}, seed, name, noise=1.0)
+
+    found = diagnose(model, [recorded(1, "fitted")], [recorded(2, "held")], Settings(), lambda _stage, _share: None)
+    assert [(one.effect.name, one.axis) for one in found.selected] == [("coulomb", "lift")]
+    (coulomb,) = found.selected
+    assert coulomb.effect.coulomb == pytest.approx(COULOMB["lift"] + 4.0, rel=0.01)  # type: ignore[attr-defined]
+    told = {note.split(":")[0]: float(note.split("recorded ")[1].split(" ms")[0]) for note in found.notes}
+    assert told == {axis: pytest.approx(late * 1e3, abs=0.15) for axis in ("lift", "turn")}
