@@ -18,7 +18,7 @@ from drivetwin.diagnosis.report.gaps import gaps_of
 from drivetwin.diagnosis.report.prediction import Patch
 from drivetwin.diagnosis.report.result import Diagnosis
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.diagnosis.weigh.averaging import believed, weighed
+from drivetwin.diagnosis.weigh.averaging import believed, preferred, weighed
 from drivetwin.diagnosis.weigh.moves import Search
 from drivetwin.diagnosis.weigh.refit import refitted
 from drivetwin.diagnosis.weigh.state import bench_of
@@ -73,7 +73,8 @@ def diagnose(
     ready = ready.aligned(found.state.lateness())
     systematic = gaps_of(ready, Patch(in_order(first.effects), first.heavier), settings).systematic()
     answers = [weighed(family, systematic, settings) for family in found.families]
-    state, off = search.corrected(believed(found.state, answers))
+    state, answers = preferred(found.state, answers)
+    state, off = search.corrected(believed(state, answers))
     answers += [weighed(family, systematic, settings) for family in off]
     state = believed(state, answers)
     answers.append(weighed(search.further(found, state), systematic, settings))

@@ -10,7 +10,8 @@ whose intraclass correlation rho is the share of what is left that is neither no
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.moves import CLEARLY
 from drivetwin.diagnosis.weigh.proposal import Family, Proposal
 from drivetwin.diagnosis.weigh.state import State
+from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.errors import UserError
 
@@ -33,6 +35,8 @@ AS_GOOD = 0.05
 SUBSTITUTES = 0.5
 """Of the share that the chosen effect takes, that another must take to stand in its place: what takes less is one beside it."""
 PROBABLE = 0.5
+PREFERRED = 2.0
+"""Times as probable, that another member must be to take the place of the chosen one."""
 CONSIDERED = 8
 """Members of a family, the best by evidence, that are predicted with."""
 
@@ -114,6 +118,30 @@ def _enlarged(family: Family, systematic: Mapping[str, float]) -> Array:
     return np.concatenate(
         [np.full(n, np.sqrt(1.0 + (n - 1) * systematic[axis_of(axis)])) for axis, n in sorted(counts.items())]
     )
+
+
+def preferred(state: State, answers: Sequence[Answer]) -> tuple[State, list[Answer]]:
+    """The set with the most probable of what cannot be distinguished in the place of what the search chose, moved together."""
+    found = []
+    for answer in answers:
+        best = _more_probable(answer)
+        named = answer
+        if answer.chosen is not None and best is not None:
+            others = [one for one in state.effects if not alike(one, answer.chosen)]
+            with suppress(UserError):
+                ahead = settled_on(state.of((*others, best)))
+                if ahead.fit.evidence > state.fit.evidence - CLEARLY:
+                    state, named = ahead, replace(answer, chosen=best)
+        found.append(named)
+    return state, found
+
+
+def _more_probable(answer: Answer) -> PlacedEffect | None:
+    """What is clearly more probable than the chosen effect, and as good."""
+    if answer.chosen is None or not answer.members or not answer.members[0].as_good:
+        return None
+    own = next((one.weight for one in answer.members if _same(one.proposal, answer.chosen)), 0.0)
+    return answer.members[0].proposal.effect if answer.members[0].weight > PREFERRED * own else None
 
 
 def believed(state: State, answers: Sequence[Answer]) -> State:

@@ -18,8 +18,9 @@ from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.colouring import coloured, read_anew
 from drivetwin.diagnosis.weigh.proposal import Family, Found, Proposal, largest, makes_sense, rivals_of, same_kind
 from drivetwin.diagnosis.weigh.state import Bench, State, first_colours, state_of
-from drivetwin.diagnosis.weigh.yielding import best_together, settled_on, simpler, yields
+from drivetwin.diagnosis.weigh.yielding import best_together, level_that_yields, settled_on, simpler, yields
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect
+from drivetwin.emulator.effects.base import Look
 from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.foundation.errors import UserError
 
@@ -38,6 +39,8 @@ CLEARLY = 0.5
 """Nats by which another effect must be better to take a place."""
 TOGETHER = 5
 """Proposals of an axis, the best, that are tried two at a time."""
+LEVELS_TRIED = 4
+"""Levels of friction, the best, that are tried with friction that yields before it slides."""
 EXCHANGES = 3
 """Rounds of exchanges, each of which may change every effect once."""
 
@@ -138,7 +141,10 @@ class Search:
             for one in best:
                 self._rivals[one.effect.effect.name, one.effect.axis] = rivals_of(one, proposals)
             newest = [one.effect for one in best]
-            pair = self.dropped(self.settled((*pair.whole.effects, *newest), proposals, pair), newest)
+            ahead = settled_on(pair.whole.of((*pair.whole.effects, *newest)), SETTLED)
+            ahead = self.with_yielding_friction(pair.whole, ahead, proposals, {one.axis for one in newest})
+            newest = [one for one in ahead.effects if not any(same_kind(one, each) for each in pair.whole.effects)]
+            pair = self.dropped(self.pair(ahead, proposals), newest)
             pair = self.yielding(pair, proposals, {one.axis for one in newest if yields(type(one.effect))})
             if (names := _names(pair.whole)) in seen:
                 return pair, proposals
@@ -152,7 +158,7 @@ class Search:
 
         Of two causes on an axis that overlap, one alone takes what is the other's, and is bent by it for good.
         """
-        able = largest([one for one in proposals if one.score > 0.0 and one.takes >= self.bench.settings.least_share])
+        able = [one for one in proposals if one.score > 0.0 and one.takes >= self.bench.settings.least_share]
         by_axis = [self._best_of_axis([one for one in able if one.effect.axis == axis], state) for axis in self.kinds]
         found: list[Proposal] = []
         gained = 0.0
@@ -163,11 +169,12 @@ class Search:
         return found
 
     def _best_of_axis(self, able: Sequence[Proposal], state: State) -> tuple[float, list[Proposal]]:
-        """The best proposal of one axis, or the best two together, and what a set gains by it [nats]."""
+        """The best of the largest proposals of one axis, or the best two together, one of them large; and their gain [nats]."""
         if not able:
             return -np.inf, []
-        best = sorted(able, key=lambda one: -one.score)[:TOGETHER]
-        pairs = [[one, other] for k, one in enumerate(best) for other in best[k + 1 :]]
+        best = sorted(largest(able), key=lambda one: -one.score)[:TOGETHER]
+        beside = sorted(able, key=lambda one: -one.score)[:TOGETHER]
+        pairs = [[one, two] for k, one in enumerate(best) for two in beside if all(two is not each for each in best[: k + 1])]
         scores = side_by_side(lambda two: self._of_all(state, two), pairs)
         able_pairs = [(score, two) for score, two in zip(scores, pairs, strict=True) if makes_sense(state, two)]
         score, two = max(able_pairs, key=lambda one: one[0], default=(-np.inf, []))
@@ -233,6 +240,27 @@ class Search:
     def settled(self, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal], before: Pair) -> Pair:
         """The set with all its parameters moved together, and the noise coloured as it leaves it."""
         return self.pair(settled_on(before.whole.of(effects), SETTLED), proposals)
+
+    def with_yielding_friction(
+        self, before: State, ahead: State, proposals: Sequence[Proposal], axes: Collection[str]
+    ) -> State:
+        """A set one step on, or what is better where a level of friction was added: another level, and how it yields."""
+        for axis in axes:
+            known = {(one.effect.name, one.axis) for one in before.effects}
+            added = [one for one in ahead.effects if one.axis == axis and (one.effect.name, axis) not in known]
+            kinds = [kind for kind in self.kinds[axis] if yields(kind) and Look.LEVEL in kind.looks]
+            kinds = [kind for kind in kinds if (kind.name, axis) not in known]
+            if not kinds or not any(Look.LEVEL in type(one.effect).looks for one in added):
+                continue
+            able = [one for one in proposals if one.effect.axis == axis and one.score > 0.0]
+            levels = [one.effect.effect for one in sorted(largest(able), key=lambda one: -one.score)]
+            levels = [effect for effect in levels if Look.LEVEL in effect.looks and not yields(type(effect))][:LEVELS_TRIED]
+            others = [one for one in ahead.effects if all(one is not each for each in added)]
+            for kind in kinds:
+                found = level_that_yields(ahead.of(others), axis, levels, kind)
+                if found is not None and found.fit.evidence > ahead.fit.evidence + CLEARLY:
+                    ahead = found
+        return ahead
 
     def yielding(self, pair: Pair, proposals: Sequence[Proposal], axes: Collection[str]) -> Pair:
         """Where something on one of the axes has begun to yield, what else may yield beside it, both moved together."""

@@ -41,6 +41,25 @@ def best_together(state: State, axis: str, kind: type[Effect]) -> State | None:
     return max(found, key=lambda one: one.fit.evidence, default=None)
 
 
+def level_that_yields(state: State, axis: str, levels: Sequence[Effect], kind: type[Effect]) -> State | None:
+    """The set with a level of friction on an axis and how it yields before it slides, moved together from the best starts.
+
+    The way on which friction yields is told by its level, and its level by that way: found one after the other, both are wrong.
+    """
+    assert issubclass(kind, AxisEffect)
+
+    def begun(level: Effect) -> list[State]:
+        alone = _state(state, (*state.effects, placed(state.rows, axis, level)))
+        if alone is None:
+            return []
+        starts = [start.members[0] for start in kind.starts(state.rows.motion[axis], alone.dynamics[axis])]
+        tried = side_by_side(lambda effect: _state(alone, (*alone.effects, placed(state.rows, axis, effect))), starts)
+        return [one for one in tried if one is not None]
+
+    every = sorted((one for level in levels for one in begun(level)), key=lambda one: -one.fit.evidence)
+    return max(side_by_side(settled_on, every[:STARTS]), key=lambda one: one.fit.evidence, default=None)
+
+
 def simpler(state: State, axis: str, kinds: Sequence[type[Effect]]) -> list[State]:
     """The set with an effect of the axis as another kind that has all its parameters but some: play that closes is a spring."""
     found = []
