@@ -77,7 +77,7 @@ class Colour:
 
     def whiten(self, columns: Array) -> Array:
         """Columns (N, p) or (N,) as uncorrelated rows of equal variance."""
-        flat = columns.reshape(len(columns), -1)
+        flat = columns[:, None] if columns.ndim == 1 else columns
         out = np.empty_like(flat)
         for rows, predictors, deviation, scale in zip(self.groups, self.predictors, self.deviation, self.scale, strict=True):
             _whiten(flat, rows, self.age, _table(predictors), deviation * scale, out)

@@ -24,6 +24,10 @@ from drivetwin.foundation.errors import UserError
 Array = NDArray[np.float64]
 
 
+STEPS = 3
+"""Gauss-Newton steps at most."""
+
+
 @dataclass(frozen=True)
 class Refitted:
     """The effects in order, and the standard deviation of each one's parameters by name, in their units.
@@ -38,10 +42,12 @@ class Refitted:
 
 
 def refitted(state: State, bodies: Collection[int]) -> Refitted:
-    """One Gauss-Newton step from the set's values, so that what the energy does not tell stays near; `bodies`: of free mass."""
+    """A few Gauss-Newton steps from the set's values: what the energy does not tell stays near. `bodies`: of free mass."""
     likeliest = state.effects
-    if state.effects:
-        state = _ahead(state, bodies)
+    for _ in range(STEPS if state.effects else 0):
+        before, state = state, _ahead(state, bodies)
+        if state is before:
+            break
     values = _fit(state, bodies).coefficients
     heavier = {
         one.body: float(values[k]) for k, one in enumerate(state.bench.nominals) if one.body is not None and one.body in bodies

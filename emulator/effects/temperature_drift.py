@@ -14,6 +14,8 @@ from drivetwin.emulator.effects.ground import Ground
 
 _CONSTANTS = (5.0, 2000.0)
 """From a motor's winding to a gear's housing [s]; of a longer one a recording shows a straight line."""
+_SPANS = 10.0
+"""Times as long as the recordings, with the time between them, that a time constant may be."""
 _TRIED = 10
 
 
@@ -44,8 +46,12 @@ class TemperatureDrift(FrictionEffect):
         return replace(law, cold=self.cold, warming_time=self.time_constant)
 
     def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
-        """Cold friction is up to four times the warm one; a gear warms in minutes to hours (Bittencourt, Gunnarsson 2012)."""
-        return {"cold": (-0.75, 3.0), "time_constant": (5.0, 2e4)}
+        """Cold friction is up to four times the warm one; a gear warms in minutes to hours (Bittencourt, Gunnarsson 2012).
+
+        What changes by less than a tenth of itself while it is recorded is another level, and no drift.
+        """
+        longest = float(np.clip(_SPANS * np.ptp(motion.time), 10.0, 2e4))
+        return {"cold": (-0.75, 3.0), "time_constant": (5.0, longest)}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
