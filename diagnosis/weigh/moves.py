@@ -331,15 +331,15 @@ class Search:
         try:
             if issubclass(kind, ModelEffect):
                 told = state.bench.polynomials.get((axis, kind.name))
-                return rigid_starts(state.system, axis, told, held) if told is not None else []
+                return rigid_starts(state.frugal, axis, told, held) if told is not None else []
             assert issubclass(kind, AxisEffect)
             known = self._best.get((axis, kind.name))
             if known is not None and not kind.scales:
                 return [Begun(axis, known, 0.0, self._tried[axis, kind.name])]
-            begun = coarse(state.bench.beginnings(axis, kind, state.dynamics[axis]), state.system, held)
+            begun = coarse(state.bench.beginnings(axis, kind, state.dynamics[axis]), state.frugal, held)
         except UserError:
             return []
-        if begun and kind.scales and begun[0].evidence - state.fit.evidence < HOPELESS:
+        if begun and kind.scales and begun[0].evidence - state.frugal_fit.evidence < HOPELESS:
             return []
         if begun and not kind.scales:
             self._tried[axis, kind.name] = begun[0].tried
@@ -358,7 +358,7 @@ class Search:
                 cost = state.system.whiten(state.predictor(one.axis)(ahead.effect))
             except UserError:
                 return one
-            return max(one, replace(ahead, evidence=state.system.fit((), cost, held).evidence), key=lambda each: each.evidence)
+            return max(one, replace(ahead, evidence=state.frugal.fit((), cost, held).evidence), key=lambda each: each.evidence)
 
         return sorted(side_by_side(step, begun), key=lambda one: -one.evidence)
 
@@ -366,7 +366,7 @@ class Search:
         predict = state.predictor(one.axis)
         more = () if evaluations is None else (evaluations,)
         fields = state.fields(one.axis, one.effect)
-        effect = moved(state.system, state.fit, one.effect, fields, predict, held, *more)
+        effect = moved(state.frugal, state.frugal_fit, one.effect, fields, predict, held, *more)
         return replace(one, effect=effect)
 
     def evaluated(self, state: State, one: Begun) -> Proposal | None:

@@ -190,6 +190,17 @@ class State:
         return self.system.fit(held=self.held())
 
     @cached_property
+    def frugal(self) -> System:
+        """The set's system with no more of the unknown than usual: what a search begins in. Else that has what is sought."""
+        usual = {axis: np.minimum(self.system.amplitude[axis], own.usual) for axis, own in self.system.axes.items()}
+        return self.system.at(usual)
+
+    @cached_property
+    def frugal_fit(self) -> Fit:
+        """Of the set as it stands, with that."""
+        return self.frugal.fit(held=self.held())
+
+    @cached_property
     def plain(self) -> System:
         """The same without colour and unknown: what energy is left."""
         rows, first = self.rows, first_colours(self.bench)

@@ -24,8 +24,8 @@ MISFIT = {"turn": 0.3, "lift": 1.0}
 SPREADS = np.array([0.4, 0.2])
 ONE = np.zeros(3, dtype=np.intp)
 """All columns of the unknown are one component."""
-USUAL = 2.0 * np.log(2.0)
-"""What the prior of the amplitudes costs both axes at their usual size: log(1 + 1) each."""
+USUAL = 2.0
+"""What the prior of the amplitudes costs both axes at their usual size: a nat each."""
 LOG = np.log(2.0 * np.pi)
 FOLDS = 4
 
@@ -255,7 +255,7 @@ def _only(own: AxisSystem, kept: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> 
 
 @pytest.mark.parametrize("times", [2.0, 10.0])
 def test_amplitudes_are_where_the_evidence_is_highest(times: float) -> None:
-    """Of the dense Gaussian with the half-Cauchy prior, at the level that the fit found."""
+    """Of the dense Gaussian with the exponential prior, at the level that the fit found."""
     colour, unknown, count = colours("coloured")["turn"], raw_unknown("turn"), COUNT["turn"]
     rows = unknown @ (times * MISFIT["turn"] * np.array([1.0, -1.3, 0.8])) + 0.6 * rng().standard_normal(count)
     own = axis_system(colour, unknown, ONE, MISFIT["turn"], rows, np.zeros(count, dtype=np.intp))
@@ -266,7 +266,7 @@ def test_amplitudes_are_where_the_evidence_is_highest(times: float) -> None:
     def cost(logarithm: float) -> float:
         scaled = np.exp(logarithm) * unknown
         covariance = fit.level["turn"] ** 2 * inverse @ inverse.T + scaled @ scaled.T
-        rare = np.log1p((np.exp(logarithm) / MISFIT["turn"]) ** 2)
+        rare = np.exp(logarithm) / MISFIT["turn"]
         return float(rare - multivariate_normal(np.zeros(count), covariance).logpdf(rows))
 
     best = optimize.minimize_scalar(cost, bounds=(-6.0, 4.0), method="bounded")
