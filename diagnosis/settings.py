@@ -13,6 +13,7 @@ class Settings:
     seed: of the Bayesian bootstrap and of the resampled blocks behind the intervals.
     nominal_spread: standard deviation of a nominal parameter about the true one, as a share: what a data sheet and a weighed
         part usually give.
+    nominal_freedom: degrees of freedom of the t distribution of that: most parameters are off by little, some by much.
     timing_spread, timing_share: standard deviation of the time by which torque and position of a sample differ [s]: half a bus
         cycle, and a share of the sample period.
     misfit: rms of each component of the smooth unknown, as a share of the axis's torque: the discrepancy of a calibrated
@@ -30,6 +31,7 @@ class Settings:
     cutoff_hz: float | None = None
     seed: int = 0
     nominal_spread: float = 0.04
+    nominal_freedom: float = 4.0
     timing_spread: float = 5e-4
     timing_share: float = 0.2
     misfit: float = 0.01

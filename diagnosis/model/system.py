@@ -1,7 +1,8 @@
 """One linear model over all axes: nominal parameters with their priors, effects, the smooth unknown and coloured noise.
 
-y = X b + Z c + U u + e.  b ~ N(0, diag spreads²) are nominal parameters, c are free (effects, linearised where they are), u
-is the unknown of each axis, N(0, amplitude²) in each of its components, e coloured noise whose level is fitted, axis by axis. u
+y = X b + Z c + U u + e.  b are nominal parameters, of a t distribution about 0 with scales `spreads`: most are off by little,
+some by much (Lange, Little, Taylor 1989, by weights of their priors). c are free (effects, linearised where they are), u is the
+unknown of each axis, N(0, amplitude²) in each of its components, e coloured noise whose level is fitted, axis by axis. u
 is integrated out exactly (Schur complement), b by Laplace; c counts by the Bayesian information criterion (Schwarz, Annals of
 Statistics 6(2), 1978) with as many rows as the colour leaves independent. The amplitudes are where the evidence is highest
 (MacKay, Neural Computation 4(3), 1992): a set that names what is there needs a smaller unknown, and gains by it. Their prior
@@ -27,7 +28,7 @@ Index = NDArray[np.intp]
 
 FREEDOM = 4.0
 """Degrees of freedom of the t distribution of a stretch that was held out: what Lange, Little and Taylor (1989) recommend."""
-LEVELS = 3
+LEVELS = 4
 """Times that coefficients and noise levels are found in turn."""
 TUNED = 10
 """The same where amplitudes are found as well."""
@@ -113,11 +114,11 @@ def axis_system(colour: Colour, unknown: Array, component: Index, misfit: float,
     return AxisSystem(colour, columns, columns.T @ columns, component, misfit, colour.whiten(target), blocks)
 
 
-def system_of(axes: Mapping[str, AxisSystem], columns: Sequence[Column], spreads: Array) -> System:
+def system_of(axes: Mapping[str, AxisSystem], columns: Sequence[Column], spreads: Array, freedom: float = np.inf) -> System:
     """The system of columns, whitened, with their priors, the unknown as large as it usually is."""
     matrices = {axis: _matrix(axis, columns, 0, own.target) for axis, own in axes.items()}
     products = {axis: _products(own, matrices[axis]) for axis, own in axes.items()}
-    return System(axes, columns, spreads, {axis: own.usual for axis, own in axes.items()}, matrices, products)
+    return System(axes, columns, spreads, {axis: own.usual for axis, own in axes.items()}, matrices, products, freedom)
 
 
 @dataclass(frozen=True)
@@ -130,6 +131,8 @@ class System:
     amplitude: Amplitudes
     matrices: Mapping[str, Matrix]
     products: Mapping[str, Products]
+    freedom: float
+    """Degrees of freedom of the nominal parameters' t distribution; infinite: they are normal."""
 
     def tuned(self, held: frozenset[int] = frozenset()) -> System:
         """The same with amplitudes where its evidence is highest."""
@@ -151,20 +154,20 @@ class System:
     def fit(self, extra: Sequence[Column] = (), less: Column | None = None, held: frozenset[int] = frozenset()) -> Fit:
         """With further free columns, and `less` taken off the target; both whitened already. `held` columns are 0."""
         parts = {axis: self._with(axis, extra, less) for axis in self.axes}
-        return solved(self.axes, parts, self._spreads(extra), held, self.amplitude)
+        return solved(self.axes, parts, self._prior(extra), held, self.amplitude)
 
     def fit_tuned(self, extra: Sequence[Column], less: Column | None, held: frozenset[int]) -> Fit:
         """The same with amplitudes where the evidence is highest, on axes that something acts on; on all where nothing does."""
         acted = {axis for one in (*extra, *([less] if less is not None else [])) for axis in one} or set(self.axes)
         parts = {axis: self._with(axis, extra, less) for axis in self.axes}
-        return solved(self.axes, parts, self._spreads(extra), held, self.amplitude, acted)
+        return solved(self.axes, parts, self._prior(extra), held, self.amplitude, acted)
 
     def strain(self, fit: Fit) -> float:
         """What the priors of the columns cost [nats]: how far nominal parameters are off."""
-        return 0.5 * float(np.sum((fit.coefficients[: len(self.spreads)] / self.spreads) ** 2))
+        return self._prior(()).cost(fit.coefficients[: len(self.spreads)])
 
-    def _spreads(self, extra: Sequence[Column]) -> Array:
-        return np.concatenate([self.spreads, np.full(len(extra), np.inf)])
+    def _prior(self, extra: Sequence[Column]) -> Prior:
+        return Prior(1.0 / np.concatenate([self.spreads, np.full(len(extra), np.inf)]) ** 2, self.freedom)
 
     def _further(self, axis: str, extra: Sequence[Column], less: Column | None) -> Matrix:
         """The further columns that act on an axis, and its target without what is taken off it."""
@@ -185,7 +188,7 @@ class System:
         across[:, p:] = own.unknown.T @ new
         return Products(gram, across, np.concatenate([known.index, further.index]))
 
-    def projector(self, axes: Sequence[str], level: Mapping[str, float], held: frozenset[int]) -> Projector:
+    def projector(self, axes: Sequence[str], fit: Fit, held: frozenset[int]) -> Projector:
         """Takes off some axes' rows what the columns, with their priors, and the unknown explain of them."""
         own = [axis for axis in self.axes if axis in axes]
         used = sorted({int(k) for axis in own for k in self.matrices[axis].index} - held)
@@ -201,8 +204,8 @@ class System:
             {axis: self.axes[axis] for axis in own},
             columns,
             products,
-            self.spreads[used],
-            {axis: level[axis] for axis in own},
+            self._prior(()).scales(fit.coefficients[: len(self.spreads)])[used],
+            {axis: fit.level[axis] for axis in own},
             self.amplitude,
         )
 
@@ -243,7 +246,7 @@ class System:
                 parts[axis] = Products(whole[axis].gram - a.T @ a, whole[axis].across - u.T @ a, whole[axis].index)
                 grams[axis] = own.gram - u.T @ u
             kept = {axis: ~mask for axis, mask in masks.items()}
-            fit = solved(self.axes, parts, self._spreads(extra), held, amplitude, (), grams, kept)
+            fit = solved(self.axes, parts, self._prior(extra), held, amplitude, (), grams, kept)
             for axis, own in self.axes.items():
                 mask = masks[axis]
                 if not mask.any():
@@ -384,10 +387,40 @@ def _products(own: AxisSystem, matrix: Matrix) -> Products:
     return Products(matrix.rows.T @ matrix.rows, own.unknown.T @ matrix.rows, matrix.index)
 
 
+@dataclass(frozen=True)
+class Prior:
+    """Of coefficients about 0: inverse squares of their scales (q,), 0 for a free one, and degrees of freedom."""
+
+    base: Array
+    freedom: float
+
+    def only(self, free: Index) -> Prior:
+        """Of some of them."""
+        return Prior(self.base[free], self.freedom)
+
+    def precision(self, values: Array) -> Array:
+        """That of the normal distribution which is as steep where they are (q,)."""
+        if np.isinf(self.freedom):
+            return self.base
+        return np.asarray(self.base * (self.freedom + 1.0) / (self.freedom + values**2 * self.base))
+
+    def scales(self, values: Array) -> Array:
+        """The standard deviations of that, infinite for a free one."""
+        told = self.precision(values)
+        return np.asarray(np.where(told > 0.0, 1.0 / np.sqrt(np.maximum(told, 1e-300)), np.inf))
+
+    def cost(self, values: Array) -> float:
+        """What it costs that they are off [nats]."""
+        squares = values**2 * self.base
+        if np.isinf(self.freedom):
+            return 0.5 * float(np.sum(squares))
+        return 0.5 * (self.freedom + 1.0) * float(np.sum(np.log1p(squares / self.freedom)))
+
+
 def solved(
     axes: Mapping[str, AxisSystem],
     parts: Mapping[str, Products],
-    spreads: Array,
+    whole: Prior,
     held: frozenset[int],
     amplitude: Amplitudes,
     tuned: Collection[str] = (),
@@ -398,13 +431,14 @@ def solved(
 
     `grams` of the unknown's columns where rows are held out.
     """
-    size = len(spreads)
+    size = len(whole.base)
     free = np.array([k for k in range(size) if k not in held], dtype=np.intp)
     place = np.full(size, -1, dtype=np.intp)
     place[free] = np.arange(len(free))
     local = {axis: np.flatnonzero(place[part.index] >= 0) for axis, part in parts.items()}
     into = {axis: place[part.index[local[axis]]] for axis, part in parts.items()}
-    prior = 1.0 / spreads[free] ** 2
+    told = whole.only(free)
+    prior = told.base
     count = {axis: float(kept[axis].sum() if kept else len(own.target)) for axis, own in axes.items()}
     amplitude, level = dict(amplitude), dict.fromkeys(axes, 1.0)
     values, information = np.zeros(len(free)), np.diag(prior)
@@ -423,19 +457,20 @@ def solved(
         squares = {axis: _square(reduced[axis], local[axis], values[into[axis]]) for axis in axes}
         if turn == turns - 1:
             break
+        prior = told.precision(values)
         for axis in tuned:
             own, part = axes[axis], parts[axis]
             left = part.across[:, -1] - part.across[:, local[axis]] @ values[into[axis]]
             mean = inner[axis].mean(left)
             amplitude[axis] = inner[axis].tuned(own.component, mean, amplitude[axis], own.misfit)
         level = {axis: max(1.0, float(np.sqrt(squares[axis] / max(count[axis], 1.0)))) for axis in axes}
-    evidence = -0.5 * float(np.sum(values**2 * prior))
+    evidence = -told.cost(values)
     for axis, own in axes.items():
         evidence -= own.colour.logarithm + count[axis] * np.log(level[axis]) + 0.5 * squares[axis] / level[axis] ** 2
         evidence -= inner[axis].logarithm + own.unlikely(amplitude[axis])
     bound = np.flatnonzero(prior > 0.0)
     if bound.size:
-        spread = 1.0 / np.sqrt(prior[bound])
+        spread = 1.0 / np.sqrt(told.base[bound])
         inner_bound = information[np.ix_(bound, bound)] * np.outer(spread, spread)
         evidence -= 0.5 * float(np.linalg.slogdet(inner_bound)[1])
     independent = sum(own.colour.independent for own in axes.values())

@@ -116,7 +116,7 @@ def moved(
         axes = sorted(predict(effect))
     except UserError:
         return effect
-    project = system.projector(axes, fit.level, held)
+    project = system.projector(axes, fit, held)
 
     def torque(values: Array) -> Column:
         return system.whiten(predict(at(effect, movable, values)))

@@ -288,7 +288,7 @@ def state_of(
         owners.extend([number] * len(felt.tangents))
     axes = {axis: _axis_system(bench, axis, colours[axis], target[axis]) for axis in bench.rows.compared}
     whitened = [{axis: axes[axis].colour.whiten(rows) for axis, rows in column.items()} for column in columns]
-    system = system_of(axes, whitened, np.array(spreads))
+    system = system_of(axes, whitened, np.array(spreads), bench.settings.nominal_freedom)
     whole = State(bench, ordered, system, tuple(owners), target, columns, late)
     return replace(whole, system=system.tuned(whole.held()))
 

@@ -183,7 +183,7 @@ def test_a_column_that_is_nowhere_changes_no_coefficient_and_gives_finite_figure
     system = system_of(colour, [*COLUMNS, nothing], np.append(SPREADS, np.inf))
     plain, fit = system_of(colour).fit(), system.fit()
     np.testing.assert_allclose(fit.coefficients, np.append(plain.coefficients, 0.0), rtol=1e-9)
-    left = system.projector(list(COUNT), fit.level, frozenset()).left({axis: own.target for axis, own in system.axes.items()})
+    left = system.projector(list(COUNT), fit, frozenset()).left({axis: own.target for axis, own in system.axes.items()})
     assert np.isfinite(left).all()
 
 
@@ -191,10 +191,10 @@ def test_the_sum_of_squares_that_a_search_minimises_is_that_of_the_evidence() ->
     """Twice the negative logarithm of the density at fixed levels, but for its determinant."""
     colour = colours("coloured")
     system = system_of(colour)
-    level = {"turn": 1.3, "lift": 1.2}
-    left = system.projector(list(COUNT), level, frozenset()).left({axis: own.target for axis, own in system.axes.items()})
+    fit = system.fit()
+    left = system.projector(list(COUNT), fit, frozenset()).left({axis: own.target for axis, own in system.axes.items()})
     rows = np.concatenate(list(target().values()))
-    expected = float(rows @ np.linalg.solve(dense(colour, level, COLUMNS, SPREADS), rows))
+    expected = float(rows @ np.linalg.solve(dense(colour, fit.level, COLUMNS, SPREADS), rows))
     assert float(left @ left) == pytest.approx(expected, rel=1e-6)
 
 
