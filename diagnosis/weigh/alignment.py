@@ -28,14 +28,15 @@ USUAL = 0.003
 def aligned(state: State, beside: Sequence[Column] = ()) -> State:
     """The set with the torque of each axis read as much earlier as the evidence wants, from where it is read now.
 
-    `beside`: further free columns, whitened.
-
-    A torque that comes early is not read later: that is a position that comes late, an effect of the library.
+    `beside`: further free columns, whitened. A torque that comes early is not read later: that is a position that comes late,
+    an effect of the library. Nor is one read so that more is left: a wave that is not in the set yet is no delay.
     """
-    late = dict(state.late)
-    for axis in state.rows.axes:
-        late[axis] = _best(state, axis, beside)
-    return state.read(late) if any(late[axis] != state.late.get(axis, 0.0) for axis in late) else state
+    late = {axis: _best(state, axis, beside) for axis in state.rows.axes}
+    if all(each == state.late.get(axis, 0.0) for axis, each in late.items()):
+        return state
+    found, most = state.read(late), state.bench.settings.least_share
+    worse = {axis: state.late.get(axis, 0.0) for axis in late if found.left[axis] > state.left[axis] + most}
+    return state.read(late | worse) if worse else found
 
 
 def _best(state: State, axis: str, beside: Sequence[Column]) -> float:

@@ -65,8 +65,7 @@ class Search:
         """The set of effects that explains the recordings best."""
         effects: tuple[PlacedEffect, ...] = ()
         self.progress("every effect on every axis", 0.1)
-        whole = aligned(state_of(self.bench, effects, first_colours(self.bench), {}))
-        first = Pair(whole, state_of(self.part, effects, first_colours(self.part), whole.late))
+        first = Pair(*(state_of(bench, effects, first_colours(bench), {}) for bench in (self.bench, self.part)))
         proposals: Sequence[Proposal] = self.proposals(first)
         pair = self.pair(first.whole, proposals)
         done: set[tuple[tuple[str, str], ...]] = set()
