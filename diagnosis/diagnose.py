@@ -18,6 +18,7 @@ from drivetwin.diagnosis.report.gaps import gaps_of
 from drivetwin.diagnosis.report.prediction import Patch
 from drivetwin.diagnosis.report.result import Diagnosis
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.averaging import believed, preferred, weighed
 from drivetwin.diagnosis.weigh.moves import Search
 from drivetwin.diagnosis.weigh.refit import refitted
@@ -70,13 +71,14 @@ def diagnose(
     found = search.run()
     progress("probabilities", 0.8)
     first = refitted(found.state, search.heavier(found.state))
-    ready = ready.aligned(found.state.lateness())
-    systematic = gaps_of(ready, Patch(in_order(first.effects), first.heavier), settings).systematic()
+    read = ready.aligned(found.state.lateness())
+    systematic = gaps_of(read, Patch(in_order(first.effects), first.heavier), settings).systematic()
     answers = [weighed(family, systematic, settings) for family in found.families]
     state, answers = preferred(found.state, answers)
     state, off = search.corrected(believed(state, answers))
     answers += [weighed(family, systematic, settings) for family in off]
-    state = believed(state, answers)
+    state = aligned(believed(state, answers))
+    ready = ready.aligned(state.lateness())
     answers.append(weighed(search.further(found, state), systematic, settings))
     drives = [
         one for axis in kinds for one in drive_effects(ready.runs, axis, ready.testable[axis].kinds, settings.least_share)

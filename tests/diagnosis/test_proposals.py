@@ -57,7 +57,7 @@ class Case:
 
 CASES = (
     Case("lift", ripple, (TorqueRipple(0.4, float(TEETH), 0.4 + np.pi),), 40.0),
-    Case("turn", warming, (TemperatureDrift(0.5, SLOW),), 20.0),
+    Case("turn", warming, (TemperatureDrift(0.5, SLOW),), 15.0),
     Case("lift", giving_way, tuple(Presliding(1.6 * COULOMB["lift"] / way) for way in np.geomspace(0.5, 8.0, 12) * WAY), 0.3),
 )
 
