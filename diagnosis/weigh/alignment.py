@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.weigh.state import State
+from drivetwin.emulator.effects.delay import Delay
 
 Array = NDArray[np.float64]
 
@@ -29,9 +30,11 @@ def aligned(state: State, beside: Sequence[Column] = ()) -> State:
     """The set with the torque of each axis read as much earlier as the evidence wants, from where it is read now.
 
     `beside`: further free columns, whitened. A torque that comes early is not read later: that is a position that comes late,
-    an effect of the library. Nor is one read so that more is left: a wave that is not in the set yet is no delay.
+    an effect of the library, beside which no torque is late. Nor is one read so that more is left: a wave that is not in the
+    set yet is no delay.
     """
-    late = {axis: _best(state, axis, beside) for axis in state.rows.axes}
+    delayed = {one.axis for one in state.effects if isinstance(one.effect, Delay)}
+    late = {axis: 0.0 if axis in delayed else _best(state, axis, beside) for axis in state.rows.axes}
     if all(each == state.late.get(axis, 0.0) for axis, each in late.items()):
         return state
     found, most = state.read(late), state.bench.settings.least_share

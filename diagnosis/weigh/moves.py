@@ -21,6 +21,7 @@ from drivetwin.diagnosis.weigh.state import Bench, State, first_colours, state_o
 from drivetwin.diagnosis.weigh.yielding import best_together, level_that_yields, settled_on, simpler, yields
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect
 from drivetwin.emulator.effects.base import Look
+from drivetwin.emulator.effects.delay import Delay
 from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.foundation.errors import UserError
 
@@ -251,8 +252,8 @@ class Search:
             kinds = [kind for kind in kinds if (kind.name, axis) not in known]
             if not kinds or not any(Look.LEVEL in type(one.effect).looks for one in added):
                 continue
-            able = [one for one in proposals if one.effect.axis == axis and one.score > 0.0]
-            levels = [one.effect.effect for one in sorted(largest(able), key=lambda one: -one.score)]
+            own = [one for one in proposals if one.effect.axis == axis]
+            levels = [one.effect.effect for one in sorted(largest(own), key=lambda one: -one.score)]
             levels = [effect for effect in levels if Look.LEVEL in effect.looks and not yields(type(effect))][:LEVELS_TRIED]
             others = [one for one in ahead.effects if all(one is not each for each in added)]
             for kind in kinds:
@@ -293,6 +294,7 @@ class Search:
         asked = [(axis, kind) for axis, kind in asked if only is None or not yields(kind) or kind.name in only]
         taken = {(one.effect.name, one.axis) for one in pair.whole.effects}
         asked = [(axis, kind) for axis, kind in asked if kind.several or (kind.name, axis) not in taken]
+        asked = [(axis, kind) for axis, kind in asked if kind is not Delay or pair.whole.late.get(axis, 0.0) == 0.0]
         found = side_by_side(lambda one: self._proposed(pair, *one), asked)
         return [one for one in found if one is not None]
 

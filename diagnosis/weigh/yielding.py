@@ -42,7 +42,7 @@ def best_together(state: State, axis: str, kind: type[Effect]) -> State | None:
 
 
 def level_that_yields(state: State, axis: str, levels: Sequence[Effect], kind: type[Effect]) -> State | None:
-    """The set with a level of friction on an axis and how it yields before it slides, moved together from the best starts.
+    """The set with a level of friction on an axis and how it yields before it slides, moved together: each from its best start.
 
     The way on which friction yields is told by its level, and its level by that way: found one after the other, both are wrong.
     """
@@ -56,8 +56,8 @@ def level_that_yields(state: State, axis: str, levels: Sequence[Effect], kind: t
         tried = side_by_side(lambda effect: _state(alone, (*alone.effects, placed(state.rows, axis, effect))), starts)
         return [one for one in tried if one is not None]
 
-    every = sorted((one for level in levels for one in begun(level)), key=lambda one: -one.fit.evidence)
-    return max(side_by_side(settled_on, every[:STARTS]), key=lambda one: one.fit.evidence, default=None)
+    each = [max(tried, key=lambda one: one.fit.evidence) for level in levels if (tried := begun(level))]
+    return max(side_by_side(settled_on, each), key=lambda one: one.fit.evidence, default=None)
 
 
 def simpler(state: State, axis: str, kinds: Sequence[type[Effect]]) -> list[State]:
