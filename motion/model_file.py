@@ -108,8 +108,8 @@ def as_mjcf(spec: mujoco.MjSpec, model: mujoco.MjModel) -> str:
         state_inertia(spec, model)
         return str(spec.to_xml())
     except UnicodeDecodeError as error:
-        byte = error.object[error.start]
-        raise UserError(f"the model has text, perhaps a comment, that is not UTF-8 (byte {byte:02X}h): save it as UTF-8") from None
+        byte = f"{error.object[error.start]:02X}h"
+        raise UserError(f"the model has text, perhaps a comment, that is not UTF-8 (byte {byte}): save it as UTF-8") from None
 
 
 def _as_written(spec: mujoco.MjSpec, model: mujoco.MjModel) -> str | None:

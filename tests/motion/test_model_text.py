@@ -1,4 +1,4 @@
-"""Text of a model file in another encoding than UTF-8, which XML assumes (XML 1.0, clause 4.3.3) and MuJoCo hands on as it is."""
+"""A model file in another encoding than UTF-8, which XML assumes (XML 1.0, clause 4.3.3) and MuJoCo hands on as it is."""
 
 from __future__ import annotations
 
