@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field
 
 from drivetwin.drive_profiles.profile import DataType, ObjectEntry, load_profile_from, profile_folders
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.typed_yaml import Strict, read_yaml, typed
 
 REGISTERS: dict[DataType, int] = {
     DataType.BOOL: 1,
@@ -64,7 +64,7 @@ def load_modbus_map_from(folder: Path) -> ModbusMap:
     path = folder / "modbus.yaml"
     if not path.is_file():
         return ModbusMap()
-    data = _read(path)
+    data = typed(_Map, read_yaml(path), path)
     objects = {(entry.index, entry.subindex): entry for entry in load_profile_from(folder).objects}
     registers: list[Register] = []
     for given in sorted(data.registers, key=lambda row: row.address):
@@ -79,32 +79,17 @@ def load_modbus_map_from(folder: Path) -> ModbusMap:
     return ModbusMap(tuple(registers), arbitrated)
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
 _OBJECT = r"^[0-9A-F]{4}(:[0-9A-F]{2})?$"
 
 
-class _Register(_Strict):
+class _Register(Strict):
     address: int = Field(ge=0, le=LAST_ADDRESS)
     object: str = Field(pattern=_OBJECT)
 
 
-class _Map(_Strict):
+class _Map(Strict):
     registers: list[_Register]
     arbitrated: list[str] = Field(default_factory=list)
-
-
-def _read(path: Path) -> _Map:
-    try:
-        return _Map.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
-    except yaml.YAMLError as error:
-        raise UserError(f"{path}: not readable as YAML: {error}") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise UserError(f"{path}: {where}: {first['msg']}") from None
 
 
 def _register(path: Path, given: _Register, objects: dict[tuple[int, int], ObjectEntry]) -> Register:

@@ -14,11 +14,11 @@ from enum import IntEnum, StrEnum
 from functools import cache
 from pathlib import Path
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field
 
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.plugins import installed
+from drivetwin.foundation.typed_yaml import Strict, read_yaml, typed
 
 PROFILES = Path(__file__).parent
 
@@ -244,17 +244,13 @@ def load_profile_from(folder: Path) -> DriveProfile:
     )
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class _Role(_Strict):
+class _Role(Strict):
     object: str = Field(pattern=r"^[0-9A-F]{4}(:[0-9A-F]{2})?$")
     si_per_unit: float = Field(gt=0.0)
     unit: str
 
 
-class _Head(_Strict):
+class _Head(Strict):
     description: str
     vendor_id: int = Field(ge=0, le=0xFFFFFFFF)
     product_code: int = Field(ge=0, le=0xFFFFFFFF)
@@ -273,15 +269,7 @@ _Objects = dict[_Address, ObjectEntry]
 
 
 def _read_head(path: Path) -> _Head:
-    try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-        head = _Head.model_validate(data)
-    except yaml.YAMLError as error:
-        raise UserError(f"{path}: not readable as YAML: {error}") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise UserError(f"{path}: {where}: {first['msg']}") from None
+    head = typed(_Head, read_yaml(path), path)
     if head.streaming_mode not in head.modes:
         raise UserError(f"{path}: streaming_mode: {head.streaming_mode} is not one of the modes {head.modes}")
     return head
@@ -307,17 +295,19 @@ def _read_objects(path: Path, given: dict[_Address, int | str]) -> _Objects:
     objects: _Objects = {}
     with path.open(encoding="utf-8", newline="") as stream:
         reader = csv.DictReader(stream)
-        if reader.fieldnames != COLUMNS:
-            raise UserError(f"{path}: the columns are {reader.fieldnames}, expected {COLUMNS}")
-        for row in reader:
-            try:
+        try:
+            if reader.fieldnames != COLUMNS:
+                raise UserError(f"{path}: the columns are {reader.fieldnames}, expected {COLUMNS}")
+            for row in reader:
                 entry = _entry(row)
-                if (entry.index, entry.subindex) in objects:
+                address = (entry.index, entry.subindex)
+                if address in objects:
                     raise ValueError(f"{entry.index:04X}h:{entry.subindex:02X} stands here twice")
-            except ValueError as error:
-                raise UserError(f"{path}, row {reader.line_num}: {error}") from None
-            address = (entry.index, entry.subindex)
-            objects[address] = replace(entry, default=given.get(address, entry.default))
+                objects[address] = replace(entry, default=given.get(address, entry.default))
+        except UnicodeDecodeError as error:
+            raise UserError(f"{path} is not UTF-8 text: {error}") from None
+        except (ValueError, csv.Error) as error:
+            raise UserError(f"{path}, row {reader.line_num}: {error}") from None
     return objects
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -96,6 +97,10 @@ class Plant:
         """Let the drives' loops have the power stages that they truly have: what limits and delays the measured current too."""
         equip(servos, self._mechanism.dynamics.values())
 
+    def rehearse(self, servos: ServoBank) -> None:
+        """Compile a cycle, which takes seconds at first, and run none."""
+        self._run(servos, servos.rehearsal(), 0, 0)
+
     def advance(self, servos: ServoBank) -> None:
         """Run `servos.periods` servo periods: encoder, loops, torque, friction, one step of the plant each.
 
@@ -109,13 +114,18 @@ class Plant:
         for first in range(0, servos.periods, at_once):
             if mechanism.resistances:
                 mechanism.resistances.evaluate()
-            run_periods(
-                *(first, first + at_once, servos.periods, drives, self.motor_position, self.motor_torque),
-                *(self.incidents.misreadings, mechanism.reading, mechanism.acting, servos.brakes),
-                *(self.data.time, SERVO_PERIOD, self.model._address, self.data._address),
-            )
+            self._run(servos, drives, first, first + at_once)
         if self._warnings.tobytes() != _NONE:  # a tenth of what any() takes, each cycle
             raise UserError(self._unstable())
+
+    def _run(self, servos: ServoBank, drives: tuple[NDArray[Any], ...], first: int, last: int) -> None:
+        """Servo periods `first` to `last` of a cycle of `drives`, as they have been taken."""
+        mechanism = self._mechanism
+        run_periods(
+            *(first, last, servos.periods, drives, self.motor_position, self.motor_torque),
+            *(self.incidents.misreadings, mechanism.reading, mechanism.acting, servos.brakes),
+            *(self.data.time, SERVO_PERIOD, self.model._address, self.data._address),
+        )
 
     def _unstable(self) -> str:
         """What MuJoCo has warned of, and what to do."""

@@ -14,6 +14,7 @@ from drivetwin.emulator.canopen.parameter_store import ParameterStore
 from drivetwin.emulator.clock import Clock, Cycle
 from drivetwin.emulator.drive.drive import Drive
 from drivetwin.emulator.drive.hardware import Hardware
+from drivetwin.emulator.drive.rehearsal import rehearse
 from drivetwin.emulator.drive.servo import SERVO_PERIOD, Servo, ServoBank
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.machine import Machine
@@ -36,6 +37,8 @@ class VirtualMachine:
 
     `wires` are the lines of the drives, in the order of the axes: bus faults are injected there. `alarms` ring at the end of
     the first cycle in which they are due. After a loss of power, `drives` contains a new drive.
+
+    Once it is made, all that a cycle calls is compiled, so that no frame waits for that.
 
     Single-threaded: whoever owns the bus calls `receive` for each frame and `poll` when none comes.
     """
@@ -73,6 +76,8 @@ class VirtualMachine:
         self._nodes = [(wire, drive.device) for wire, drive in zip(self.wires, self.drives, strict=True)]
         for wire, device in self._nodes:
             wire.join(device)
+        self.plant.rehearse(self._servos)
+        rehearse(self._servos.demands[0])
 
     def power_on(self) -> None:
         """Every drive boots and sends its boot-up message."""

@@ -18,7 +18,15 @@ def fault(path: str) -> str:
         model = mujoco.MjModel.from_xml_path(path)
     except (ValueError, RuntimeError, mujoco.FatalError, MemoryError) as error:
         return f"is not a MuJoCo model: {error}"[:LONGEST]
-    return _not_finite(model) or _no_torque(model)
+    return _not_text(model) or _not_finite(model) or _no_torque(model)
+
+
+def _not_text(model: mujoco.MjModel) -> str:
+    try:
+        bytes(model.names).decode("utf-8")
+    except UnicodeDecodeError as error:
+        return f"has a name that is not UTF-8 (byte {error.object[error.start]:02X}h): save it as UTF-8"
+    return ""
 
 
 def _not_finite(model: mujoco.MjModel) -> str:

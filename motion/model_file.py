@@ -9,6 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.compilation import check_compiles
 
 ON_JOINT = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
@@ -98,13 +99,17 @@ def _state_friction(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
 def as_mjcf(spec: mujoco.MjSpec, model: mujoco.MjModel) -> str:
     """The specification with the numbers of `model`, which was compiled of it, in its own notation and to the last digit.
 
-    Comments, included files and shortcuts are written out.
+    Comments, included files and shortcuts are written out. Raises UserError where some of its text is not UTF-8.
     """
     spec.compiler.savecompiled = spec.compiler.savecanonical = False
-    if (xml := _as_written(spec, model)) is not None:
-        return xml
-    state_inertia(spec, model)
-    return str(spec.to_xml())
+    try:
+        if (xml := _as_written(spec, model)) is not None:
+            return xml
+        state_inertia(spec, model)
+        return str(spec.to_xml())
+    except UnicodeDecodeError as error:
+        byte = f"{error.object[error.start]:02X}h"
+        raise UserError(f"the model has text, perhaps a comment, that is not UTF-8 (byte {byte}): save it as UTF-8") from None
 
 
 def _as_written(spec: mujoco.MjSpec, model: mujoco.MjModel) -> str | None:
@@ -113,6 +118,8 @@ def _as_written(spec: mujoco.MjSpec, model: mujoco.MjModel) -> str | None:
         spec.copy_back(model)
         xml = str(spec.to_xml())
         again = mujoco.MjModel.from_xml_string(xml)
+    except UnicodeDecodeError:
+        raise
     except (ValueError, mujoco.FatalError):
         return None
     names = ("body_mass", "body_inertia", "body_ipos", "body_iquat")

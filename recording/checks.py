@@ -120,7 +120,7 @@ def refuse_gap(where: str, time: Samples, index: int, period: float) -> UserErro
     step = time[index] - time[index - 1]
     return UserError(
         f"{where}: column time has a gap of {step:g} s before row {index + 1} (time {time[index]:g} s), about "
-        f"{round(step / period) - 1} samples of {period:g} s are lost; record again, or split there with --allow-gaps"
+        f"{round(step / period) - 1:.6g} samples of {period:g} s are lost; record again, or split there with --allow-gaps"
     )
 
 

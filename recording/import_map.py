@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import yaml
 from pydantic import (
@@ -22,6 +22,7 @@ from pydantic import (
 )
 
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.json_value import JsonValue
 from drivetwin.foundation.text_files import parse_yaml
 from drivetwin.recording.checks import check_required
 from drivetwin.recording.recording import COLUMNS, DriveLoops, Positive, StartTime
@@ -205,7 +206,7 @@ class ImportMap(_Strict):
     bus: BusLayout = BusLayout()
     resample: Period | None = None
     gaps: Literal["refuse", "keep"] = "refuse"
-    about: dict[str, Any] = {}
+    about: dict[str, JsonValue] = {}
     axes: Annotated[dict[str, AxisMap], Field(min_length=1)]
     path: Path = Field(default=Path("map"), exclude=True)
 

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, PlainSerializer, PlainValidator, field_validator
 
+from drivetwin.foundation.json_value import JsonValue
+
 SCHEMA = "recording/2"
 FIRST_SCHEMA = "recording/1"
 """The same with `torque` required and fewer columns and keys; it is read, and no longer written."""
@@ -68,7 +70,15 @@ def _law_by_gains(told: dict[str, Any]) -> DriveLaw:
     return DriveLaw.CASCADE if any(gain is not None for gain in gains) else DriveLaw.UNKNOWN
 
 
-class DriveLoops(BaseModel):
+class _Kept(BaseModel):
+    """A part of recording.json whose keys outside the contract are kept, in the values that JSON has."""
+
+    model_config = ConfigDict(extra="allow", populate_by_name=True)
+
+    __pydantic_extra__: dict[str, JsonValue] = Field(init=False)
+
+
+class DriveLoops(_Kept):
     """The drive's control loops, joint side; None if unknown.
 
     `position_gain` [1/s], `velocity_gain` [N·m·s/rad or N·s/m], `integral_time` [s] (None: a P velocity loop),
@@ -77,8 +87,6 @@ class DriveLoops(BaseModel):
     `velocity_filter_hz` [Hz], `current_loop_time_constant` [s]. `law`: the control law of the gains; a cascade if gains are
     given without a law. Every number is finite and not negative.
     """
-
-    model_config = ConfigDict(extra="allow")
 
     position_gain: NotNegative | None = None
     velocity_gain: NotNegative | None = None
@@ -92,7 +100,7 @@ class DriveLoops(BaseModel):
     law: DriveLaw = Field(default_factory=_law_by_gains)
 
 
-class AxisInfo(BaseModel):
+class AxisInfo(_Kept):
     """One entry of `axes` in recording.json, joint side; None if unknown.
 
     `joint` and `actuator` are names in the MuJoCo model. `rated_torque` and `torque_resolution` [N·m or N],
@@ -100,8 +108,6 @@ class AxisInfo(BaseModel):
     `torque_bandwidth_hz` [Hz]: the torque column's -3 dB frequency. `torque_delay` [s]: delay of the torque
     column. `position_relative`: the zero of the position belongs to the recording, not to the model.
     """
-
-    model_config = ConfigDict(extra="allow")
 
     joint: str
     actuator: str | None = None
@@ -134,14 +140,12 @@ StartTime = Annotated[
 ]
 
 
-class RecordingInfo(BaseModel):
+class RecordingInfo(_Kept):
     """recording.json; keys outside the contract are kept.
 
     `sample_period` [s]. `start_time`: the instant at which the `time` column is 0, as seconds since the machine was switched on
     or as date and time; None: unknown, the times of different recordings are unrelated. No two axes share a joint.
     """
-
-    model_config = ConfigDict(extra="allow", populate_by_name=True)
 
     schema_: str = Field(default=SCHEMA, alias="schema")
     machine: str

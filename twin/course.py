@@ -57,9 +57,23 @@ class Course:
     torque: float | None
 
 
+LEAST_SERVO_PERIOD = 1e-6
+"""The loops of no drive are faster [s]; with steps as short as a file may say, a replay would not end."""
+
+
 def grid_of(recording: Recording) -> Grid:
-    """Steps no longer than the emulator's and than the drive's servo period; the shortest of those, where axes differ."""
-    told = [info.drive.servo_period for info in recording.info.axes.values() if info.drive and info.drive.servo_period]
+    """Steps no longer than the emulator's and than the drive's servo period; the shortest of those, where axes differ.
+
+    Raises UserError for a servo period below `LEAST_SERVO_PERIOD`.
+    """
+    drives = {name: info.drive for name, info in recording.info.axes.items() if info.drive is not None}
+    for name, drive in drives.items():
+        if 0.0 < (drive.servo_period or 0.0) < LEAST_SERVO_PERIOD:
+            raise UserError(
+                f"{recording.name}: axes.{name}.drive.servo_period is {drive.servo_period:g} s; "
+                f"expected {LEAST_SERVO_PERIOD:g} s or more: it is in seconds"
+            )
+    told = [drive.servo_period for drive in drives.values() if drive.servo_period]
     servo = min(told, default=SERVO_PERIOD)
     row = ceil(recording.info.sample_period / min(servo, SERVO_PERIOD) - 1e-6)
     step = recording.info.sample_period / row

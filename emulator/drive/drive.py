@@ -75,6 +75,8 @@ class Drive:
         self.axis = Axis(profile, self.dictionary, servo, self.hardware, scaling, Interpolation.LINEAR, time)
         set_hardware(self.axis, axis, angle)
         self._modes = {code: mode(self.axis) for code, mode in modes().items() if code in profile.modes}
+        homing = self._modes.get(Homing.code)
+        self._homing = homing if isinstance(homing, Homing) else None
         self._wanted_mode = self.dictionary[0x6060]
         self._mode: Mode | None = None
         self._halted: Mode | None = None
@@ -188,7 +190,7 @@ class Drive:
         found = self._supervision.hardware_faults()
         if state is State.OPERATION_ENABLED:
             found += alarms
-            if not isinstance(self._mode, Homing):
+            if self._mode is None or self._mode is not self._homing:
                 found += self._limit_switch_faults()
         if state is State.FAULT_REACTION_ACTIVE:
             found = [fault for fault in (*found, *alarms) if fault.coasts]
@@ -235,9 +237,8 @@ class Drive:
             self.fault(code)
 
     def _lose_reference(self) -> None:
-        homing = self._modes.get(Homing.code)
-        if isinstance(homing, Homing):
-            homing.lose_reference()
+        if self._homing is not None:
+            self._homing.lose_reference()
 
     def _reset(self) -> None:
         self.machine.power_on()

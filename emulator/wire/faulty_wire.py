@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Hashable, Iterable
 from functools import partial
 from math import inf
 
 from drivetwin.emulator.canopen.device import Device
 from drivetwin.emulator.wire.frames import Carry, Direction, Disturbance, Frame
+
+logger = logging.getLogger(__name__)
 
 
 class FaultyWire:
@@ -89,6 +92,7 @@ class FaultyWire:
 
     def silence(self, seconds: float) -> None:
         """Be off the bus for a time, without an error: the bit rate is being changed (CiA 305)."""
+        logger.warning("node %d: LSS changes the bit rate, no frame goes or comes for %g s", self.device.node_id, seconds)
         self._silent_until = self._now() + seconds
         self._connect()
 

@@ -198,20 +198,10 @@ def bus_of(bench: Bench) -> Iterator[HostedBus]:
             hosted.close()
 
 
-def _compile_plant(bench: Bench) -> None:
-    """Step a machine on no bus: the first step is compiled, which may take longer than a controller waits for its drives."""
-    clock = StandClock()
-    clock.free = True
-    virtual = bench.virtual_machine(clock, lambda _: None)
-    virtual.power_on()
-    virtual.poll()
-
-
 def run_case(bench: Bench, scenario: Scenario, folder: Path) -> Evidence:
     """Run one case; `folder`, which exists and is empty, gets controller.log and what the controller writes.
 
     Raises UserError where bus or controller cannot be started.
     """
-    _compile_plant(bench)
     with bus_of(bench) as hosted:
         return Stand(bench, scenario, folder, hosted).run()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import signal
 import struct
 from collections.abc import Callable, Iterator
@@ -19,9 +20,12 @@ from scipy.io import savemat
 
 from drivetwin.controller.friction_table import friction_table
 from drivetwin.controller.machine import load_machine
+from drivetwin.controller.tasks.file import read_order
 from drivetwin.drive_profiles import load_profile
 from drivetwin.drive_profiles.eds_profile import profile_from_eds
 from drivetwin.drive_profiles.eds_writer import eds_text
+from drivetwin.drive_profiles.modbus_map import load_modbus_map_from
+from drivetwin.drive_profiles.profile import load_profile_from, profile_folders
 from drivetwin.drive_profiles.snapshot import Reading, Snapshot, read_snapshot, write_snapshot
 from drivetwin.emulator.clock import SyncClock
 from drivetwin.emulator.effects.file import read_effects
@@ -30,16 +34,20 @@ from drivetwin.emulator.snapshot import load_snapshot
 from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.foundation.errors import LONGEST, UserError
 from drivetwin.foundation.text_files import parse_yaml
+from drivetwin.hil_tests.bench import read_bench
 from drivetwin.identification.read import read_friction
 from drivetwin.recording.import_map import read_map
 from drivetwin.recording.importer import import_recording
 from drivetwin.recording.reader import read_recording
 from drivetwin.recording.recording import AxisInfo, DriveLoops, Recording, RecordingInfo
 from drivetwin.recording.writer import write_into
+from drivetwin.twin.new_machine import new_machine
 from fuzzing.spoiled import spoiled
 
 PATIENCE = 60.0
 """Wall-clock seconds after which a file counts as a hang."""
+
+BENCH = Path(__file__).parents[2] / "hil_tests" / "benches" / "scara.yaml"
 
 _TIME = np.asarray(np.arange(200) * 1e-3, dtype=np.float64)
 
@@ -240,6 +248,27 @@ def _effects(folder: Path) -> None:
     (folder / "effects.json").write_text(json.dumps({"schema": "effects/1", "effects": [effect]}, ensure_ascii=False))
 
 
+# -- machines, drive types and benches of one's own --------------------------------------------------------------------
+
+
+def _model(folder: Path) -> None:
+    shutil.copy(load_machine("scara").model_path, folder / "model.xml")
+
+
+def _drive_type(folder: Path) -> None:
+    shutil.copytree(profile_folders()["cia402-full"], folder, dirs_exist_ok=True)
+
+
+def _bench(folder: Path) -> None:
+    shutil.copy(BENCH, folder / "bench.yaml")
+
+
+def _task(folder: Path) -> None:
+    parameters = {"dwell": 0.3, "moves": [{"axis": "lift", "to": 0.1}]}
+    head = {"format": "task/1", "task": "move", "machine": "scara", "profile": "servoone"}
+    (folder / "task.json").write_text(json.dumps({**head, "cycle": 0.001, "seed": 0, "parameters": parameters}))
+
+
 def _any_yaml(file: Path) -> object:
     """Any YAML at all, without what the map makes of it."""
     try:
@@ -262,4 +291,11 @@ KINDS: dict[str, Kind] = {
     "identified.json": Kind("identified.json", True, _identified, _friction, slow=True),
     "snapshot.json": Kind("snapshot.json", True, _snapshot, _load),
     "effects.json": Kind("effects.json", True, _effects, read_effects),
+    "model.xml": Kind("model.xml", True, _model, lambda file: new_machine(file, None, 20.0), slow=True),
+    # Beside what is kept of a folder that has been read.
+    "profile.yaml": Kind("profile.yaml", True, _drive_type, lambda file: load_profile_from.__wrapped__(file.parent)),
+    "objects.csv": Kind("objects.csv", True, _drive_type, lambda file: load_profile_from.__wrapped__(file.parent)),
+    "modbus.yaml": Kind("modbus.yaml", True, _drive_type, lambda file: load_modbus_map_from.__wrapped__(file.parent)),
+    "bench.yaml": Kind("bench.yaml", True, _bench, read_bench),
+    "task.json": Kind("task.json", True, _task, read_order),
 }

@@ -122,9 +122,9 @@ def test_an_unknown_name_is_told_the_known_ones() -> None:
 def copy(folder: Path, yaml_change: tuple[str, str] = ("", ""), row: str = "") -> Path:
     source = PROFILES / "servoone"
     head = (source / "profile.yaml").read_text(encoding="utf-8").replace(*yaml_change)
-    (folder / "profile.yaml").write_text(head, encoding="utf-8")
+    (folder / "profile.yaml").write_text(head, encoding="utf-8", errors="surrogateescape")
     rows = (source / "objects.csv").read_text(encoding="utf-8")
-    (folder / "objects.csv").write_text(rows + row, encoding="utf-8")
+    (folder / "objects.csv").write_text(rows + row, encoding="utf-8", errors="surrogateescape")
     return folder
 
 
@@ -157,6 +157,13 @@ def test_a_bad_row_is_named(tmp_path: Path, row: str, complaint: str) -> None:
     assert complaint in str(error.value)
 
 
+@pytest.mark.parametrize("row", ["2001,00,Weg in \udcb5m,I32,rw,,,,", "2001,00," + "x" * 200_000 + ",I32,rw,,,,"])
+def test_objects_that_are_no_table_are_one_line(tmp_path: Path, row: str) -> None:
+    """A micro sign in Latin-1; a field that is larger than Python's reader of CSV takes."""
+    with pytest.raises(UserError, match=r"objects\.csv"):
+        load_profile_from(copy(tmp_path, row=row + "\n"))
+
+
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
@@ -166,10 +173,11 @@ def test_a_bad_row_is_named(tmp_path: Path, row: str, complaint: str) -> None:
         (("torque_actual:", "torque_actaul:"), "roles.torque_actaul.[key]: Input should be 'additive_torque', 'bus_timeout'"),
         (("streaming_mode: 7", "streaming_mode: 7\nquirks: [runs_backwards]"), "quirks.0: Input should be 'homing_latches"),
         (("description:", "descripton:"), "description"),
-        (("modes: [1, 3, 6, 7]", "modes: [1, 3, 6, 7"), "not readable as YAML"),
+        (("modes: [1, 3, 6, 7]", "modes: [1, 3, 6, 7"), "is not YAML"),
+        (("description:", "# 20 \udcb5m\ndescription:"), "is not YAML: 'utf-8' codec can't decode byte 0xb5"),
     ],
 )
 def test_a_bad_head_is_named(tmp_path: Path, change: tuple[str, str], complaint: str) -> None:
-    with pytest.raises(UserError, match=r"profile\.yaml: ") as error:
+    with pytest.raises(UserError, match=r"profile\.yaml") as error:
         load_profile_from(copy(tmp_path, yaml_change=change))
     assert complaint in str(error.value)

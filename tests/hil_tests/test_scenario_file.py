@@ -54,6 +54,7 @@ def test_a_fault_says_when_and_for_how_long(tmp_path: Path, bench: Bench) -> Non
         ({"format": "scenario/9"}, "case.yaml: format: .*'scenario/1'"),
         ({"expext": []}, "case.yaml: expext: is no key here; there are aftermath, clock, expect"),
         ({"task": {"task": "dance"}}, "case.yaml: task.task: .*'boot'"),
+        ({"task": {"task": "move", "parameters": {"x": float("nan")}}}, "case.yaml: task.parameters.x: nan is no finite"),
         ({"expect": ["heartbeat"]}, "says nothing of how the controller ends"),
         ({"expect": [{"outcome": ["stopped", "done"]}]}, "outcome: there are 2, and starts: 1; say one, or one for each start"),
         ({"expect": [{"outcome": []}]}, "outcome: there are 0, and starts: 1"),

@@ -160,6 +160,19 @@ def test_a_change_of_the_bit_rate_is_silent_for_two_delays() -> None:
     assert bench.beats(30)[0] == 21  # not while 10 ms are not over
 
 
+def test_a_silence_that_a_stray_frame_asks_for_is_said(caplog: pytest.LogCaptureFixture) -> None:
+    """A switch delay has 16 bits of ms (CiA 305, 'activate bit timing'): a drive is deaf for up to 131 s, to resets as well."""
+    bench = Bench()
+    bench.send(0x7E5, b"\x04\x01" + bytes(6))
+    bench.send(0x7E5, b"\x15\xe8\x03" + bytes(5))
+    said = [record.getMessage() for record in caplog.records]
+    assert f"node {bench.node}: LSS changes the bit rate, no frame goes or comes for 2 s" in said
+    bench.send(0, b"\x81\x00")
+    assert not bench.answers(bench.node)
+    bench.sync(2001)
+    assert bench.answers(bench.node)
+
+
 def test_stored_parameters_of_a_machine_survive_its_power_cycle(tmp_path: Path) -> None:
     bench = Bench(store=tmp_path)
     dictionary = bench.machine.drives[0].dictionary

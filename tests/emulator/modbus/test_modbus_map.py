@@ -44,7 +44,7 @@ def test_a_map_is_laid_out_alike_on_all_drive_types() -> None:
         ("registers:\n- {address: 65535, object: '607A'}", "607A reaches beyond FFFFh"),
         ("registers:\n- {address: 65536, object: '6040'}", "registers.0.address"),
         ("registers: []\narbitrated: ['5FFF']", "arbitrated: objects.csv has no 5FFF"),
-        ("registers: [", "not readable as YAML"),
+        ("registers: [", "is not YAML"),
         ("register: []", "Field required"),
     ],
 )
