@@ -15,6 +15,7 @@ from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.diagnosis.diagnose import diagnose
 from drivetwin.diagnosis.prepare.inputs import read_inputs
 from drivetwin.diagnosis.report.closed_loop import in_closed_loop
+from drivetwin.diagnosis.report.frequency_response import with_responses
 from drivetwin.diagnosis.report.write import write_diagnosis
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace
@@ -84,6 +85,7 @@ def diagnose_command(
         found = diagnose(model, inputs.training, inputs.validation, Settings(cutoff_hz=cutoff, seed=seed), progress)
         progress("in closed loop", 0.95)
         found = in_closed_loop(found, model)
+        found = with_responses(found, [*inputs.training, *inputs.validation])
         with new_directory(out) as staged:
             write_diagnosis(found, files, staged, html=not no_html, progress=progress)
     print_summary(console, found)
