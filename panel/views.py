@@ -7,9 +7,8 @@ from collections.abc import Callable, Mapping
 from drivetwin.panel.node_watch import ERROR_REGISTER, MODE, POSITION, STATUSWORD, Emergency, NodeWatch
 from drivetwin.panel.panel import Panel
 from drivetwin.panel.power_states import allowed, bit_names, mode_name, power_state
+from drivetwin.panel.shown import Told
 from drivetwin.panel.words import NMT_STATES, emergency_words, register_words
-
-Told = dict[str, object]
 
 
 def drives(panel: Panel) -> Told:

@@ -1,4 +1,5 @@
 // Machine: its geoms in three dimensions, where the drives say that they are.
+import { act } from "./app.js";
 import { element, say, table } from "./elements.js";
 import * as THREE from "./vendor/three/three.module.js";
 
@@ -37,11 +38,24 @@ export function machine(place) {
     parts = geoms.map((geom) => {
       const [red, green, blue, alpha] = geom.colour;
       const material = new THREE.MeshStandardMaterial({ color: new THREE.Color(red, green, blue), roughness: 0.6, transparent: alpha < 1, opacity: alpha });
-      const part = new THREE.Mesh(SHAPES[geom.shape](geom.size), material);
+      const part = new THREE.Mesh(geom.shape === "mesh" ? undefined : SHAPES[geom.shape](geom.size), material);
       part.matrixAutoUpdate = false;
       scene.add(part);
       return part;
     });
+    for (const number of new Set(geoms.filter((geom) => geom.shape === "mesh").map((geom) => geom.mesh))) fetchMesh(number, geoms, parts);
+  }
+
+  // A mesh is asked for once, and is drawn by all geoms that have it.
+  async function fetchMesh(number, geoms, built) {
+    const told = await act("mesh", { mesh: number });
+    if (told === undefined || built !== parts) return;
+    const shape = meshGeometry(told);
+    geoms.forEach((geom, at) => {
+      if (geom.shape === "mesh" && geom.mesh === number) built[at].geometry = shape;
+    });
+    frame();
+    draw();
   }
 
   function draw() {
@@ -92,6 +106,18 @@ export function machine(place) {
     view.far = Math.max(0.4, 1.5 * box.getSize(new THREE.Vector3()).length()); // half of it over the sine of half the angle of view
   }
 }
+
+// Faces are flat where they meet at an edge: every triangle has its own corners.
+function meshGeometry({ vertices, triangles }) {
+  const shape = new THREE.BufferGeometry();
+  shape.setAttribute("position", new THREE.BufferAttribute(new Float32Array(bytes(vertices)), 3));
+  shape.setIndex(new THREE.BufferAttribute(new Uint32Array(bytes(triangles)), 1));
+  const flat = shape.toNonIndexed();
+  flat.computeVertexNormals();
+  return flat;
+}
+
+const bytes = (packed) => Uint8Array.from(atob(packed), (letter) => letter.charCodeAt(0)).buffer;
 
 function turnable(stage, view, draw) {
   let held = null;
