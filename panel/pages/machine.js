@@ -17,6 +17,28 @@ export function machine(place) {
   const stage = element("div", { class: "stage" });
   const axes = element("div", { "data-is": "axes" });
   place.replaceChildren(element("section", {}, said, stage, element("p", { class: "soft" }, "Drag: turn it. Wheel: nearer or farther."), axes));
+  const picture = machineOn(stage, HEIGHT);
+  return {
+    take(now) {
+      if (now.geoms === null) {
+        say(said, now.why);
+        return;
+      }
+      picture.take(now.geoms);
+      say(said, picture.why || `${now.machine}: ${now.geoms.length} geoms, where the drives say that they are${now.left_out > 0 ? `; ${now.left_out} of other shapes are left out` : ""}`);
+      axes.replaceChildren(table(["axis", "position", "force or torque", "switches"], now.axes.map((axis) => [
+        axis.name,
+        axis.position === null ? "unknown" : `${axis.position.toFixed(4)} ${axis.unit}`,
+        axis.torque === null ? "unknown" : `${axis.torque.toFixed(2)} ${axis.torque_unit}`,
+        axis.switches === null ? "unknown" : axis.switches.join(", ") || "none active",
+      ])));
+    },
+    close: picture.close,
+  };
+}
+
+// The machine in three dimensions on `stage`, so many pixels high; `why` nothing is drawn where the browser cannot.
+export function machineOn(stage, height) {
   const scene = new THREE.Scene();
   const camera = new THREE.PerspectiveCamera(40, 1, 0.01, 100);
   camera.up.set(0, 0, 1);
@@ -24,12 +46,12 @@ export function machine(place) {
   const sun = new THREE.DirectionalLight(0xffffff, 2);
   sun.position.set(1, -2, 3);
   scene.add(sun, new THREE.HemisphereLight(0xffffff, 0x667788, 1.6));
-  let renderer = null, parts = [], told = null, framed = false;
+  let renderer = null, parts = [], told = null, framed = false, why = "";
   try {
     renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
     stage.append(renderer.domElement);
   } catch (error) {
-    say(said, `This browser draws nothing in three dimensions: ${error.message}`);
+    why = `This browser draws nothing in three dimensions: ${error.message}`;
   }
   turnable(stage, view, draw);
 
@@ -60,8 +82,8 @@ export function machine(place) {
 
   function draw() {
     if (renderer === null || told === null || stage.clientWidth === 0) return;
-    renderer.setSize(stage.clientWidth, HEIGHT);
-    camera.aspect = stage.clientWidth / HEIGHT;
+    renderer.setSize(stage.clientWidth, height);
+    camera.aspect = stage.clientWidth / height;
     camera.updateProjectionMatrix();
     const flat = view.far * Math.cos(view.above);
     camera.position.set(flat * Math.cos(view.around), flat * Math.sin(view.around), view.far * Math.sin(view.above)).add(view.centre);
@@ -70,29 +92,20 @@ export function machine(place) {
   }
 
   return {
-    take(now) {
-      told = now;
-      if (now.geoms === null) {
-        say(said, now.why);
-        return;
-      }
-      if (parts.length !== now.geoms.length) build(now.geoms);
-      now.geoms.forEach(({ place: [x, y, z], turned: [a, b, c, d, e, f, g, h, i] }, number) => {
+    get why() { return why; },
+    take(geoms) {
+      told = geoms;
+      if (parts.length !== geoms.length) build(geoms);
+      geoms.forEach(({ place: [x, y, z], turned: [a, b, c, d, e, f, g, h, i] }, number) => {
         parts[number].matrix.set(a, b, c, x, d, e, f, y, g, h, i, z, 0, 0, 0, 1);
         parts[number].matrixWorldNeedsUpdate = true;
       });
-      if (renderer !== null) say(said, `${now.machine}: ${now.geoms.length} geoms, where the drives say that they are${now.left_out > 0 ? `; ${now.left_out} of other shapes are left out` : ""}`);
       if (!framed) frame();
-      axes.replaceChildren(table(["axis", "position", "force or torque", "switches"], now.axes.map((axis) => [
-        axis.name,
-        axis.position === null ? "unknown" : `${axis.position.toFixed(4)} ${axis.unit}`,
-        axis.torque === null ? "unknown" : `${axis.torque.toFixed(2)} ${axis.torque_unit}`,
-        axis.switches === null ? "unknown" : axis.switches.join(", ") || "none active",
-      ])));
       draw();
     },
     close() {
       renderer?.dispose();
+      renderer?.forceContextLoss(); // a browser keeps a few of them only
     },
   };
 

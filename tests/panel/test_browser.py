@@ -37,6 +37,9 @@ def test_the_first_look_is_a_machine_in_motion(served: Served) -> None:
         expect(position).not_to_have_text(before)
         expect(page.locator("[data-node='2'] .bits .set")).to_contain_text(["ready to switch on", "operation enabled"])
         expect(page.get_by_text("What to do next")).to_be_visible()
+        expect(page.locator("[data-is='preview'] canvas")).to_be_visible()
+        page.locator("main a[href='#scope']").click()
+        expect(page.locator("#views a[href='#scope']")).to_have_attribute("aria-current", "page")
         expect(page.locator("#moves")).to_have_text("in motion")
 
 
@@ -109,7 +112,7 @@ def add(page: Page, where: str, what: str) -> None:
 def test_the_scope_is_triggered_zoomed_and_saved(served: Served, theme: str, width: int) -> None:
     with browser_page(served.url, width=width, theme=theme) as page:
         in_motion(page)
-        page.get_by_role("link", name="scope").click()
+        page.locator("#views a[href='#scope']").click()
         expect(page.locator("[data-is='readings']")).to_contain_text("rotate Position actual value")
         if width == 1280:
             add(page, "truth:rotate", "velocity")
@@ -145,7 +148,7 @@ def test_the_scope_is_triggered_zoomed_and_saved(served: Served, theme: str, wid
 def test_the_scope_is_triggered_by_a_state(served: Served) -> None:
     with browser_page(served.url) as page:
         in_motion(page)
-        page.get_by_role("link", name="scope").click()
+        page.locator("#views a[href='#scope']").click()
         add(page, "2", "Statusword")
         expect(page.locator("[data-is='readings']")).to_contain_text("rotate Statusword")
         if (run := page.get_by_role("button", name="Run")).is_visible():
@@ -164,7 +167,7 @@ def test_the_scope_is_triggered_by_a_state(served: Served) -> None:
 def test_the_machine_is_drawn_and_moves(served: Served, theme: str, width: int) -> None:
     with browser_page(served.url, width=width, theme=theme) as page:
         in_motion(page)
-        page.get_by_role("link", name="machine").click()
+        page.locator("#views a[href='#machine']").click()
         expect(page.locator("[data-is='drawn']")).to_contain_text("scara: 6 geoms")
         axis = page.locator("[data-is='axes'] tr", has_text="rotate")
         expect(axis).to_contain_text("rad")

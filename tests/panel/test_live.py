@@ -111,10 +111,10 @@ def test_an_identification_is_watched_and_is_the_same_as_one_that_nobody_watches
     with live("identify", "--machine", "stage", "--out", tmp_path / "live") as (_, url), browser_page(url) as shown:
         expect(shown.locator("[data-is='command']")).to_have_text("drivetwin identify stage")
         expect(shown.locator("[data-is='phases']")).to_contain_text("strokes slide")
-        shown.get_by_role("link", name="drives").click()
+        shown.locator("#views a[href='#drives']").click()
         expect(shown.locator("[data-node='1'] h2")).to_have_text("1 slide")
         expect(shown.locator("[data-node='1'] [data-is='position']")).to_contain_text(" m")
-        shown.get_by_role("link", name="run").click()
+        shown.locator("#views a[href='#run']").click()
         expect(shown.locator("[data-is='outcome']")).to_contain_text("Errors of inertia and friction")
         expect(shown.frame_locator("iframe[title='Report']").locator("body")).to_contain_text("stage: identification")
     assert drivetwin("identify", "--machine", "stage", "--out", tmp_path / "alone").status == 0
@@ -163,11 +163,11 @@ def test_a_diagnosis_is_watched(tmp_path: Path) -> None:
 
 @needs_chromium
 def test_an_acceptance_is_watched_case_by_case(tmp_path: Path) -> None:
-    cases = ("--bench", BENCH, "--select", "01_boot.*", "--out", tmp_path / "out")
+    cases = ("--bench", BENCH, "--select", "02_enable.*", "--out", tmp_path / "out")
     with live("accept", *cases) as (_, url), browser_page(url) as shown:
-        expect(shown.locator("[data-is='outcome']")).to_contain_text("accepted")
-        expect(shown.locator("[data-is='lines']")).to_contain_text("accepted: 01_boot.")
-        expect(shown.frame_locator("iframe[title='Report']").locator("h1")).to_contain_text("accepted")
+        expect(shown.locator("[data-is='outcome']")).to_contain_text("Accepted: ")
+        expect(shown.locator("[data-is='lines']")).to_contain_text("accepted: 02_enable.")
+        expect(shown.frame_locator("iframe[title='Report']").locator("h1")).to_contain_text("Acceptance of")
 
 
 def test_live_needs_a_report() -> None:
