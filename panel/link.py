@@ -117,16 +117,14 @@ class Link(canopen.Network):
         """What passes until it is time to hand it on; where somebody waits, until nothing more has come by now."""
         due = time.monotonic() + TOGETHER
         while (left := due - time.monotonic()) > 0.0:
-            if self._urgent > 0:
-                packet = self._receive(0.0 if self._passed else left)
-            else:
-                self._woken.wait(min(REST, left))
-                packet = self._receive(0.0)
+            self._woken.wait(0.0 if self._urgent > 0 else min(REST, left))
+            self._woken.clear()
+            catches_up = self._wants_to_catch_up.is_set()
+            packet = self._receive(left if self._urgent > 0 and not self._passed and not catches_up else 0.0)
             while packet is not None:
                 self._passed.append(packet)
-                packet = self._receive(0.0) if time.monotonic() < due else None
-            self._woken.clear()
-            if self._wants_to_catch_up.is_set():
+                packet = self._receive(0.0) if catches_up or time.monotonic() < due else None
+            if catches_up:
                 self._hand_on()
                 self._wants_to_catch_up.clear()
                 self._caught_up.set()
