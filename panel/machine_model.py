@@ -85,7 +85,8 @@ class MachineModel:
     def _colour(self, geom: int) -> list[float]:
         """Red, green, blue and opacity 0..1; its material's where it has no colour of its own, as MuJoCo draws it."""
         own, material = self._model.geom_rgba[geom], int(self._model.geom_matid[geom])
-        return (own if material < 0 or not np.array_equal(own, _DEFAULT_COLOUR) else self._model.mat_rgba[material]).tolist()
+        shown = own if material < 0 or not np.array_equal(own, _DEFAULT_COLOUR) else self._model.mat_rgba[material]
+        return [float(each) for each in shown]
 
 
 _DEFAULT_COLOUR = np.array([0.5, 0.5, 0.5, 1.0], np.float32)

@@ -32,7 +32,7 @@ from drivetwin.hil_tests.results import (
     write_report,
     write_results,
 )
-from drivetwin.hil_tests.results.trend import Change
+from drivetwin.hil_tests.results.trend import Change, Kind
 from drivetwin.hil_tests.results.wording import case_name, caveats, failure_words, verdict_sentence
 from drivetwin.hil_tests.run import run_all
 from drivetwin.hil_tests.scenario import Scenario
@@ -178,7 +178,7 @@ def _tell(console: Console, acceptance: Acceptance, trend: Trend | None, report:
 
 
 def _worse(trend: Trend | None) -> tuple[Change, ...]:
-    return () if trend is None else trend.of("regression")
+    return () if trend is None else trend.of(Kind.REGRESSION)
 
 
 def _table(cases: Sequence[CaseResult]) -> Table:

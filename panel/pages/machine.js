@@ -42,11 +42,12 @@ export function machineOn(stage, height) {
   const scene = new THREE.Scene();
   const camera = new THREE.PerspectiveCamera(40, 1, 0.01, 100);
   camera.up.set(0, 0, 1);
-  const view = { around: -0.9, above: 0.5, far: 2.6, centre: new THREE.Vector3(0, 0, 0.5) };
+  const view = { around: -0.9, above: 0.5, far: 2.6, centre: new THREE.Vector3(0, 0, 0.5), own: false };
   const sun = new THREE.DirectionalLight(0xffffff, 2);
   sun.position.set(1, -2, 3);
   scene.add(sun, new THREE.HemisphereLight(0xffffff, 0x667788, 1.6));
-  let renderer = null, parts = [], told = null, framed = false, why = "";
+  let renderer = null, parts = [], told = null, why = "";
+  const seen = new THREE.Box3(); // all that the machine has reached since it is looked at
   try {
     renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
     stage.append(renderer.domElement);
@@ -100,7 +101,7 @@ export function machineOn(stage, height) {
         parts[number].matrix.set(a, b, c, x, d, e, f, y, g, h, i, z, 0, 0, 0, 1);
         parts[number].matrixWorldNeedsUpdate = true;
       });
-      if (!framed) frame();
+      frame();
       draw();
     },
     close() {
@@ -109,14 +110,13 @@ export function machineOn(stage, height) {
     },
   };
 
+  // So far away that all of it stays in sight as it moves; whoever turns the wheel decides that himself.
   function frame() {
-    framed = true;
-    const box = new THREE.Box3();
     scene.updateMatrixWorld(true);
-    for (const part of parts) box.expandByObject(part);
-    if (box.isEmpty()) return;
-    box.getCenter(view.centre);
-    view.far = Math.max(0.4, 1.5 * box.getSize(new THREE.Vector3()).length()); // half of it over the sine of half the angle of view
+    for (const part of parts) seen.expandByObject(part);
+    if (view.own || seen.isEmpty()) return;
+    seen.getCenter(view.centre);
+    view.far = Math.max(0.4, 1.5 * seen.getSize(new THREE.Vector3()).length()); // half of it over the sine of half the angle of view
   }
 }
 
@@ -148,6 +148,7 @@ function turnable(stage, view, draw) {
   stage.addEventListener("pointerup", () => { held = null; });
   stage.addEventListener("wheel", (event) => {
     event.preventDefault();
+    view.own = true;
     view.far *= event.deltaY > 0 ? 1.1 : 1 / 1.1;
     draw();
   }, { passive: false });
