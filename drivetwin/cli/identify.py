@@ -24,7 +24,7 @@ from drivetwin.drive_profiles import load_profile
 from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace, write_json
 from drivetwin.foundation.machine_picture import machine_picture
 from drivetwin.identification import identify, load_model, write_results
-from drivetwin.identification.wording import headline, summary_lines
+from drivetwin.identification.wording import headline
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import Recording
 from drivetwin.recording.writer import write_into
@@ -98,7 +98,7 @@ def identify_command(
         print_summary(console, found, told, captured, out)
         if json_:
             print((out / "identified.json").read_text(encoding="utf-8"), end="", flush=True)
-        telling.done(" ".join([headline(found, told or {}), *summary_lines(found)]).strip(), out / "report.html")
+        telling.done(headline(found, told or {}) or f"Identified: {', '.join(found.axes)}.", out / "report.html")
 
 
 def _write_recordings(

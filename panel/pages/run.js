@@ -22,6 +22,7 @@ export function run(place) {
         lines.scrollTop = lines.scrollHeight;
       }
       say(outcome, told.outcome);
+      phases.hidden = told.outcome !== ""; // then all of them are done
       if (told.page === shown) return;
       shown = told.page;
       report.replaceChildren(...(shown === null ? [] : [page(shown)]));

@@ -27,7 +27,7 @@ def moved(stiffness: float, *, excited: bool = True, disturbance: float = 1.0, n
     """
     count, step = round(SECONDS / PERIOD), PERIOD / STEPS
     rng = np.random.default_rng(4)
-    time = np.arange(count) * PERIOD
+    time = np.arange(count, dtype=np.float64) * PERIOD
     demand = 0.2 * np.sin(0.15 * time)
     offset = rng.normal(0.0, 10.0, count) if excited else np.zeros(count)
     pushed = disturbance * np.convolve(rng.normal(size=count + 29), np.ones(30) / np.sqrt(30.0), "valid")

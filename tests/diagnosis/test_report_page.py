@@ -460,8 +460,8 @@ def test_the_mean_over_velocity_does_not_join_both_directions() -> None:
 def test_an_axis_says_its_frequency_response_or_why_it_has_none(tmp_path: Path) -> None:
     frequency = np.arange(1.0, 101.0)
     told = FrequencyResponse(
-        "torque_offset", frequency, 1.0 / (2j * np.pi * frequency), np.ones(100), frequency < 80.0, 40, 2.0,
-        Resonances((50.0,), (25.0,)),
+        "torque_offset", frequency, np.asarray(-0.5j / np.pi / frequency, np.complex128), np.ones(100), frequency < 80.0,
+        40, 2.0, Resonances((50.0,), (25.0,)),
     )  # fmt: skip
     found = page_of(replace(CASE, responses={"rotate": told, "stretch": NoResponse("its torque was not recorded")}), tmp_path)
     assert "Anti-resonance at 25.0 Hz, resonance at 50.0 Hz, from 1 to 79 Hz: elastic between motor and load" in found.text

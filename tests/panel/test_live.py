@@ -126,7 +126,7 @@ def table(folder: Path) -> tuple[Path, Path]:
     """A turntable with more Coulomb friction than its model says, and a recording of it to and fro."""
     model, recording = folder / "model.xml", folder / "swings"
     model.write_text(MODEL)
-    time = np.arange(20000) * 1e-3
+    time = np.arange(20000, dtype=np.float64) * 1e-3
     position, velocity, acceleration = np.sin(time), np.cos(time), -np.sin(time)
     noise = 0.01 * np.random.default_rng(1).standard_normal(len(time))
     torque = 0.3 * acceleration + 0.1 * velocity + 0.8 * np.sign(velocity) + noise
