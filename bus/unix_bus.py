@@ -46,6 +46,23 @@ MOST_WAITING = 256
 SocketCAN socket loses them."""
 
 
+_SO_TIMESTAMPNS = 35
+"""The kernel stamps packets as they are sent (socket(7), asm-generic/socket.h); Python 3.11 has no name for it."""
+
+_TIMESPEC = struct.Struct("@qq")
+
+_STAMP_SPACE = socket.CMSG_SPACE(_TIMESPEC.size)
+
+
+def _sent_at(told: list[tuple[int, int, bytes]]) -> float:
+    """When a packet was sent [s], from what came beside it; now, where nothing did: it was sent before this end joined."""
+    for level, kind, data in told:
+        if (level, kind) == (socket.SOL_SOCKET, _SO_TIMESTAMPNS) and len(data) == _TIMESPEC.size:
+            seconds, nanoseconds = _TIMESPEC.unpack(data)
+            return float(seconds + 1e-9 * nanoseconds)
+    return time.time()
+
+
 def pack(message: can.Message) -> bytes:
     """A frame as its 16 bytes. Raises ValueError for more than 8 data bytes."""
     if message.dlc > 8 or message.is_fd:
@@ -87,6 +104,7 @@ class UnixBus(can.BusABC):
         except OSError:
             self._socket.close()
             raise
+        self._socket.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
         super().__init__(channel=f"{PREFIX}{path}")
         self.channel_info = f"{PREFIX}{path}"
         self._received: deque[can.Message] = deque()
@@ -107,20 +125,22 @@ class UnixBus(can.BusABC):
             return None
         return self._received.popleft()
 
-    def recv_packet(self, timeout: float | None = None) -> bytes | None:
-        """Next packet as it came, one or more struct can_frame, for whoever takes many at once; else as `recv`.
+    def recv_packet(self, timeout: float | None = None) -> tuple[float, bytes] | None:
+        """Next packet as it came, one or more struct can_frame, and when it was sent [s]; else as `recv`.
 
-        Raises CanOperationError as `recv`.
+        For whoever takes many at once, and late. Raises CanOperationError as `recv`.
         """
         try:
-            if not self._poll.poll(None if timeout is None else timeout * 1e3):
+            if timeout != 0.0 and not self._poll.poll(None if timeout is None else timeout * 1e3):
                 return None
-            packet = self._socket.recv(MOST_BYTES)
+            packet, told, _, _ = self._socket.recvmsg(MOST_BYTES, _STAMP_SPACE, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return None
         except OSError as error:
             raise self._gone(error) from None
         if not packet:
             raise self._gone("connection closed")
-        return packet[: len(packet) - len(packet) % FRAME.size]
+        return _sent_at(told), packet[: len(packet) - len(packet) % FRAME.size]
 
     def fileno(self) -> int:
         """For whoever waits for several buses."""
@@ -136,10 +156,10 @@ class UnixBus(can.BusABC):
         """Receive one packet; whether one with a frame came in time."""
         deadline = None if timeout is None else time.monotonic() + timeout
         while not self._received:
-            packet = self.recv_packet(None if deadline is None else max(0.0, deadline - time.monotonic()))
-            if packet is None:
+            came = self.recv_packet(None if deadline is None else max(0.0, deadline - time.monotonic()))
+            if came is None:
                 return False
-            self._received.extend(unpack(packet))
+            self._received.extend(unpack(came[1]))
         return True
 
     def _gone(self, error: object) -> can.CanOperationError:

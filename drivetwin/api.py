@@ -17,6 +17,7 @@ from drivetwin.controller.progress import Progress
 from drivetwin.diagnosis.diagnose import diagnose as diagnosed
 from drivetwin.diagnosis.prepare.inputs import read_inputs
 from drivetwin.diagnosis.report.closed_loop import in_closed_loop
+from drivetwin.diagnosis.report.frequency_response import with_responses
 from drivetwin.diagnosis.report.result import Diagnosis
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.drive_profiles import load_profile
@@ -124,7 +125,8 @@ def diagnose(
     inputs = read_inputs(Path(model), fitted, held, cutoff_hz=cutoff_hz, allow_gaps=allow_gaps)
     settings = Settings(cutoff_hz=cutoff_hz, seed=seed)
     found = diagnosed(Path(model), inputs.training, inputs.validation, settings, lambda _what, _share: None)
-    return in_closed_loop(found, Path(model))
+    found = in_closed_loop(found, Path(model))
+    return with_responses(found, [*inputs.training, *inputs.validation])
 
 
 def apply(findings: PathLike, model: PathLike, *, joints: Mapping[str, str] | None = None) -> Applied:

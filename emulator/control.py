@@ -5,13 +5,15 @@
 
     {"list": {}}                                            every fault there is, with its parameters
     {"truth": {}}                                           what the axes truly do, for the emulator's owner
+    {"parameters": {}}                                      their true inertia and friction, for the same
     {"read": {"node": 2, "index": 24641, "subindex": 0}}    an object of a drive, as by its service port
     {"write": {..., "data": "2700"}}                        its bytes, in hexadecimal
 
 The answer is {"fault": NAME, "time": SIMULATED SECONDS}, or {"error": MESSAGE}; to the list
 {"faults": {NAME: ...}} as of `drivetwin fault --list --json`, to the truth
 {"time": SIMULATED SECONDS, "axes": {AXIS: {"position": rad or m, "velocity": rad/s or m/s, "torque": the motor's, N·m or N}}},
-on the joint side; to an object {"data": HEXADECIMAL BYTES}, or {"refused": MESSAGE} by CiA 301's abort codes.
+on the joint side; to the parameters {"axes": {AXIS: {NAME: NUMBER}}} as `Plant.truth` has them; to an object
+{"data": HEXADECIMAL BYTES}, or {"refused": MESSAGE} by CiA 301's abort codes.
 """
 
 from __future__ import annotations
@@ -68,6 +70,8 @@ class Control:
             return {"faults": {kind.name: described(kind) for kind in library().values()}}
         if request == {"truth": {}}:
             return {"time": self._virtual.now(), "axes": self._truth()}
+        if request == {"parameters": {}}:
+            return {"axes": self._virtual.plant.truth()}
         match request:
             case {"read": dict(told), **rest} if not rest:
                 return read_object(self._virtual, told)
@@ -93,8 +97,8 @@ class Control:
                 self._end(fault)
                 return fault
         raise UserError(
-            'expected {"strike": FAULT, "for": SECONDS}, {"end": FAULT}, {"list": {}}, {"truth": {}}, {"read": OBJECT} or '
-            '{"write": OBJECT}; '
+            'expected {"strike": FAULT, "for": SECONDS}, {"end": FAULT}, {"list": {}}, {"truth": {}}, {"parameters": {}}, '
+            '{"read": OBJECT} or {"write": OBJECT}; '
             'FAULT: {"fault": "sto", "node": 2}'
         )
 

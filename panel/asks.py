@@ -292,6 +292,18 @@ class End(_Ask):
         panel.faults.end(dict(self.told))
 
 
+class Mesh(_Ask):
+    """The vertices and triangles of a mesh of the machine's model."""
+
+    ask: Literal["mesh"]
+    mesh: int
+
+    def answer(self, panel: Panel) -> dict[str, str]:
+        if panel.model is None:
+            raise UserError("this panel does not know the machine on its bus")
+        return panel.model.mesh(self.mesh)
+
+
 class BitRate(_Ask):
     """Measure the load against a bus of this bit rate [bit/s]; nothing changes on the bus itself."""
 
@@ -307,7 +319,7 @@ _OfFaults = Faults | Strike | End
 
 _OfParameters = Objects | Read | Write | Compare | Restore | Store
 
-Ask = _OfParameters | Command | Nmt | Move | Commission | BitRate | _OfScope | _OfFaults
+Ask = _OfParameters | Command | Nmt | Move | Commission | Mesh | BitRate | _OfScope | _OfFaults
 
 _ASK: TypeAdapter[Ask] = TypeAdapter(Annotated[Ask, Field(discriminator="ask")])
 

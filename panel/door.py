@@ -31,6 +31,10 @@ QUIET = 0.1
 PATIENCE = 5.0
 """Longest wait for that [s]."""
 
+ABANDONED = 6.0
+"""After which another master's request that no drive has answered counts no more [s]; longer than `PATIENCE`, so that whoever
+asks at the same time is refused and not let through by chance."""
+
 ANSWER = 1.0
 """Longest wait for a drive's answer [s]; it answers within milliseconds, a loaded host may not."""
 
@@ -138,7 +142,7 @@ class SdoChannel(Door):
     def _is_quiet(self, node_id: int) -> bool:
         """A request that no drive answers is no reason to wait for ever."""
         quiet = self._link.quiet_for(node_id)
-        return quiet >= (PATIENCE if self._link.is_unanswered(node_id) else QUIET)
+        return quiet >= (ABANDONED if self._link.is_unanswered(node_id) else QUIET)
 
 
 class _ModestClient(SdoClient):

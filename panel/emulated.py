@@ -10,6 +10,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -23,8 +24,8 @@ PATIENCE = 10.0
 class Emulated:
     """`drivetwin emulate` on a bus, by default one of its own in `folder`, with its control socket there."""
 
-    def __init__(self, machine: str, profile: str, bus: str | None, folder: Path) -> None:
-        """Raises UserError with what the emulator says where it does not start."""
+    def __init__(self, machine: str, profile: str, bus: str | None, folder: Path, more: Sequence[str] = ()) -> None:
+        """`more`: further arguments. Raises UserError with what the emulator says where it does not start."""
         self.control = folder / "control"
         command = [sys.executable, "-m", "drivetwin", "emulate", "--json", "--clock", "sync"]
         self._process = subprocess.Popen(
@@ -38,6 +39,7 @@ class Emulated:
                 bus or f"unix:{folder / 'bus'}",
                 "--control",
                 str(self.control),
+                *more,
             ],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,

@@ -24,6 +24,9 @@ Hearer = Callable[[Frames], None]
 TOGETHER = 0.03
 """So long frames are gathered before they are handed on [s], where nobody waits for an answer."""
 
+REST = 0.005
+"""Between two looks at what has come, where nobody waits [s]: to be woken by each packet costs more."""
+
 WAIT = 0.1
 """Between two looks whether the panel has caught up with the bus, at most [s]."""
 
@@ -47,6 +50,7 @@ class Link(canopen.Network):
         self._asked: dict[int, float] = {}
         self._unanswered: set[int] = set()
         self._urgent = 0
+        self._woken = threading.Event()
         self._wants_to_catch_up = threading.Event()
         self._caught_up = threading.Event()
         self._ended = threading.Event()
@@ -89,6 +93,7 @@ class Link(canopen.Network):
         until = time.monotonic() + patience
         self._caught_up.clear()
         self._wants_to_catch_up.set()
+        self._woken.set()
         while not self._caught_up.wait(WAIT):
             if time.monotonic() > until or self.lost is not None or self._ended.is_set():
                 return False
@@ -98,6 +103,7 @@ class Link(canopen.Network):
         """Hand frames on as they come while somebody waits for an answer; one call with False for each with True."""
         with self.send_lock:
             self._urgent += 1 if hurries else -1
+        self._woken.set()
 
     def _run(self) -> None:
         try:
@@ -111,15 +117,18 @@ class Link(canopen.Network):
         """What passes until it is time to hand it on; where somebody waits, until nothing more has come by now."""
         due = time.monotonic() + TOGETHER
         while (left := due - time.monotonic()) > 0.0:
-            waited_for = self._urgent > 0 and bool(self._passed)
-            packet = self._receive(0.0 if waited_for or self._wants_to_catch_up.is_set() else left)
-            if packet is not None:
+            self._woken.wait(0.0 if self._urgent > 0 else min(REST, left))
+            self._woken.clear()
+            catches_up = self._wants_to_catch_up.is_set()
+            packet = self._receive(left if self._urgent > 0 and not self._passed and not catches_up else 0.0)
+            while packet is not None:
                 self._passed.append(packet)
-            elif self._wants_to_catch_up.is_set():
+                packet = self._receive(0.0) if catches_up or time.monotonic() < due else None
+            if catches_up:
                 self._hand_on()
                 self._wants_to_catch_up.clear()
                 self._caught_up.set()
-            elif waited_for:
+            elif self._urgent > 0 and self._passed:
                 return
 
     def _hand_on(self) -> None:
@@ -155,8 +164,8 @@ def _receiver(bus: can.BusABC) -> Callable[[float], Packet | None]:
     return lambda wait: _packet(bus.recv(wait))
 
 
-def _stamped(frames: bytes | None) -> Packet | None:
-    return None if frames is None else Packet(time.time(), frames)
+def _stamped(came: tuple[float, bytes] | None) -> Packet | None:
+    return None if came is None else Packet(*came)
 
 
 def _packet(message: can.Message | None) -> Packet | None:

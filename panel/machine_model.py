@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetwin.foundation.errors import UserError
 
 _SHAPES = {
     int(mujoco.mjtGeom.mjGEOM_BOX): "box",
@@ -13,6 +19,7 @@ _SHAPES = {
     int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
     int(mujoco.mjtGeom.mjGEOM_CAPSULE): "capsule",
     int(mujoco.mjtGeom.mjGEOM_ELLIPSOID): "ellipsoid",
+    int(mujoco.mjtGeom.mjGEOM_MESH): "mesh",
 }
 
 _MOST_VISIBLE_GROUP = 2
@@ -20,7 +27,7 @@ _MOST_VISIBLE_GROUP = 2
 
 
 class MachineModel:
-    """Geoms of a model; those of other shapes (meshes, planes) are counted in `left_out`."""
+    """Geoms of a model; those of other shapes (planes, height fields) are counted in `left_out`."""
 
     def __init__(self, path: Path) -> None:
         self._model = mujoco.MjModel.from_xml_path(str(path))
@@ -50,14 +57,44 @@ class MachineModel:
             qpos[follower] = model.qpos0[follower] + curve
 
     def told(self) -> list[dict[str, object]]:
-        """For the page: shape, size [m], colour, place [m] and rotation (9,), row by row."""
+        """For the page: shape, size [m], mesh (-1: none), colour, place [m] and rotation (9,), row by row."""
         return [
             {
                 "shape": _SHAPES[int(self._model.geom_type[geom])],
                 "size": self._model.geom_size[geom].tolist(),
-                "colour": self._model.geom_rgba[geom].tolist(),
+                "mesh": int(self._model.geom_dataid[geom]),
+                "colour": self._colour(geom),
                 "place": [round(float(each), 6) for each in self._data.geom_xpos[geom]],
                 "turned": [round(float(each), 6) for each in self._data.geom_xmat[geom]],
             }
             for geom in self._geoms
         ]
+
+    def mesh(self, number: int) -> dict[str, str]:
+        """Vertices (n, 3) [m] in its geom's frame as 32-bit floats and triangles (m, 3) as 32-bit integers, in base 64.
+
+        Raises UserError for a mesh that there is not.
+        """
+        model = self._model
+        if not 0 <= number < model.nmesh:
+            raise UserError(f"the machine's model has {model.nmesh} meshes, and no mesh {number}")
+        vertices = _part(model.mesh_vert, model.mesh_vertadr[number], model.mesh_vertnum[number])
+        triangles = _part(model.mesh_face, model.mesh_faceadr[number], model.mesh_facenum[number])
+        return {"vertices": _packed(vertices.astype("<f4")), "triangles": _packed(triangles.astype("<u4"))}
+
+    def _colour(self, geom: int) -> list[float]:
+        """Red, green, blue and opacity 0..1; its material's where it has no colour of its own, as MuJoCo draws it."""
+        own, material = self._model.geom_rgba[geom], int(self._model.geom_matid[geom])
+        shown = own if material < 0 or not np.array_equal(own, _DEFAULT_COLOUR) else self._model.mat_rgba[material]
+        return [float(each) for each in shown]
+
+
+_DEFAULT_COLOUR = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
+
+
+def _part(rows: NDArray[Any], first: int, count: int) -> NDArray[Any]:
+    return rows[first : first + count]
+
+
+def _packed(values: NDArray[Any]) -> str:
+    return b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")

@@ -68,17 +68,19 @@ class Panel:
         machine: str | None = None,
         model: Path | None = None,
         commissioning: Commissioning | None = None,
+        *,
+        paced: bool = False,
     ) -> None:
         """`control` is the control socket of the emulator, `machine` what it emulates and `model` its MJCF file.
 
-        `commissioning` measures its axes. None on a bus of somebody else.
+        `commissioning` measures its axes. None on a bus of somebody else. `paced`: SYNC moves the time of its machine.
         """
         self.link = link
         self.pen = pen
         self.motion = motion
         self.commissioning = commissioning
         self.profile = profile
-        self.time = BusTime(None if motion is None else min(node_ids))
+        self.time = BusTime(min(node_ids) if paced else None)
         door = SdoChannel(link) if control is None else ServicePort(link, control)
         self.nodes = {
             node_id: NodeWatch(door, node_id, profile, axes.get(node_id), lambda: self.time.now) for node_id in node_ids

@@ -7,27 +7,23 @@ import json
 import logging
 import signal
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
-from starlette.requests import HTTPConnection, Request
+from starlette.requests import HTTPConnection
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
-from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.routing import Mount, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from drivetwin.foundation.errors import UserError
 from drivetwin.panel.access import COOKIE, Access, RefusedError
-from drivetwin.panel.asks import read_ask
-from drivetwin.panel.panel import Panel
-from drivetwin.panel.parameter_desk import dcf_name, saved
-from drivetwin.panel.scope.save import csv_of, recording_of, zipped
-from drivetwin.panel.views import VIEWS
+from drivetwin.panel.shown import Shown
 
 logger = logging.getLogger(__name__)
 
@@ -88,7 +84,9 @@ class Guard:
     def _with_headers(self, send: Send) -> Send:
         async def sending(message: Message) -> None:
             if message["type"] == "http.response.start":
-                message["headers"] = [*message.get("headers", ()), *_HEADERS]
+                own = list(message.get("headers", ()))
+                said = {name for name, _ in own}
+                message["headers"] = own + [header for header in _HEADERS if header[0] not in said]
             await send(message)
 
         return sending
@@ -97,8 +95,8 @@ class Guard:
 class Page:
     """One open page. What it watches is sent by a task of its own: one that stops reading makes nobody else wait."""
 
-    def __init__(self, panel: Panel, wire: WebSocket) -> None:
-        self._panel = panel
+    def __init__(self, shown: Shown, wire: WebSocket) -> None:
+        self._shown = shown
         self._wire = wire
         self._view: str | None = None
         self._seen = asyncio.Event()
@@ -115,7 +113,7 @@ class Page:
         finally:
             for task in tasks:
                 task.cancel()
-            self._panel.pen.release(self)
+            self._shown.pen.release(self)
 
     async def _listen(self) -> None:
         """Raises WebSocketDisconnect when the page leaves."""
@@ -138,16 +136,18 @@ class Page:
 
     async def _answer(self, question: dict[str, Any]) -> object:
         match question:
-            case {"ask": "watch", "view": str(view)} if view in VIEWS:
+            case {"ask": "views"}:
+                return list(self._shown.views)
+            case {"ask": "watch", "view": str(view)} if view in self._shown.views:
                 self._view = view
                 return None
             case {"ask": "release"}:
-                self._panel.pen.release(self)
+                self._shown.pen.release(self)
                 return None
-        ask = read_ask(question)
-        if ask.writes:
-            self._panel.pen.take(self)
-        return await asyncio.to_thread(ask.answer, self._panel)
+        asked = self._shown.asked(question)
+        if asked.writes:
+            self._shown.pen.take(self)
+        return await asyncio.to_thread(asked.answer)
 
     async def _tell(self) -> None:
         """What it watches, once it has seen what it was told last: a slow page is told less often, and nothing piles up."""
@@ -156,22 +156,13 @@ class Page:
             await asyncio.sleep(1.0 / FRAMES)
             if self._view is None:
                 continue
-            told = json.dumps({"view": self._view, **self._head(), **VIEWS[self._view](self._panel)})
+            head = {"view": self._view, **self._shown.head(), "pen": self._shown.pen.told(self)}
+            told = json.dumps({**head, **self._shown.views[self._view]()})
             if told != last:
                 last = told
                 self._seen.clear()
                 await self._wire.send_text(told)
                 await self._seen.wait()
-
-    def _head(self) -> dict[str, object]:
-        """What every view is told: which bus, who writes, and what moves the machine."""
-        link, motion = self._panel.link, self._panel.motion
-        return {
-            "bus": link.name,
-            "lost": link.lost,
-            "pen": self._panel.pen.told(self),
-            "motion": None if motion is None else motion.told(),
-        }
 
     async def _send(self, told: dict[str, object]) -> None:
         await self._wire.send_text(json.dumps(told))
@@ -187,44 +178,14 @@ def _question(text: str) -> dict[str, Any]:
     return told
 
 
-def application(panel: Panel, access: Access) -> ASGIApp:
-    """The panel as an ASGI application."""
+def application(shown: Shown, access: Access) -> ASGIApp:
+    """What is shown as an ASGI application."""
 
     async def live(wire: WebSocket) -> None:
-        await Page(panel, wire).serve()
+        await Page(shown, wire).serve()
 
-    scope = panel.scope
-
-    def scope_csv(_: Request) -> Response:
-        return _file("scope.csv", "text/csv", lambda: csv_of(scope.settings.channels, scope.shown()).encode())
-
-    def scope_recording(_: Request) -> Response:
-        def made() -> bytes:
-            return zipped(recording_of(scope.settings.channels, scope.shown(), panel.machine))
-
-        return _file("scope.zip", "application/zip", made)
-
-    def parameters(request: Request) -> Response:
-        number = request.path_params["node"]
-        name = dcf_name(panel.nodes[number]) if number in panel.nodes else ""
-        return _file(name, "text/plain", lambda: saved(panel.node(number)).encode())
-
-    files = [
-        Route("/parameters/{node:int}.dcf", parameters),
-        Route("/scope.csv", scope_csv),
-        Route("/scope.zip", scope_recording),
-    ]
     pages = StaticFiles(directory=PAGES, html=True)
-    return Guard(Starlette(routes=[WebSocketRoute("/live", live), *files, Mount("/", pages)]), access)
-
-
-def _file(name: str, kind: str, made: Callable[[], bytes]) -> Response:
-    """A file to keep, or why there is none."""
-    try:
-        content = made()
-    except UserError as error:
-        return PlainTextResponse(f"{error}\n", 409)
-    return Response(content, media_type=kind, headers={"content-disposition": f'attachment; filename="{name}"'})
+    return Guard(Starlette(routes=[WebSocketRoute("/live", live), *shown.files(), Mount("/", pages)]), access)
 
 
 class _Server(uvicorn.Server):
@@ -254,10 +215,10 @@ def listen(host: str, port: int) -> socket.socket:
         ) from None
 
 
-def serve(panel: Panel, access: Access, where: socket.socket) -> None:
-    """Serve the panel until Ctrl-C or SIGTERM."""
+def serve(shown: Shown, access: Access, where: socket.socket) -> None:
+    """Serve what is shown until Ctrl-C or SIGTERM."""
     config = uvicorn.Config(
-        application(panel, access), log_level="error", access_log=False, ws="websockets-sansio", ws_max_size=LONGEST_QUESTION,
+        application(shown, access), log_level="error", access_log=False, ws="websockets-sansio", ws_max_size=LONGEST_QUESTION,
         ws_per_message_deflate=False,  # to a page on the same computer it saves nothing
         timeout_graceful_shutdown=2, lifespan="off",
     )  # fmt: skip

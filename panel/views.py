@@ -7,14 +7,13 @@ from collections.abc import Callable, Mapping
 from drivetwin.panel.node_watch import ERROR_REGISTER, MODE, POSITION, STATUSWORD, Emergency, NodeWatch
 from drivetwin.panel.panel import Panel
 from drivetwin.panel.power_states import allowed, bit_names, mode_name, power_state
+from drivetwin.panel.shown import Told
 from drivetwin.panel.words import NMT_STATES, emergency_words, register_words
-
-Told = dict[str, object]
 
 
 def drives(panel: Panel) -> Told:
-    """Every node: NMT, state, allowed commands, mode, statusword, position, EMCYs."""
-    return {"nodes": [_node(node) for node in panel.nodes.values()]}
+    """Every node: NMT, state, allowed commands, mode, statusword, position, EMCYs; and the machine, where it is known."""
+    return {"nodes": [_node(node) for node in panel.nodes.values()], "geoms": _geoms(panel)}
 
 
 def parameters(panel: Panel) -> Told:
@@ -44,14 +43,20 @@ def bus(panel: Panel) -> Told:
 
 def machine(panel: Panel) -> Told:
     """The machine as its model draws it, where the drives say that it is."""
-    joints = {node.axis.joint: node.joint for node in panel.nodes.values() if node.axis is not None and node.joint is not None}
-    nodes = panel.nodes.values()
-    axes = [_axis(node) for node in nodes]
+    axes = [_axis(node) for node in panel.nodes.values()]
     if panel.model is None:
         why = "This panel has joined a bus, and no drive tells its machine; drivetwin panel --bus BUS --machine NAME draws."
         return {"geoms": None, "why": why, "axes": axes}
+    return {"geoms": _geoms(panel), "left_out": panel.model.left_out, "machine": panel.machine, "axes": axes}
+
+
+def _geoms(panel: Panel) -> list[Told] | None:
+    """The machine as its model draws it, standing where the drives say that it is."""
+    if panel.model is None:
+        return None
+    joints = {node.axis.joint: node.joint for node in panel.nodes.values() if node.axis is not None and node.joint is not None}
     panel.model.stand(joints)
-    return {"geoms": panel.model.told(), "left_out": panel.model.left_out, "machine": panel.machine, "axes": axes}
+    return panel.model.told()
 
 
 def commissioning(panel: Panel) -> Told:
@@ -66,10 +71,13 @@ def _axis(node: NodeWatch) -> Told:
         "name": node.name,
         "position": node.joint,
         "unit": unit,
-        "torque": node.joint_torque,
-        "torque_unit": "N" if unit == "m" else "N·m",
+        **_torque(node),
         "switches": node.switches,
     }
+
+
+def _torque(node: NodeWatch) -> Told:
+    return {"torque": node.joint_torque, "torque_unit": "N" if node.axis is not None and node.axis.unit == "m" else "N·m"}
 
 
 VIEWS: Mapping[str, Callable[[Panel], Told]] = {
@@ -101,6 +109,7 @@ def _node(node: NodeWatch) -> Told:
         "mode_name": mode_name(mode),
         "position": position,
         "joint": node.joint,
+        **_torque(node),
         "unit": node.axis.unit if node.axis is not None else "",
         "register": None if register is None else register_words(int(register)),
         "emergencies": [_emergency(emergency) for emergency in node.emergencies],

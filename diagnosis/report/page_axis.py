@@ -6,6 +6,7 @@ import re
 from html import escape
 
 from drivetwin.diagnosis.report.figures import gap_figure, left_figure, map_figures, spectrum_figure, time_figure, torque_figure
+from drivetwin.diagnosis.report.page_frequency import frequency_part
 from drivetwin.diagnosis.report.remains import spells_after
 from drivetwin.diagnosis.report.result import AxisGap, Diagnosis, Regime
 from drivetwin.diagnosis.report.view import Trace, gap_map, spectra_of, trace_of, worst_window
@@ -40,7 +41,7 @@ def axis_section(name: str, diagnosis: Diagnosis) -> str:
     else:
         nothing = '<p class="note">The gap is no more than noise: there is nothing to place.</p>'
         seen = nothing + _over_time(trace, diagnosis.units[name])
-    return f"<section><h2>Axis {escape(name)}</h2>{seen}{_not_testable(gap)}</section>"
+    return f"<section><h2>Axis {escape(name)}</h2>{seen}{frequency_part(name, diagnosis)}{_not_testable(gap)}</section>"
 
 
 def _significant(name: str, diagnosis: Diagnosis, trace: Trace, cutoff_hz: float) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.identification.frequency.resonances import Resonances
 from drivetwin.recording.recording import Recording
 from drivetwin.twin.comparison import Comparison
 
@@ -167,13 +168,38 @@ class Prediction:
 
 
 @dataclass(frozen=True)
+class FrequencyResponse:
+    """Velocity over torque of one axis (m,), as far as both follow what drove it: `instrument`, a column of the recordings.
+
+    `frequency` [Hz], `mechanics` [rad/s per N·m or m/s per N], `coherence` of the worse of both with the instrument 0..1,
+    `sure` the lines that are reliable. `windows` were averaged, `seconds` long each.
+    """
+
+    instrument: str
+    frequency: Array
+    mechanics: NDArray[np.complex128]
+    coherence: Array
+    sure: Mask
+    windows: int
+    seconds: float
+    resonances: Resonances
+
+
+@dataclass(frozen=True)
+class NoResponse:
+    """Why the recordings tell no frequency response of an axis."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The whole answer.
 
     `held_back`: the validation data are blocks held back from the training recordings. `selected` is what the patch adds, in
     order of adding; `units` of their parameters are filled. `model_xml`: the patched model's MJCF. `notes`: sentences that the
     reader needs. `validation`: the recordings, or blocks of them, that the figures are of; `closed_loop`: those of them that
-    were moved in closed loop.
+    were moved in closed loop. `responses` by axis: of all recordings, fitted or not.
     """
 
     verdict: Verdict
@@ -189,3 +215,4 @@ class Diagnosis:
     notes: tuple[str, ...] = ()
     validation: tuple[Recording, ...] = ()
     closed_loop: tuple[Comparison, ...] = ()
+    responses: Mapping[str, FrequencyResponse | NoResponse] = field(default_factory=dict)

@@ -15,6 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
+from drivetwin.cli.live import AsLive, Live, live
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import own_directory
@@ -31,6 +32,7 @@ from drivetwin.hil_tests.results import (
     write_report,
     write_results,
 )
+from drivetwin.hil_tests.results.trend import Change, Kind
 from drivetwin.hil_tests.results.wording import case_name, caveats, failure_words, verdict_sentence
 from drivetwin.hil_tests.run import run_all
 from drivetwin.hil_tests.scenario import Scenario
@@ -64,6 +66,7 @@ def accept_command(
         bool, typer.Option("--real", help="The bench has real drives (drives: real), the machine is clear: axes may move.")
     ] = False,
     effects_from: EffectsFrom = None,
+    as_live: AsLive = False,
     quiet: Quiet = False,
     json_: AsJson = False,
 ) -> None:
@@ -96,15 +99,18 @@ def accept_command(
     own_directory(out)
     if chosen.drives == "real":
         _warn(console, chosen, scenarios)
-    results = _run(console, chosen, scenarios, out, jobs or os.cpu_count() or 1)
-    acceptance = Acceptance(chosen, tuple(results), digest([one.folder for one in results if one.folder is not None]))
-    trend = None if before is None else compare(acceptance, before)
-    write_results(acceptance, out / "results.json", [chosen.path, *(scenario.path for scenario in scenarios)])
-    write_junit(acceptance, junit or out / "junit.xml", Path.cwd(), trend)
-    write_report(acceptance, html or out / "report.html", trend)
-    _tell(console, acceptance, trend, html or out / "report.html")
-    if json_:
-        print((out / "results.json").read_text(encoding="utf-8"), end="")
+    page = html or out / "report.html"
+    with live(as_live, f"accept {chosen.controller.name} on {chosen.machine_name}") as telling:
+        results = _run(console, telling, chosen, scenarios, out, jobs or os.cpu_count() or 1)
+        acceptance = Acceptance(chosen, tuple(results), digest([one.folder for one in results if one.folder is not None]))
+        trend = None if before is None else compare(acceptance, before)
+        write_results(acceptance, out / "results.json", [chosen.path, *(scenario.path for scenario in scenarios)])
+        write_junit(acceptance, junit or out / "junit.xml", Path.cwd(), trend)
+        write_report(acceptance, page, trend)
+        _tell(console, acceptance, trend, page)
+        if json_:
+            print((out / "results.json").read_text(encoding="utf-8"), end="", flush=True)
+        telling.done(verdict_sentence(acceptance, len(_worse(trend))), page)
     if not acceptance.accepted or (trend is not None and trend.rejects):
         raise typer.Exit(REJECTED)
 
@@ -130,21 +136,28 @@ def _tell_skipped(console: Console, scenarios: Sequence[Scenario]) -> None:
     console.print(f"{len(scenarios)} cases{left_out}", highlight=False, soft_wrap=True)
 
 
-def _run(console: Console, bench: Bench, scenarios: Sequence[Scenario], out: Path, jobs: int) -> list[CaseResult]:
+def _run(
+    console: Console, telling: Live, bench: Bench, scenarios: Sequence[Scenario], out: Path, jobs: int
+) -> list[CaseResult]:
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bars:
-        watch = _Watch(bars, bars.add_task(f"{bench.controller.name} on {bench.machine_name}", total=len(scenarios)))
+        task = bars.add_task(f"{bench.controller.name} on {bench.machine_name}", total=len(scenarios))
+        watch = _Watch(bars, task, telling, len(scenarios))
         return run_all(bench, scenarios, out.absolute() / "cases", jobs, watch.done)
 
 
 class _Watch:
     """Counts cases on a progress bar, and tells at once which was rejected."""
 
-    def __init__(self, bars: Progress, task: TaskID) -> None:
-        self._bars, self._task = bars, task
+    def __init__(self, bars: Progress, task: TaskID, telling: Live, cases: int) -> None:
+        self._bars, self._task, self._telling = bars, task, telling
+        self._cases, self._done = cases, 0
 
     def done(self, result: CaseResult) -> None:
         self._bars.advance(self._task)
+        self._done += 1
+        self._telling.whole(self._done / self._cases)
+        self._telling.say(f"{result.outcome}: {case_name(result)}")
         if result.outcome is Outcome.REJECTED:
             self._bars.console.print(f"rejected: {case_name(result)}", style="red", highlight=False)
 
@@ -155,13 +168,17 @@ def _tell(console: Console, acceptance: Acceptance, trend: Trend | None, report:
     for case in acceptance.of(Outcome.REJECTED):
         for failure in case.failures:
             console.print(f"{case_name(case)}: {failure_words(failure)}", style="red", highlight=False, soft_wrap=True)
-    worse = () if trend is None else tuple(change for change in trend.changes if change.kind == "regression")
+    worse = _worse(trend)
     for change in worse:
         console.print(f"worse than the baseline: {change.words}", style="red", highlight=False, soft_wrap=True)
     console.print(verdict_sentence(acceptance, len(worse)), highlight=False, soft_wrap=True)
     if acceptance.bench.clock == "sync":
         console.print(f"digest {acceptance.digest}", highlight=False, soft_wrap=True)
     console.print(f"report: {report}", highlight=False, soft_wrap=True)
+
+
+def _worse(trend: Trend | None) -> tuple[Change, ...]:
+    return () if trend is None else trend.of(Kind.REGRESSION)
 
 
 def _table(cases: Sequence[CaseResult]) -> Table:

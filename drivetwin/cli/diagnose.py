@@ -11,12 +11,16 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from drivetwin.cli.diagnose_summary import print_summary
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
+from drivetwin.cli.live import AsLive, live
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.diagnosis.diagnose import diagnose
 from drivetwin.diagnosis.prepare.inputs import read_inputs
 from drivetwin.diagnosis.report.closed_loop import in_closed_loop
+from drivetwin.diagnosis.report.frequency_response import with_responses
+from drivetwin.diagnosis.report.wording import verdict_sentence
 from drivetwin.diagnosis.report.write import write_diagnosis
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace
 
 FAILED = 1
@@ -52,6 +56,7 @@ def diagnose_command(
     allow_gaps: Annotated[bool, typer.Option("--allow-gaps", help="Split a recording at lost samples.")] = False,
     no_html: Annotated[bool, typer.Option("--no-html", help="Do not write report.html.")] = False,
     effects_from: EffectsFrom = None,
+    as_live: AsLive = False,
     fail_on: Annotated[
         FailOn | None, typer.Option(help="Exit status 1 on any gap (gap), or on an unexplained one (unexplained).")
     ] = None,
@@ -71,25 +76,34 @@ def diagnose_command(
     console = terminal(silent=quiet or json_)
     refuse_foreign(out)
     use_effects(effects_from)
+    if as_live and no_html:
+        raise UserError("--live shows the report in the browser: leave --no-html out")
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bars:
-        task = bars.add_task("reading", total=1.0)
-        inputs = read_inputs(model, recordings, validate or [], cutoff_hz=cutoff, allow_gaps=allow_gaps)
-        files = [*inputs.files, *(effects_from or ())]
-        refuse_to_replace(out, files)
+    with live(as_live, f"diagnose {model.name}") as telling:
+        with Progress(*columns, console=console, transient=True) as bars:
+            task = bars.add_task("reading", total=1.0)
+            telling.phase("reading")
+            inputs = read_inputs(model, recordings, validate or [], cutoff_hz=cutoff, allow_gaps=allow_gaps)
+            files = [*inputs.files, *(effects_from or ())]
+            refuse_to_replace(out, files)
 
-        def progress(what: str, share: float = 1.0) -> None:
-            bars.update(task, description=what, completed=share)
+            def progress(what: str, share: float = 1.0) -> None:
+                bars.update(task, description=what, completed=share)
+                telling.phase(what)
+                telling.whole(share)
 
-        found = diagnose(model, inputs.training, inputs.validation, Settings(cutoff_hz=cutoff, seed=seed), progress)
-        progress("in closed loop", 0.95)
-        found = in_closed_loop(found, model)
-        with new_directory(out) as staged:
-            write_diagnosis(found, files, staged, html=not no_html, progress=progress)
-    print_summary(console, found)
-    console.print(_written(out, no_html), highlight=False, soft_wrap=True)
-    if json_:
-        print((out / "report.json").read_text(encoding="utf-8"), end="")
+            found = diagnose(model, inputs.training, inputs.validation, Settings(cutoff_hz=cutoff, seed=seed), progress)
+            progress("in closed loop", 0.95)
+            found = in_closed_loop(found, model)
+            progress("over frequency", 0.97)
+            found = with_responses(found, [*inputs.training, *inputs.validation])
+            with new_directory(out) as staged:
+                write_diagnosis(found, files, staged, html=not no_html, progress=progress)
+        print_summary(console, found)
+        console.print(_written(out, no_html), highlight=False, soft_wrap=True)
+        if json_:
+            print((out / "report.json").read_text(encoding="utf-8"), end="", flush=True)
+        telling.done(verdict_sentence(found), out / "report.html")
     if fail_on is not None and fail_on.fails(found.verdict):
         raise typer.Exit(FAILED)
 

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
-import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
-from functools import partial
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -22,6 +18,7 @@ from drivetwin.bus.channel import host_bus
 from drivetwin.bus.timing.bit_rate import read_bit_rate
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.ended import ended_by_signals
+from drivetwin.cli.panel_beside import panel_beside
 from drivetwin.cli.terminal import AsJson
 from drivetwin.drive_profiles import load_profile
 from drivetwin.drive_profiles.eds_profile import profile_from_eds
@@ -38,16 +35,12 @@ from drivetwin.emulator.plant import Plant, truth_path
 from drivetwin.emulator.snapshot import load_snapshot
 from drivetwin.emulator.timed_bus import TIMED_BUSES, TimedBus
 from drivetwin.emulator.virtual_machine import VirtualMachine
-from drivetwin.foundation.children import end_with_parent
 from drivetwin.foundation.collector import keep_for_good
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.scratch import scratch
 
 POLL = 0.2
 """How long to wait for a frame before looking whether to stop [s], where only SYNC moves time."""
-
-PANEL_PATIENCE = 10.0
-"""Longest that the panel may take to end [s]."""
 
 
 def emulate_command(
@@ -134,7 +127,7 @@ def emulate_command(
             print(_joinable(chosen.machine, profile, nodes, where, clock, as_json=json_), flush=True)
             joined.power_on()
             keep_for_good()
-            with _panel(hosted.name, machine, profile, eds, door) if panel else nullcontext():
+            with _panel(hosted.name, machine, profile, clock, eds, door) if panel else nullcontext():
                 serve(joined, hosted.bus, ended)
     finally:
         hosted.close()
@@ -163,28 +156,12 @@ def _control_path(told: Path | None, panel: bool) -> Iterator[Path | None]:
         yield folder / "control"
 
 
-@contextmanager
-def _panel(bus: str, machine: str, profile: str, eds: Path | None, control: Path | None) -> Iterator[None]:
-    """`drivetwin panel` on this bus while the block runs; its line goes to standard error, beside the JSON."""
-    told = ["--bus", bus, "--machine", machine, "--profile", profile, "--port", "0"]
+def _panel(
+    bus: str, machine: str, profile: str, clock: str, eds: Path | None, control: Path | None
+) -> AbstractContextManager[None]:
+    """`drivetwin panel` on this bus."""
     paths = [str(word) for name, path in (("--eds", eds), ("--control", control)) if path is not None for word in (name, path)]
-    command = [sys.executable, "-m", "drivetwin", "panel", *told, *paths]
-    process = subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=sys.stderr,
-        start_new_session=True,  # Ctrl-C is the emulator's, which then ends the panel
-        preexec_fn=partial(end_with_parent, os.getpid(), signal.SIGTERM),  # noqa: PLW1509
-    )
-    try:
-        yield
-    finally:
-        process.send_signal(signal.SIGINT)
-        try:
-            process.wait(PANEL_PATIENCE)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+    return panel_beside(["--bus", bus, "--machine", machine, "--profile", profile, "--clock", clock, *paths])
 
 
 def serve(

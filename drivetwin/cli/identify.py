@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -12,7 +13,8 @@ import typer
 from drivetwin.bus.channel import INPROC
 from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.identify_summary import print_summary
-from drivetwin.cli.on_machine import bar_progress, check_clock, join, log_kept, within_limits
+from drivetwin.cli.live import AsLive, live
+from drivetwin.cli.on_machine import bar_progress, check_clock, emulated_apart, join, log_kept, within_limits
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.controller.machine import load_machine
 from drivetwin.controller.pacing import PACINGS
@@ -22,6 +24,7 @@ from drivetwin.drive_profiles import load_profile
 from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace, write_json
 from drivetwin.foundation.machine_picture import machine_picture
 from drivetwin.identification import identify, load_model, write_results
+from drivetwin.identification.wording import headline
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import Recording
 from drivetwin.recording.writer import write_into
@@ -46,6 +49,7 @@ def identify_command(
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before moving axes on can0.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the excitation move, and inproc of the sensors' noise.")] = 0,
     effects_from: EffectsFrom = None,
+    as_live: AsLive = False,
     quiet: Quiet = False,
     json_: AsJson = False,
 ) -> None:
@@ -65,26 +69,36 @@ def identify_command(
     drive_type = load_profile(profile)
     refuse_foreign(out)
     refuse_to_replace(out, [file for file in (limits, truth) if file is not None])
-    joined = join(bus, machine, drive_type, clock, truth, seed)
-    with (
-        bar_progress(console) as progress,
-        new_directory(out) as staged,
-        log_kept(staged / "bus.log", out.absolute()),
-    ):
-        captured = capture_machine(joined.bus, known, drive_type, PACINGS[clock](), allowed, seed, progress, staged / "bus.log")
-        progress.phase("fit and report", 1.0)
-        inputs = [known.model_path, known.axes_path, *([limits] if limits is not None else [])]
-        fitted, held = _write_recordings(staged, captured, seed, inputs)
-        found = identify(load_model(known.model_path), fitted, held, FIT)
-        told = joined.truth()  # only now: the fit is made
-        title = f"{known.machine}: identification over the bus"
-        picture = machine_picture(read_mjcf(known.model_path), {result.joint for result in found.axes.values()})
-        write_results(found, [*fitted, *held], staged, truth=told, seed=seed, title=title, picture=picture, inputs=inputs)
-        write_json(staged / "torque_by_sdo.json", to_json(captured.sdo_points, seed, inputs))
-        progress.finish()
-    print_summary(console, found, told, captured, out)
-    if json_:
-        print((out / "identified.json").read_text(encoding="utf-8"), end="")
+    with ExitStack() as ends:
+        if as_live and bus == INPROC:
+            joined, emulated = ends.enter_context(emulated_apart(machine, profile, clock, truth, seed))
+            seen = ["--bus", emulated.bus, "--control", str(emulated.control)]
+        else:
+            joined = join(bus, machine, drive_type, clock, truth, seed)
+            seen = ["--bus", bus]
+        seen += ["--machine", machine, "--profile", profile, "--clock", clock]
+        telling = ends.enter_context(live(as_live, f"identify {known.machine}", seen))
+        with (
+            bar_progress(console, telling) as progress,
+            new_directory(out) as staged,
+            log_kept(staged / "bus.log", out.absolute()),
+        ):
+            log = staged / "bus.log"
+            captured = capture_machine(joined.bus, known, drive_type, PACINGS[clock](), allowed, seed, progress, log)
+            progress.phase("fit and report", 1.0)
+            inputs = [known.model_path, known.axes_path, *([limits] if limits is not None else [])]
+            fitted, held = _write_recordings(staged, captured, seed, inputs)
+            found = identify(load_model(known.model_path), fitted, held, FIT)
+            told = joined.truth()  # only now: the fit is made
+            title = f"{known.machine}: identification over the bus"
+            picture = machine_picture(read_mjcf(known.model_path), {result.joint for result in found.axes.values()})
+            write_results(found, [*fitted, *held], staged, truth=told, seed=seed, title=title, picture=picture, inputs=inputs)
+            write_json(staged / "torque_by_sdo.json", to_json(captured.sdo_points, seed, inputs))
+            progress.finish()
+        print_summary(console, found, told, captured, out)
+        if json_:
+            print((out / "identified.json").read_text(encoding="utf-8"), end="", flush=True)
+        telling.done(headline(found, told or {}) or f"Identified: {', '.join(found.axes)}.", out / "report.html")
 
 
 def _write_recordings(

@@ -14,6 +14,7 @@ from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
 from drivetwin.bus.channel import INPROC, InprocBus, is_physical, open_bus
+from drivetwin.cli.live import SILENT, Live
 from drivetwin.cli.terminal import terminal
 from drivetwin.controller.limits import Limits, read_limits, within
 from drivetwin.controller.machine import Machine
@@ -25,8 +26,11 @@ from drivetwin.emulator.effects import read_effects
 from drivetwin.emulator.machine import load_machine as load_virtual_machine
 from drivetwin.emulator.plant import truth_path
 from drivetwin.emulator.virtual_machine import VirtualMachine
+from drivetwin.foundation.control_socket import ask_control
 from drivetwin.foundation.errors import InterruptedByUserError, UserError
+from drivetwin.foundation.scratch import scratch
 from drivetwin.identification.result import Truth
+from drivetwin.panel.emulated import Emulated
 
 
 def check_clock(clock: str, bus: str) -> None:
@@ -81,6 +85,18 @@ def join(bus: str, machine: str, profile: DriveProfile, clock: str, truth: Path 
     return Joined(bus_here, built[0].plant.truth)
 
 
+@contextmanager
+def emulated_apart(machine: str, profile: str, clock: str, truth: Path | None, seed: int) -> Iterator[tuple[Joined, Emulated]]:
+    """The machine as a process of its own, on a bus that a panel can join too."""
+    more = ["--clock", clock, "--seed", str(seed), *(() if truth is None else ("--truth", str(truth)))]
+    with scratch() as folder:
+        emulated = Emulated(machine, profile, None, folder, more)
+        try:
+            yield Joined(open_bus(emulated.bus), lambda: ask_control(emulated.control, {"parameters": {}})["axes"]), emulated
+        finally:
+            emulated.stop()
+
+
 def within_limits(machine: Machine, path: Path | None, bus: str, yes: bool) -> tuple[Machine, Limits | None]:
     """The machine narrowed to its limits file; a bus that may be physical needs the file and a confirmation."""
     if path is None:
@@ -101,19 +117,22 @@ def within_limits(machine: Machine, path: Path | None, bus: str, yes: bool) -> t
 
 
 class BarProgress(Progress):
-    """A bar a phase."""
+    """A bar a phase, on the terminal and for whoever is told."""
 
-    def __init__(self, bars: Bars) -> None:
+    def __init__(self, bars: Bars, telling: Live) -> None:
         self._bars = bars
+        self._telling = telling
         self._task: TaskID | None = None
 
     def phase(self, name: str, seconds: float) -> None:
         self.finish()
         self._task = self._bars.add_task(name, total=seconds)
+        self._telling.phase(name)
 
     def advance(self, seconds: float) -> None:
         if self._task is not None:
             self._bars.advance(self._task, seconds)
+            self._telling.advance(self._bars.tasks[self._task].percentage / 100.0)
 
     def finish(self) -> None:
         """Fill the bar of the phase that has ended."""
@@ -123,8 +142,8 @@ class BarProgress(Progress):
 
 
 @contextmanager
-def bar_progress(console: Console) -> Iterator[BarProgress]:
-    """Bars on `console` while the block runs."""
+def bar_progress(console: Console, telling: Live = SILENT) -> Iterator[BarProgress]:
+    """Bars on `console`, and what is told, while the block runs."""
     columns = (TextColumn("{task.description:<34}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"), TimeElapsedColumn())
     with Bars(*columns, console=console) as bars:
-        yield BarProgress(bars)
+        yield BarProgress(bars, telling)

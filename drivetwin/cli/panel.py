@@ -15,18 +15,22 @@ import typer
 from drivetwin.bus.channel import is_physical, open_bus
 from drivetwin.controller.machine import Axis as MachineAxis
 from drivetwin.controller.machine import load_machine
+from drivetwin.controller.pacing import PACINGS
 from drivetwin.drive_profiles import load_profile
 from drivetwin.drive_profiles.eds_profile import profile_from_eds
 from drivetwin.emulator.machine import load_machine as load_plant
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.scratch import scratch
 from drivetwin.panel.access import Access, Pen, is_loopback
+from drivetwin.panel.bus_panel import BusPanel
 from drivetwin.panel.commissioning import Commissioning
 from drivetwin.panel.emulated import Emulated
 from drivetwin.panel.link import Link
 from drivetwin.panel.motion import Motion, Program
 from drivetwin.panel.node_watch import Axis
 from drivetwin.panel.panel import Panel, find_nodes
+from drivetwin.panel.run import RunWatch
+from drivetwin.panel.run_panel import RunPanel
 from drivetwin.panel.server import listen, serve
 
 GIVES_WAY = 5
@@ -54,6 +58,9 @@ def panel_command(
         Path | None,
         typer.Option(metavar="PATH", help="With --bus: control socket of the emulator on it, for faults and truth."),
     ] = None,
+    clock: Annotated[
+        str, typer.Option(help="With --bus, of the machine on it: sync, whose time SYNC moves, or realtime.")
+    ] = "realtime",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0: a free one.")] = 8402,
     host: Annotated[
         str, typer.Option(help="Address of the page; one that others reach needs the token that is printed.")
@@ -61,6 +68,10 @@ def panel_command(
     allow_writes: Annotated[
         bool, typer.Option("--allow-writes", help="Let one page at a time write, command and inject faults.")
     ] = False,
+    run: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Show the command that tells of itself in this folder (run/1), with --bus or alone."),
+    ] = None,
 ) -> None:
     """Look at drives in the browser: states, parameters, faults. Without a bus it starts the SCARA in motion.
 
@@ -68,20 +79,29 @@ def panel_command(
 
     One line says where the page is. Without --allow-writes the panel only reads. Ctrl-C ends it, and what it has started.
     """
+    if clock not in PACINGS:
+        raise UserError(f"unknown clock {clock!r}; expected {' or '.join(PACINGS)}")
     drive_type = load_profile(profile) if eds is None else profile_from_eds(eds, load_profile(profile))
     token = None if is_loopback(host) else secrets.token_urlsafe(16)
     access, pen = Access(host, token), Pen(allowed=allow_writes)
+    shown = None if run is None else RunWatch(run)
+    if shown is not None and bus is None and emulate is None:
+        with listen(host, port) as where:
+            print(f"panel on {_address(access, where.getsockname()[1])}. Ctrl-C ends.", flush=True)
+            serve(RunPanel(shown), access, where)
+        return
     with listen(host, port) as where, _seen(emulate, bus, profile, machine, control) as seen, Link(open_bus(seen.bus)) as link:
         node_ids = sorted(seen.axes) or find_nodes(link)
         with Panel(
-            link, node_ids, drive_type, seen.axes, pen, seen.motion, seen.control, seen.machine, seen.model, seen.commissioning
-        ) as panel:
+            link, node_ids, drive_type, seen.axes, pen, seen.motion, seen.control, seen.machine, seen.model, seen.commissioning,
+            paced=seen.motion is not None or clock == "sync",
+        ) as panel:  # fmt: skip
             if seen.motion is None:
                 os.nice(GIVES_WAY)
             else:
                 seen.motion.start()
             print(_joinable(panel, access, where.getsockname()[1]), flush=True)
-            serve(panel, access, where)
+            serve(BusPanel(panel, shown), access, where)
 
 
 @dataclass(frozen=True)
@@ -137,8 +157,12 @@ def _axis(name: str, axis: MachineAxis) -> Axis:
 
 def _joinable(panel: Panel, access: Access, port: int) -> str:
     """The line that says where the page is, and what it may."""
-    host = f"[{access.host}]" if ":" in access.host else access.host
-    address = f"http://{host}:{port}/" + (f"?token={access.token}" if access.token else "")
     nodes = ", ".join(f"{node.node_id} {node.name}" for node in panel.nodes.values())
     may = "may write" if panel.pen.allowed else "reads only (--allow-writes)"
-    return f"panel on {address}: nodes {nodes}, on {panel.link.name}; {may}. Ctrl-C ends."
+    return f"panel on {_address(access, port)}: nodes {nodes}, on {panel.link.name}; {may}. Ctrl-C ends."
+
+
+def _address(access: Access, port: int) -> str:
+    """Where the page is, with the token that others need."""
+    host = f"[{access.host}]" if ":" in access.host else access.host
+    return f"http://{host}:{port}/" + (f"?token={access.token}" if access.token else "")

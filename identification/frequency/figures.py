@@ -2,34 +2,52 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from drivetwin.foundation.figure_style import AFTER, BEFORE, MEASURED, small, styled
 from drivetwin.foundation.quantities import scale_of
-from drivetwin.identification.frequency.bode import loops_over
+from drivetwin.identification.frequency.bode import Mask, loops_over
 from drivetwin.identification.frequency.margins import decibel, degrees
 from drivetwin.identification.frequency.phasors import Complex
+from drivetwin.identification.frequency.resonances import Resonances
 from drivetwin.identification.frequency.result import AxisResponse
+from drivetwin.identification.result import Units
 from drivetwin.recording.recording import Samples
 
 _DOUBTFUL = "#b8c4cf"
 
 
-def mechanics_figure(found: AxisResponse) -> go.Figure:
-    """Gain, phase and coherence over frequency; grey where nothing is concluded."""
-    unit = f"{found.units.velocity}/({found.units.torque})"
+class Mechanics(Protocol):
+    """Speed over torque (m,) at each `frequency` [Hz], its coherence 0..1, and which lines are reliable."""
+
+    @property
+    def frequency(self) -> Samples: ...
+    @property
+    def mechanics(self) -> Complex: ...
+    @property
+    def coherence(self) -> Samples: ...
+    @property
+    def sure(self) -> Mask: ...
+
+
+def mechanics_figure(found: Mechanics, shapes: Resonances, units: Units) -> go.Figure:
+    """Gain, phase and coherence over frequency; grey where nothing is concluded. Resonances and anti-resonances are marked."""
+    unit = f"{units.velocity}/({units.torque})"
     figure = _panels(("gain", "phase", "coherence"), (f"dB re 1 {unit}", "degrees", "1"))
-    bode = found.bode
-    phase = np.angle(bode.mechanics, deg=True)
-    for row, values in enumerate((decibel(bode.mechanics), phase, bode.coherence), start=1):
-        for chosen, colour, name in ((~bode.sure, _DOUBTFUL, "not reliable"), (bode.sure, MEASURED, "measured")):
-            _line(figure, row, bode.frequency, np.where(chosen, values, np.nan), name, colour, markers=True)
-    for frequency, colour in [(each, BEFORE) for each in found.resonances.resonances] + [
-        (each, AFTER) for each in found.resonances.antiresonances
-    ]:
+    phase = np.angle(found.mechanics, deg=True)
+    for row, values in enumerate((decibel(found.mechanics), phase, found.coherence), start=1):
+        for chosen, colour, name in ((~found.sure, _DOUBTFUL, "not reliable"), (found.sure, MEASURED, "measured")):
+            _line(figure, row, found.frequency, np.where(chosen, values, np.nan), name, colour, markers=True)
+    for frequency, colour in [(each, BEFORE) for each in shapes.resonances] + [(each, AFTER) for each in shapes.antiresonances]:
         figure.add_vline(x=frequency, line={"color": colour, "width": 1, "dash": "dot"})
+        figure.add_annotation(
+            x=np.log10(frequency), y=1.0, yref="paper", yanchor="bottom", text=f"{frequency:.1f} Hz", showarrow=False,
+            font={"color": colour},
+        )  # fmt: skip
     return styled(figure, 620)
 
 

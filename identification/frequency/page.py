@@ -37,7 +37,7 @@ def _failed(reasons: dict[str, str]) -> list[str]:
 
 def _axis(found: AxisResponse, objects: Sequence[dict[str, Any]]) -> str:
     figures = (
-        ("Mechanics", mechanics_figure(found)),
+        ("Mechanics", mechanics_figure(found.bode, found.resonances, found.units)),
         ("Open loops", open_figure(found)),
         ("Closed loops", closed_figure(found)),
         ("Step of the position", step_figure(found)),

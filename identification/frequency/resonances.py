@@ -9,6 +9,7 @@ from scipy.signal import find_peaks
 
 from drivetwin.identification.frequency.bode import Bode
 from drivetwin.identification.frequency.margins import decibel
+from drivetwin.identification.frequency.phasors import Complex
 from drivetwin.recording.recording import Samples
 
 PROMINENCE = 3.0
@@ -28,9 +29,13 @@ class Resonances:
 
 def find_resonances(found: Bode) -> Resonances:
     """Of the reliable lines, between the lowest and the highest."""
-    frequency = found.frequency[found.sure]
-    level = decibel(found.mechanics[found.sure] * frequency)
-    return Resonances(_peaks(frequency, level), _peaks(frequency, -level))
+    return resonances_of(found.frequency[found.sure], found.mechanics[found.sure])
+
+
+def resonances_of(frequency: Samples, mechanics: Complex) -> Resonances:
+    """Of speed over torque (m,) at rising frequencies (m,) [Hz], between the lowest and the highest."""
+    acceleration = np.abs(mechanics) * frequency
+    return Resonances(_dips(frequency, 1.0 / acceleration), _dips(frequency, acceleration))
 
 
 def inertia(found: Bode, shapes: Resonances) -> float:
@@ -50,5 +55,17 @@ def inertia(found: Bode, shapes: Resonances) -> float:
     return float(np.linalg.lstsq(parts * weight[low, None], (measured * weight)[low], rcond=None)[0].sum())
 
 
-def _peaks(frequency: Samples, level: Samples) -> tuple[float, ...]:
-    return tuple(float(frequency[at]) for at in find_peaks(level, prominence=PROMINENCE)[0])
+def _dips(frequency: Samples, size: Samples) -> tuple[float, ...]:
+    """Where `size` (m,) [1], up to a factor that of 1 - f²/f0², goes through 0.
+
+    Where an axis hardly answers or moves most, lines are seldom reliable: those on either side of such a gap tell where f0 is.
+    """
+    return tuple(_through_zero(frequency**2, size, int(at)) for at in find_peaks(-decibel(size), prominence=PROMINENCE)[0])
+
+
+def _through_zero(square: Samples, size: Samples, at: int) -> float:
+    """f0 [Hz] by a straight line over f² from the lowest line to its neighbour beyond f0, which the chord of both tells."""
+    chord = np.interp(square[at], square[[at - 1, at + 1]], [-size[at - 1], size[at + 1]])
+    beyond = at - 1 if chord > 0.0 else at + 1
+    share = size[at] / (size[at] + size[beyond])
+    return float(np.sqrt(square[at] + share * (square[beyond] - square[at])))

@@ -6,13 +6,15 @@ import { element, say } from "./elements.js";
 import { faults } from "./faults.js";
 import { machine } from "./machine.js";
 import { parameters } from "./parameters.js";
+import { run } from "./run.js";
 import { scope } from "./scope.js";
 import { ask, connect, hear, watch } from "./wire.js";
 
-const VIEWS = { drives, parameters, scope, faults, bus, machine, commissioning };
+const VIEWS = { run, drives, parameters, scope, faults, bus, machine, commissioning };
 
 const at = (id) => document.getElementById(id);
 let open = null;
+let offered = []; // views that this panel has, the first is opened where nobody chooses
 
 export function refused(error) {
   at("said").hidden = false;
@@ -32,7 +34,8 @@ export async function act(what, more) {
 }
 
 function show() {
-  const name = location.hash.slice(1) in VIEWS ? location.hash.slice(1) : "drives";
+  const name = offered.includes(location.hash.slice(1)) ? location.hash.slice(1) : offered[0];
+  if (name === undefined) return;
   for (const link of at("views").children) {
     if (link.getAttribute("href") === `#${name}`) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
@@ -44,6 +47,7 @@ function show() {
 
 function head(told) {
   say(at("bus"), told.lost ?? told.bus);
+  at("place").hidden = told.bus === "";
   const { allowed, writer } = told.pen;
   say(at("pen"), allowed ? `${writer} writes` : "reads only; --allow-writes lets it write");
   at("release").hidden = writer !== "this page";
@@ -66,13 +70,22 @@ theme(localStorage.getItem("theme") ?? preferred);
 at("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
 at("release").addEventListener("click", () => act("release"));
 at("move").addEventListener("click", () => act("motion", { runs: at("move").textContent === "start" }));
-at("views").append(...Object.keys(VIEWS).map((name) => element("a", { href: `#${name}` }, name)));
+
+// Which views there are; another panel may answer at this address after a while.
+async function offer() {
+  const views = await ask("views");
+  if (views.join() === offered.join()) return;
+  offered = views;
+  at("views").replaceChildren(...views.map((name) => element("a", { href: `#${name}` }, name)));
+  show();
+}
+
 addEventListener("hashchange", show);
 hear((told) => {
   head(told);
   if (open !== null && told.view === open.name) open.take?.(told);
 });
 connect((there) => {
-  if (!there) say(at("bus"), "the panel has gone; waiting for it");
+  if (there) offer().catch(refused);
+  else [at("place").hidden, at("bus").textContent] = [false, "the panel has gone; waiting for it"];
 });
-show();

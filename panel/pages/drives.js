@@ -1,7 +1,10 @@
 // Drives: NMT, state, commands, mode, statusword, EMCYs of every node.
 import { act } from "./app.js";
 import { element, say, table } from "./elements.js";
+import { machineOn } from "./machine.js";
 import { stateDiagram } from "./states.js";
+
+const PREVIEW = 190; // height of the machine beside what to do next
 
 const COMMANDS = ["Shutdown", "Switch on", "Enable operation", "Quick stop", "Disable voltage", "Fault reset"];
 const NMT = ["Start", "Stop", "Enter pre-operational", "Reset node", "Reset communication"];
@@ -9,9 +12,12 @@ const NMT = ["Start", "Stop", "Enter pre-operational", "Reset node", "Reset comm
 export function drives(place) {
   const cards = new Map();
   const grid = element("div", { class: "cards" });
-  place.replaceChildren(next(), grid);
+  const first = next();
+  place.replaceChildren(first.section, grid);
   return {
+    close: first.close,
     take(told) {
+      first.take(told);
       for (const node of told.nodes) {
         if (!cards.has(node.id)) {
           cards.set(node.id, card(node));
@@ -23,18 +29,42 @@ export function drives(place) {
   };
 }
 
-// What a person may do next.
+// What a person may do next, beside the machine as it moves.
 function next() {
   const kept = localStorage.getItem("next") ?? "open";
+  const stage = element("div", { class: "stage", "data-is": "preview" });
+  const list = element("ul");
   const details = element("details", { open: kept === "open" },
-    element("summary", {}, "What to do next"),
-    element("ul", {},
-      element("li", {}, "Each card is a drive: its present state is filled in, and the commands that act in it can be pressed."),
-      element("li", {}, "To command drives and write parameters, start ", element("code", {}, "drivetwin panel --allow-writes"), "."),
-      element("li", {}, "To look at drives of your own: ", element("code", {}, "drivetwin panel --bus can0 --profile servoone"), "; it only reads."),
-      element("li", {}, "Other programs join the same bus by the name in the head of this page.")));
+    element("summary", {}, "What to do next"), element("div", { class: "first" }, list, stage));
+  let picture = null, allowed = null;
   details.addEventListener("toggle", () => localStorage.setItem("next", details.open ? "open" : "closed"));
-  return element("section", {}, details);
+  return {
+    section: element("section", {}, details),
+    close: () => picture?.close(),
+    take(told) {
+      if (told.pen.allowed !== allowed) {
+        allowed = told.pen.allowed;
+        list.replaceChildren(...suggestions(allowed, told.motion !== null));
+      }
+      if (told.geoms === null || !details.open) return;
+      picture ??= machineOn(stage, PREVIEW);
+      if (picture.why === "") picture.take(told.geoms);
+    },
+  };
+}
+
+function suggestions(allowed, emulated) {
+  const view = (name) => element("a", { href: `#${name}` }, name);
+  const code = (text) => element("code", {}, text);
+  const command = allowed ? "Stop the motion above, then command a drive by the buttons of its card; write its parameters in "
+    : "To command drives, write parameters and strike faults, start ";
+  return [
+    ["Each card is a drive: its present state is filled in. ", view("scope"), " draws position, torque or any other object over time, ", view("machine"), " shows the axes, ", view("bus"), " the frames."],
+    allowed ? [command, view("parameters"), "."] : [command, code("drivetwin panel --allow-writes"), "."],
+    ...(emulated && allowed ? [["Take a drive's torque away in ", view("faults"), " and see what the controller does; measure loops and gains in ", view("commissioning"), "."]] : []),
+    ["To look at drives of your own: ", code("drivetwin panel --bus can0 --profile servoone"), "; it only reads."],
+    ...(emulated ? [["Other programs join this machine's bus by the name in the head of this page."]] : []),
+  ].map((words) => element("li", {}, ...words));
 }
 
 function card(first) {
@@ -43,7 +73,7 @@ function card(first) {
   const silent = element("p", { class: "bad", hidden: true });
   const state = element("b");
   const nmt = element("span"), mode = element("span"), position = element("span", { class: "big", "data-is": "position" });
-  const register = element("span");
+  const register = element("span"), torque = element("span", { class: "soft", "data-is": "torque" });
   const button = (what, name) => element("button", { "data-name": name, onclick: () => act(what, { node: first.id, name }) }, name);
   const commands = COMMANDS.map((name) => button("command", name));
   const services = NMT.map((name) => button("nmt", name));
@@ -52,7 +82,7 @@ function card(first) {
   const emergencies = element("div");
   let shown = "";
   const section = element("section", { "data-node": first.id }, title, silent,
-    element("p", {}, position),
+    element("p", {}, position, " ", torque),
     element("p", {}, state, " · NMT ", nmt, " · mode ", mode, " · error register ", register),
     diagram,
     element("div", { class: "row" }, ...commands),
@@ -71,6 +101,7 @@ function card(first) {
       say(mode, `${node.mode ?? ""} ${node.mode_name}`);
       say(register, node.register ?? "unknown");
       say(position, where(node));
+      say(torque, node.torque === null ? "" : `${fixed(node.torque, 2)} ${node.torque_unit}`);
       for (const each of commands) {
         each.disabled = !allowed || !node.commands.includes(each.dataset.name);
         each.title = allowed ? "" : "needs --allow-writes";
@@ -88,7 +119,7 @@ function card(first) {
 }
 
 function where(node) {
-  if (node.joint !== null) return `${node.joint.toFixed(4)} ${node.unit}`;
+  if (node.joint !== null) return `${fixed(node.joint, 4)} ${node.unit}`;
   return node.position === null ? "position unknown" : `${node.position} position units`;
 }
 
@@ -107,3 +138,6 @@ function history(emergencies) {
   return table(["time", "code", "meaning", "register"],
     emergencies.slice(0, 12).map((each) => [clock(each.since), each.code, each.words, each.register ?? ""]));
 }
+
+// Without a sign before nothing but zeros.
+const fixed = (value, digits) => value.toFixed(digits).replace(/^-(0\.0*)$/, "$1");

@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -268,3 +269,17 @@ def test_where_no_more_can_join_those_who_have_go_on_and_others_join_later(
     ]
     for each in waiting:
         each.close()
+
+
+def test_a_packet_that_is_taken_late_tells_when_it_was_sent(host: UnixHost, client: UnixBus) -> None:
+    apart = 0.05
+    for number in (1, 2):
+        host.send(frame(number))
+        assert host.recv(0.0) is None
+        time.sleep(apart * (2 - number))
+    first, second = (client.recv_packet(PATIENCE) for _ in range(2))
+    assert first is not None
+    assert second is not None
+    assert second[0] - first[0] >= apart
+    assert [number_of(unpack(packet)[0]) for _, packet in (first, second)] == [1, 2]
+    assert client.recv_packet(0.0) is None

@@ -21,6 +21,8 @@ from drivetwin.diagnosis.report.result import (
     Cause,
     Diagnosis,
     Estimate,
+    FrequencyResponse,
+    NoResponse,
     Pattern,
     Prediction,
     Regime,
@@ -32,6 +34,7 @@ from drivetwin.diagnosis.report.result import (
 from drivetwin.diagnosis.report.view import drawn, gap_map, mean_over, spectra_of, trace_of, worst_window
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.effects import PlacedEffect, library
+from drivetwin.identification.frequency.resonances import Resonances
 
 PERIOD, CUTOFF, STANDSTILL, NOISE = 1e-3, 48.0, 0.002, 0.02
 INPUTS = {"model.xml": "ab" * 32, "rec/<sweep>/signals.parquet": "cd" * 32}
@@ -452,3 +455,18 @@ def test_the_mean_over_velocity_does_not_join_both_directions() -> None:
     at = np.flatnonzero(np.isnan(mean))
     assert list(centre[at]) == [0.0]
     assert np.nanmax(np.abs(mean - np.sign(centre) - 0.5 * centre)) < 0.03
+
+
+def test_an_axis_says_its_frequency_response_or_why_it_has_none(tmp_path: Path) -> None:
+    frequency = np.arange(1.0, 101.0)
+    told = FrequencyResponse(
+        "torque_offset", frequency, np.asarray(-0.5j / np.pi / frequency, np.complex128), np.ones(100), frequency < 80.0,
+        40, 2.0, Resonances((50.0,), (25.0,)),
+    )  # fmt: skip
+    found = page_of(replace(CASE, responses={"rotate": told, "stretch": NoResponse("its torque was not recorded")}), tmp_path)
+    assert "Anti-resonance at 25.0 Hz, resonance at 50.0 Hz, from 1 to 79 Hz: elastic between motor and load" in found.text
+    assert "the load would be 3 times the motor" in found.text
+    assert "Not told by these recordings: its torque was not recorded." in found.text
+    assert found.figures == 7 + 1 + 1
+    stiff = replace(told, resonances=Resonances((), ()))
+    assert "No resonance from 1 to 79 Hz" in page_of(replace(CASE, responses={"rotate": stiff}), tmp_path).text

@@ -10,6 +10,7 @@ import pytest
 from browser_bench import browser_page, needs_chromium
 from panel_bench import Served, panel, read_by_canopen
 from playwright.sync_api import Page, expect
+from processes import drivetwin
 
 pytestmark = needs_chromium
 
@@ -36,6 +37,9 @@ def test_the_first_look_is_a_machine_in_motion(served: Served) -> None:
         expect(position).not_to_have_text(before)
         expect(page.locator("[data-node='2'] .bits .set")).to_contain_text(["ready to switch on", "operation enabled"])
         expect(page.get_by_text("What to do next")).to_be_visible()
+        expect(page.locator("[data-is='preview'] canvas")).to_be_visible()
+        page.locator("main a[href='#scope']").click()
+        expect(page.locator("#views a[href='#scope']")).to_have_attribute("aria-current", "page")
         expect(page.locator("#moves")).to_have_text("in motion")
 
 
@@ -108,7 +112,7 @@ def add(page: Page, where: str, what: str) -> None:
 def test_the_scope_is_triggered_zoomed_and_saved(served: Served, theme: str, width: int) -> None:
     with browser_page(served.url, width=width, theme=theme) as page:
         in_motion(page)
-        page.get_by_role("link", name="scope").click()
+        page.locator("#views a[href='#scope']").click()
         expect(page.locator("[data-is='readings']")).to_contain_text("rotate Position actual value")
         if width == 1280:
             add(page, "truth:rotate", "velocity")
@@ -144,7 +148,7 @@ def test_the_scope_is_triggered_zoomed_and_saved(served: Served, theme: str, wid
 def test_the_scope_is_triggered_by_a_state(served: Served) -> None:
     with browser_page(served.url) as page:
         in_motion(page)
-        page.get_by_role("link", name="scope").click()
+        page.locator("#views a[href='#scope']").click()
         add(page, "2", "Statusword")
         expect(page.locator("[data-is='readings']")).to_contain_text("rotate Statusword")
         if (run := page.get_by_role("button", name="Run")).is_visible():
@@ -163,7 +167,7 @@ def test_the_scope_is_triggered_by_a_state(served: Served) -> None:
 def test_the_machine_is_drawn_and_moves(served: Served, theme: str, width: int) -> None:
     with browser_page(served.url, width=width, theme=theme) as page:
         in_motion(page)
-        page.get_by_role("link", name="machine").click()
+        page.locator("#views a[href='#machine']").click()
         expect(page.locator("[data-is='drawn']")).to_contain_text("scara: 6 geoms")
         axis = page.locator("[data-is='axes'] tr", has_text="rotate")
         expect(axis).to_contain_text("rad")
@@ -173,6 +177,36 @@ def test_the_machine_is_drawn_and_moves(served: Served, theme: str, width: int) 
         expect(axis).not_to_have_text(before)
         assert page.locator(".stage canvas").screenshot() != drawn
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+WEDGE = """<mujoco><compiler angle="radian"/><asset>
+<mesh name="wedge" vertex="0 0 0  0.4 0 0  0.1 0.3 0  0.1 0.1 0.5"/></asset><worldbody>
+<body name="arm"><joint name="turn" axis="0 0 1" range="-1 1" damping="1" armature="0.1"/>
+<geom type="mesh" mesh="wedge" rgba="0.1 0.3 0.9 1" mass="1"/></body></worldbody>
+<actuator><motor joint="turn" ctrlrange="-50 50"/></actuator></mujoco>"""
+
+
+def test_a_mesh_is_drawn(tmp_path: Path) -> None:
+    (tmp_path / "wedge.xml").write_text(WEDGE)
+    made = drivetwin("machine", "new", tmp_path / "wedge.xml", "--out", tmp_path / "wedge")
+    assert made.status == 0, made.err
+    with panel("--emulate", tmp_path / "wedge") as served, browser_page(f"{served.url}#machine") as page:
+        expect(page.locator("[data-is='drawn']")).to_contain_text("1 geoms, where")
+        page.wait_for_function(BLUE)
+
+
+BLUE = """() => {
+  const canvas = document.querySelector(".stage canvas");
+  const copy = document.createElement("canvas");
+  [copy.width, copy.height] = [canvas.width, canvas.height];
+  const ctx = copy.getContext("2d");
+  ctx.drawImage(canvas, 0, 0);
+  const pixels = ctx.getImageData(0, 0, copy.width, copy.height).data;
+  let blue = 0;
+  for (let at = 0; at < pixels.length; at += 4) blue += pixels[at + 3] > 0 && pixels[at + 2] > 2 * pixels[at] ? 1 : 0;
+  return blue > 1000;
+}"""
+"""Whether the stage shows something blue: the colour of the mesh. What WebGL draws is kept until the next frame only."""
 
 
 def test_what_the_pages_load_is_small() -> None:

@@ -24,9 +24,9 @@ def test_a_fault_is_struck_seen_and_cleared(served: Served) -> None:
     with browser_page(f"{served.url}#faults", width=390, theme="dark") as page:
         events = page.locator("[data-is='events']")
         expect(events).to_contain_text(re.compile("stretch.*Operation enabled"))
-        page.get_by_role("link", name="drives").click()
+        page.locator("#views a[href='#drives']").click()
         expect(page.locator("[data-node='3']")).to_contain_text("7 interpolated position")
-        page.get_by_role("link", name="faults").click()
+        page.locator("#views a[href='#faults']").click()
         page.get_by_label("Fault").select_option("sto")
         page.locator("[name='node']").select_option("2")
         page.locator("[data-is='strike']").click()
@@ -40,7 +40,7 @@ def test_a_fault_is_struck_seen_and_cleared(served: Served) -> None:
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
         page.locator("[data-is='end']").click()
         expect(page.locator("[data-is='struck']")).to_contain_text("ended at")
-        page.get_by_role("link", name="drives").click()
+        page.locator("#views a[href='#drives']").click()
         card = page.locator("[data-node='2']")
         expect(card.locator("[data-state='Fault']")).to_have_class(re.compile("present"))
         card.locator("[data-name='Fault reset']").click()
