@@ -17,10 +17,11 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 from scipy.special import gammaln
 
+from drivetwin.diagnosis.model.beside import Inner, Products
 from drivetwin.diagnosis.model.colour import Colour
+from drivetwin.diagnosis.model.prior import Prior
 from drivetwin.diagnosis.prepare.rows import Column
 
 Array = NDArray[np.float64]
@@ -32,10 +33,6 @@ LEVELS = 4
 """Times that coefficients and noise levels are found in turn."""
 TUNED = 10
 """The same where amplitudes are found as well."""
-NEWTON = 8
-"""Steps to an amplitude."""
-NEXT_TO_NONE = 1e-3
-"""Of the usual amplitude, at which a component is as good as not there."""
 
 Amplitudes = Mapping[str, Array]
 """Of each axis, of each component of its unknown (K,) [N·m or N]."""
@@ -71,18 +68,6 @@ class Matrix:
     """Rows (N, k) of one axis: the columns that act on it, `index` (k - 1,) says which, and the target last."""
 
     rows: Array
-    index: Index
-
-
-@dataclass(frozen=True)
-class Products:
-    """Of one axis: inner products of the columns that act on it and the target, A'A (k, k), with the unknown's, U'A (m, k).
-
-    `index` (k - 1,): which of all columns they are; the target is the last.
-    """
-
-    gram: Array
-    across: Array
     index: Index
 
 
@@ -325,57 +310,6 @@ class Projector:
         return np.concatenate([*parts, *needed, (b.T / self.spreads).T])
 
 
-@dataclass(frozen=True)
-class Inner:
-    """The unknown of one axis beside noise: B = D G D + level² 1, factorised (m, m), D = diag `roots` (m,) its amplitudes."""
-
-    roots: Array
-    factor: Array
-    level: float
-
-    @classmethod
-    def of(cls, gram: Array, roots: Array, level: float) -> Inner:
-        """Of the products of its columns (m, m)."""
-        whole = gram * np.outer(roots, roots)
-        whole[np.diag_indices_from(whole)] += level**2
-        return cls(roots, np.asarray(linalg.cholesky(whole, lower=True, check_finite=False)), level)
-
-    def half(self, across: Array) -> Array:
-        """What the unknown explains of columns, as a root: its products, of products with the unknown's (m, p)."""
-        scaled = (across.T * self.roots).T
-        return np.asarray(linalg.solve_triangular(self.factor, scaled, lower=True, check_finite=False))
-
-    def reduced(self, part: Products) -> Array:
-        """Products of columns with the unknown taken out."""
-        half = self.half(part.across)
-        return np.asarray(part.gram - half.T @ half)
-
-    def mean(self, across: Array) -> Array:
-        """Of the unknown's coefficients (m,) or (m, k), of products of rows with its columns."""
-        half = self.half(across)
-        return (linalg.solve_triangular(self.factor, half, lower=True, trans=1, check_finite=False).T * self.roots).T
-
-    @property
-    def logarithm(self) -> float:
-        """Half the logarithm of |B / level²|: what the evidence pays for it."""
-        return float(np.sum(np.log(np.diag(self.factor)))) - len(self.roots) * float(np.log(self.level))
-
-    def tuned(self, component: Index, mean: Array, amplitude: Array, misfit: float) -> Array:
-        """Amplitudes (K,) nearer to where the evidence is highest: MacKay 1992, eq. 4.12, with their prior.
-
-        `mean` (m,): of the coefficients, with the present ones.
-        """
-        inverse = linalg.lapack.dpotri(self.factor, lower=1)[0]
-        known = 1.0 - self.level**2 * np.diag(inverse)
-        told = np.bincount(component, known, len(amplitude))
-        squares = np.bincount(component, mean**2, len(amplitude))
-        found = np.sqrt(squares / np.maximum(told, 1e-12))
-        for _ in range(NEWTON):  # of told a² + a³ / misfit = squares, which is convex: from above
-            slope = 2.0 * told * found + 3.0 * found**2 / misfit + 1e-300
-            found = found - (told * found**2 + found**3 / misfit - squares) / slope
-        return np.asarray(np.maximum(found, NEXT_TO_NONE * misfit))
-
-
 def _matrix(axis: str, columns: Sequence[Column], first: int, target: Array) -> Matrix:
     """`first`: number of the first of the columns."""
     at = [k for k, column in enumerate(columns) if axis in column]
@@ -385,36 +319,6 @@ def _matrix(axis: str, columns: Sequence[Column], first: int, target: Array) -> 
 
 def _products(own: AxisSystem, matrix: Matrix) -> Products:
     return Products(matrix.rows.T @ matrix.rows, own.unknown.T @ matrix.rows, matrix.index)
-
-
-@dataclass(frozen=True)
-class Prior:
-    """Of coefficients about 0: inverse squares of their scales (q,), 0 for a free one, and degrees of freedom."""
-
-    base: Array
-    freedom: float
-
-    def only(self, free: Index) -> Prior:
-        """Of some of them."""
-        return Prior(self.base[free], self.freedom)
-
-    def precision(self, values: Array) -> Array:
-        """That of the normal distribution which is as steep where they are (q,)."""
-        if np.isinf(self.freedom):
-            return self.base
-        return np.asarray(self.base * (self.freedom + 1.0) / (self.freedom + values**2 * self.base))
-
-    def scales(self, values: Array) -> Array:
-        """The standard deviations of that, infinite for a free one."""
-        told = self.precision(values)
-        return np.asarray(np.where(told > 0.0, 1.0 / np.sqrt(np.maximum(told, 1e-300)), np.inf))
-
-    def cost(self, values: Array) -> float:
-        """What it costs that they are off [nats]."""
-        squares = values**2 * self.base
-        if np.isinf(self.freedom):
-            return 0.5 * float(np.sum(squares))
-        return 0.5 * (self.freedom + 1.0) * float(np.sum(np.log1p(squares / self.freedom)))
 
 
 def solved(

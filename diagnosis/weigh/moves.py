@@ -237,10 +237,6 @@ class Search:
         except UserError:
             return None
 
-    def settled(self, effects: Sequence[PlacedEffect], proposals: Sequence[Proposal], before: Pair) -> Pair:
-        """The set with all its parameters moved together, and the noise coloured as it leaves it."""
-        return self.pair(settled_on(before.whole.of(effects), SETTLED), proposals)
-
     def with_yielding_friction(
         self, before: State, ahead: State, proposals: Sequence[Proposal], axes: Collection[str]
     ) -> State:
