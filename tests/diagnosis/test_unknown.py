@@ -22,7 +22,12 @@ def rows(tmp_path_factory: pytest.TempPathFactory) -> Rows:
 
 
 def of(rows: Rows, quantity: str, absolute: bool = True) -> list[Component]:
-    return [one for one in components(rows, "lift", WAVES, absolute) if one.goes_with == quantity]
+    return [one for one in components(rows, "lift", WAVES, absolute, nothing(rows)) if one.goes_with == quantity]
+
+
+def nothing(rows: Rows) -> Array:
+    """Of a model that has no parameters."""
+    return np.zeros((rows.count("lift"), 0))
 
 
 def clear(rows: Rows) -> NDArray[np.intp]:
@@ -58,13 +63,13 @@ def test_over_time_it_is_the_squared_exponential_kernel_times_the_direction(rows
 
 def test_a_component_has_an_rms_of_one_everywhere(rows: Rows) -> None:
     """So that a setting says how large the unknown is."""
-    for one in components(rows, "lift", 8.0, absolute=True):
+    for one in components(rows, "lift", 8.0, True, nothing(rows)):
         level = np.sqrt(np.sum(one.columns[clear(rows)] ** 2, axis=1))
         assert np.median(level) == pytest.approx(1.0, abs=0.05), one.goes_with
 
 
 def test_more_waves_are_more_columns(rows: Rows) -> None:
-    few, many = (components(rows, "lift", waves, True)[0].columns.shape[1] for waves in (2.0, 8.0))
+    few, many = (components(rows, "lift", waves, True, nothing(rows))[0].columns.shape[1] for waves in (2.0, 8.0))
     assert few < many
 
 
@@ -81,6 +86,18 @@ def test_a_smooth_curve_over_speed_is_within_its_reach(rows: Rows) -> None:
     pick = clear(rows)
     left = curve[pick] - columns[pick] @ np.linalg.lstsq(columns[pick], curve[pick], rcond=1e-8)[0]
     assert np.mean(left**2) < 0.01 * np.mean(curve[pick] ** 2)
+
+
+def test_it_has_nothing_of_what_the_model_s_own_parameters_cost(rows: Rows) -> None:
+    """Else a wrong Coulomb friction, a curve as smooth as any, would be told by neither."""
+    velocity = rows.rows("lift", lambda run, own: run.felt(own, own.motion.velocity))
+    friction = rows.rows("lift", lambda run, own: run.felt(own, np.sign(own.motion.velocity)))
+    known = np.column_stack([friction, velocity, friction + velocity])  # one of them twice
+    found = components(rows, "lift", WAVES, True, known)
+    for one in found:
+        overlap = known.T @ one.columns / np.linalg.norm(known, axis=0)[:, None]
+        assert np.abs(overlap).max() < 1e-8 * np.linalg.norm(one.columns)
+    assert sum(np.linalg.norm(one.columns) for one in found) > 0.5 * np.sqrt(len(known))
 
 
 def test_what_it_goes_with_is_told_most_first_and_from_a_tenth_on() -> None:
