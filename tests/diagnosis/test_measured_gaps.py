@@ -122,8 +122,8 @@ def test_emps_what_remains_is_more_than_noise(emps: Case) -> None:
 
 
 MEANS = (
-    "32 steady speeds are told by the means of 32 recordings, which the colour of slow noise hides: another curve over the speed "
-    "stands for this friction"
+    "32 steady speeds are told by the means of 32 recordings, which the colour of slow noise hides: another curve over the "
+    "speed stands for this friction"
 )
 
 
