@@ -13,7 +13,7 @@ class Settings:
     seed: of the Bayesian bootstrap and of the resampled blocks behind the intervals.
     nominal_spread: standard deviation of a nominal parameter about the true one, as a share: what a data sheet and a weighed
         part usually give.
-    nominal_freedom: degrees of freedom of the t distribution of a nominal friction: most are off by little, some by much.
+    nominal_freedom: degrees of freedom of the t distribution of that: most parameters are off by little, some by much.
     timing_spread, timing_share: standard deviation of the time by which torque and position of a sample differ [s]: half a bus
         cycle, and a share of the sample period.
     misfit: rms of each component of the smooth unknown, as a share of the axis's torque: the discrepancy of a calibrated

@@ -10,23 +10,22 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-NORMAL = 1e12
-"""Degrees of freedom of a normal distribution, to the last digits."""
-
 
 @dataclass(frozen=True)
 class Prior:
-    """Of coefficients about 0: inverse squares of their scales (q,), 0 for a free one, and degrees of freedom (q,) of each."""
+    """Of coefficients about 0: inverse squares of their scales (q,), 0 for a free one, and degrees of freedom."""
 
     base: Array
-    freedom: Array
+    freedom: float
 
     def only(self, free: Index) -> Prior:
         """Of some of them."""
-        return Prior(self.base[free], self.freedom[free])
+        return Prior(self.base[free], self.freedom)
 
     def precision(self, values: Array) -> Array:
         """That of the normal distribution which is as steep where they are (q,)."""
+        if np.isinf(self.freedom):
+            return self.base
         return np.asarray(self.base * (self.freedom + 1.0) / (self.freedom + values**2 * self.base))
 
     def scales(self, values: Array) -> Array:
@@ -36,4 +35,7 @@ class Prior:
 
     def cost(self, values: Array) -> float:
         """What it costs that they are off [nats]."""
-        return 0.5 * float(np.sum((self.freedom + 1.0) * np.log1p(values**2 * self.base / self.freedom)))
+        squares = values**2 * self.base
+        if np.isinf(self.freedom):
+            return 0.5 * float(np.sum(squares))
+        return 0.5 * (self.freedom + 1.0) * float(np.sum(np.log1p(squares / self.freedom)))

@@ -1,6 +1,6 @@
 """One linear model over all axes: nominal parameters with their priors, effects, the smooth unknown and coloured noise.
 
-y = X b + Z c + U u + e.  b are nominal parameters, N(0, diag spreads²) or of a t distribution about 0: most are off by little,
+y = X b + Z c + U u + e.  b are nominal parameters, of a t distribution about 0 with scales `spreads`: most are off by little,
 some by much (Lange, Little, Taylor 1989, by weights of their priors). c are free (effects, linearised where they are), u is the
 unknown of each axis, N(0, amplitude²) in each of its components, e coloured noise whose level is fitted, axis by axis. u
 is integrated out exactly (Schur complement), b by Laplace; c counts by the Bayesian information criterion (Schwarz, Annals of
@@ -21,7 +21,7 @@ from scipy.special import gammaln
 
 from drivetwin.diagnosis.model.beside import Inner, Products
 from drivetwin.diagnosis.model.colour import Colour
-from drivetwin.diagnosis.model.prior import NORMAL, Prior
+from drivetwin.diagnosis.model.prior import Prior
 from drivetwin.diagnosis.prepare.rows import Column
 
 Array = NDArray[np.float64]
@@ -99,14 +99,11 @@ def axis_system(colour: Colour, unknown: Array, component: Index, misfit: float,
     return AxisSystem(colour, columns, columns.T @ columns, component, misfit, colour.whiten(target), blocks)
 
 
-def system_of(
-    axes: Mapping[str, AxisSystem], columns: Sequence[Column], spreads: Array, freedom: Array | None = None
-) -> System:
-    """The system of columns, whitened, with their priors, normal without a `freedom`, the unknown as large as it usually is."""
+def system_of(axes: Mapping[str, AxisSystem], columns: Sequence[Column], spreads: Array, freedom: float = np.inf) -> System:
+    """The system of columns, whitened, with their priors, the unknown as large as it usually is."""
     matrices = {axis: _matrix(axis, columns, 0, own.target) for axis, own in axes.items()}
     products = {axis: _products(own, matrices[axis]) for axis, own in axes.items()}
-    tails = np.full(len(spreads), NORMAL) if freedom is None else freedom
-    return System(axes, columns, spreads, {axis: own.usual for axis, own in axes.items()}, matrices, products, tails)
+    return System(axes, columns, spreads, {axis: own.usual for axis, own in axes.items()}, matrices, products, freedom)
 
 
 @dataclass(frozen=True)
@@ -119,8 +116,8 @@ class System:
     amplitude: Amplitudes
     matrices: Mapping[str, Matrix]
     products: Mapping[str, Products]
-    freedom: Array
-    """Degrees of freedom (p,) of each column's t distribution."""
+    freedom: float
+    """Degrees of freedom of the nominal parameters' t distribution; infinite: they are normal."""
 
     def tuned(self, held: frozenset[int] = frozenset()) -> System:
         """The same with amplitudes where its evidence is highest."""
@@ -155,9 +152,7 @@ class System:
         return self._prior(()).cost(fit.coefficients[: len(self.spreads)])
 
     def _prior(self, extra: Sequence[Column]) -> Prior:
-        more = len(extra)
-        spreads = np.concatenate([self.spreads, np.full(more, np.inf)])
-        return Prior(1.0 / spreads**2, np.concatenate([self.freedom, np.full(more, NORMAL)]))
+        return Prior(1.0 / np.concatenate([self.spreads, np.full(len(extra), np.inf)]) ** 2, self.freedom)
 
     def _further(self, axis: str, extra: Sequence[Column], less: Column | None) -> Matrix:
         """The further columns that act on an axis, and its target without what is taken off it."""

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.colour import Colour, colour_of, white
-from drivetwin.diagnosis.model.prior import NORMAL
 from drivetwin.diagnosis.model.system import AxisSystem, Fit, System, axis_system, system_of
 from drivetwin.diagnosis.model.unknown import Component, components
 from drivetwin.diagnosis.prepare.deflection import axis_of
@@ -289,17 +288,9 @@ def state_of(
         owners.extend([number] * len(felt.tangents))
     axes = {axis: _axis_system(bench, axis, colours[axis], target[axis]) for axis in bench.rows.compared}
     whitened = [{axis: axes[axis].colour.whiten(rows) for axis, rows in column.items()} for column in columns]
-    system = system_of(axes, whitened, np.array(spreads), _freedom(bench, len(spreads)))
+    system = system_of(axes, whitened, np.array(spreads), bench.settings.nominal_freedom)
     whole = State(bench, ordered, system, tuple(owners), target, columns, late)
     return replace(whole, system=system.tuned(whole.held()))
-
-
-def _freedom(bench: Bench, count: int) -> Array:
-    """Degrees of freedom of each column: of a model's friction few, for it is guessed; its masses and inertias are drawn."""
-    found = np.full(count, NORMAL)
-    rubs = [number for number, one in enumerate(bench.nominals) if one.effect in ("coulomb", "viscous")]
-    found[rubs] = bench.settings.nominal_freedom
-    return found
 
 
 def _axis_system(bench: Bench, axis: str, known: Colour | AxisSystem, target: Array) -> AxisSystem:
