@@ -72,6 +72,9 @@ class WithheldPlant(Plant):
             if axis["bandwidth"] > 0.0:
                 parameters["current_filter"] = filter_share(1.0 / (2.0 * np.pi * axis["bandwidth"]))
 
+    def rehearse(self, servos: ServoBank) -> None:
+        """Nothing: no frame of another program waits for what its first cycle compiles."""
+
     def advance(self, servos: ServoBank) -> None:
         """Run `servos.periods` servo periods: encoder, loops, and the machine in small steps."""
         self._disturb(servos.periods * SERVO_PERIOD)

@@ -170,6 +170,6 @@ def test_an_acceptance_is_watched_case_by_case(tmp_path: Path) -> None:
         expect(shown.frame_locator("iframe[title='Report']").locator("h1")).to_contain_text("Acceptance of")
 
 
-def test_live_needs_a_report() -> None:
-    ended = drivetwin("diagnose", "model.xml", "swings", "--out", "out", "--no-html", "--live")
+def test_live_needs_a_report(tmp_path: Path) -> None:
+    ended = drivetwin("diagnose", "model.xml", "swings", "--out", str(tmp_path / "out"), "--no-html", "--live")
     assert (ended.status, ended.err) == (2, "drivetwin: --live shows the report in the browser: leave --no-html out\n")
