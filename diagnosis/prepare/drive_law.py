@@ -47,6 +47,7 @@ def asked_of(run: Run, axis: str) -> Asked | None:
     if drive.position_gain is None or drive.velocity_gain is None:
         return None
     demand, position = columns["position_demand"], columns["position"]
+    given = run.axes[axis].motion.torque  # read earlier by what its channel is late: the rest is the current loop's
     if not np.isfinite(demand).all():
         return None
     fast = _cascade(
@@ -64,9 +65,9 @@ def asked_of(run: Run, axis: str) -> Asked | None:
                 run.period,
             ]
         ),
-        columns["torque"],
+        given,
     )
-    return Asked(fast, lagged(fast, drive.current_loop_time_constant or 0.0, run.period), columns["torque"])
+    return Asked(fast, lagged(fast, drive.current_loop_time_constant or 0.0, run.period), given)
 
 
 def law_holds(runs: Sequence[Run], axis: str) -> bool:

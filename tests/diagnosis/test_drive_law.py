@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rig_bench import COULOMB, PERIOD, TURNING, VISCOUS, compared, ready, recording, swing, written_model
+from scipy.signal import lfilter
 
 from drivetwin.diagnosis.diagnose import diagnose
 from drivetwin.diagnosis.prepare.drive_law import asked_of
@@ -175,8 +176,10 @@ def test_a_drive_that_is_built_otherwise_is_not_asked(tmp_path: Path) -> None:
     assert not_testable(tmp_path, closed_loop(), DriveLoops()) == {"torque_saturation", "current_bandwidth"}
 
 
-def diagnosed(folder: Path, motor: Callable[[float], float]) -> Diagnosis:
-    fitted, held = (recorded(closed_loop(motor=motor, seed=seed)) for seed in (2, 5))
+def diagnosed(folder: Path, motor: Callable[[float], float], channel: Callable[[Array], Array] = np.asarray) -> Diagnosis:
+    """`channel`: from the torque that the motor gave to what was recorded of it."""
+    moved = [closed_loop(motor=motor, seed=seed) for seed in (2, 5)]
+    fitted, held = (recorded(replace(each, given=channel(each.given))) for each in moved)
     return diagnose(written_model(folder), [fitted], [held], Settings(), lambda _stage, _share: None)
 
 
@@ -190,3 +193,22 @@ def test_a_saturated_motor_is_the_first_cause(tmp_path: Path) -> None:
 def test_a_sound_drive_on_a_sound_machine_has_no_gap(tmp_path: Path) -> None:
     found = diagnosed(tmp_path, float)
     assert (found.verdict, found.selected) == (Verdict.NO_GAP, ())
+
+
+def filtered(given: Array) -> Array:
+    """Through a low-pass of 45 Hz."""
+    share = 1.0 - exp(-PERIOD * 2.0 * pi * 45.0)
+    return np.asarray(lfilter([share], [1.0, share - 1.0], given))
+
+
+def late(given: Array) -> Array:
+    """Two samples late."""
+    return np.concatenate([np.full(2, given[0]), given[:-2]])
+
+
+@pytest.mark.parametrize("channel", [filtered, late])
+def test_a_slow_channel_of_the_torque_is_no_slow_current_loop(channel: Callable[[Array], Array], tmp_path: Path) -> None:
+    """The motion feels the motor's torque at once, only its record is late. A slow current loop is late for both."""
+    found = diagnosed(tmp_path, float, channel)
+    assert "current_bandwidth" not in {one.effect for one in found.causes}
+    assert found.selected == ()
