@@ -48,7 +48,7 @@ def _best(state: State, axis: str, beside: Sequence[Column]) -> float:
     gained = _evidence(state, axis, beside, before, now)
     step = FIRST
     while step >= LEAST:
-        tried = [each for each in (best - step, best + step) if 0.0 <= each <= LATEST]
+        tried = [each for each in (0.0, best - step, best + step) if 0.0 <= each <= LATEST]
         found = max(((_evidence(state, axis, beside, before, each), each) for each in tried), default=(gained, best))
         if found[0] > gained + GAIN:
             gained, best = found

@@ -46,12 +46,13 @@ class TemperatureDrift(FrictionEffect):
         return replace(law, cold=self.cold, warming_time=self.time_constant)
 
     def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
-        """Cold friction is up to four times the warm one; a gear warms in minutes to hours (Bittencourt, Gunnarsson 2012).
+        """Cold friction is up to four times the warm one, never less: the lubricant thins (Bittencourt, Gunnarsson 2012).
 
+        A gear warms in minutes to hours (the same).
         What changes by less than a tenth of itself while it is recorded is another level, and no drift.
         """
         longest = float(np.clip(_SPANS * np.ptp(motion.time), 10.0, 2e4))
-        return {"cold": (-0.75, 3.0), "time_constant": (5.0, longest)}
+        return {"cold": (0.0, 3.0), "time_constant": (5.0, longest)}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
@@ -63,4 +64,4 @@ class TemperatureDrift(FrictionEffect):
 
     @classmethod
     def _start(cls, time_constant: float) -> Start:
-        return Start((cls(1.0, time_constant),), lambda found: cls(max(found[0], -0.9), time_constant))
+        return Start((cls(1.0, time_constant),), lambda found: cls(max(found[0], 0.0), time_constant))

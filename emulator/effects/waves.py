@@ -89,7 +89,10 @@ def long_waves(motion: Motion) -> list[float]:
 
 
 def orders(motion: Motion, axis: AxisDynamics, torque: NDArray[np.float64]) -> list[float]:
-    """Waves a motor turn to look for in a torque (n,): those that gears and motors have, and those that it shows; 1 or more."""
+    """Waves a motor turn to look for in a torque (n,): those that gears and motors have, and those that it shows; 1 or more.
+
+    Half a wave a travel tells the amplitude of one whose length is known.
+    """
     turn = 2.0 * np.pi / axis.gear_ratio
-    usual = [order for order in _USUAL_ORDERS if shortest(motion) <= turn / order <= travel(motion)]
+    usual = [order for order in _USUAL_ORDERS if shortest(motion) <= turn / order <= 2.0 * travel(motion)]
     return sorted({*usual, *(number * turn for number in strongest(motion, torque, _SHOWN) if number * turn > _LEAST_ORDER)})
