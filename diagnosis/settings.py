@@ -24,6 +24,8 @@ class Settings:
     least_share: share of an axis's gap energy that an effect must take to be named.
     askew: probability that a hinge that is vertical in the model feels a weight: a tilted base, an unbalanced load.
     blocks: intervals of contiguous time in which motion is held out.
+    widening: factor of every parameter's standard deviation, counted on 45 machines of the wide blind test: within what blocks
+        of time tell, its error is in 75 %; within 2.5 times that, in 86 %.
     folds: parts of which each is held out in turn (Geisser 1975).
     rounds: largest number of effects added per axis.
     """
@@ -41,5 +43,6 @@ class Settings:
     least_share: float = 0.01
     askew: float = 0.01
     blocks: int = 40
+    widening: float = 2.5
     folds: int = 5
     rounds: int = 6

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -106,36 +106,43 @@ def _drive_matters(rows: Rows, one: DriveFound, settings: Settings) -> bool:
 def _worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
     """Without effects and bodies that close less than a share of the gap on motion that was not fitted, the worst first.
 
-    Of an effect that this motion asks for much less than the fitted one it is enough that it does no harm there. Those of the
-    drive are no matter of the motion, and the torque that they do not give hides no other.
+    An effect that this motion asks for much less than the fitted one must close that share there, and do no harm here. Those of
+    the drive are no matter of the motion, and the torque that they do not give hides no other.
     """
     drives = tuple(one for one in patch.effects if isinstance(one.effect, DriveEffect))
     patch = replace(patch, effects=tuple(one for one in patch.effects if not isinstance(one.effect, DriveEffect)))
-    as_it_stands = [predict(ready.simulation, run, Patch()) for run in ready.checks]
+    unseen, fitted = _left_of(ready, ready.checks), _left_of(ready, ready.runs)
+    seldom = _seldom_asked_for(ready, patch)
+    while patch.effects or patch.heavier:
+        rests: list[tuple[PlacedEffect | None, Patch]] = [
+            (one, replace(patch, effects=tuple(each for each in patch.effects if each is not one))) for one in patch.effects
+        ]
+        rests += [(None, replace(patch, heavier=None))] if patch.heavier else []
+        whole = unseen(patch)
+        losses = [unseen(rest) - whole for _, rest in rests]
+        for k, (one, rest) in enumerate(rests):
+            if one in seldom and losses[k] >= 0.0:
+                losses[k] = fitted(rest) - fitted(patch)
+        worst = int(np.argmin(losses))
+        if losses[worst] > least_share and np.isfinite(whole):
+            break
+        patch = rests[worst][1]
+    return replace(patch, effects=in_order([*patch.effects, *drives]))
+
+
+def _left_of(ready: Prepared, runs: Sequence[Run]) -> Callable[[Patch], float]:
+    """From a patch to the energy that it leaves on some motion, over the gap's of each axis; infinite for no mechanism."""
+    as_it_stands = [predict(ready.simulation, run, Patch()) for run in runs]
     sizes = {axis: max(gap_rms(as_it_stands, axis), 1e-300) for axis in ready.simulation.axes}
 
-    def left(tried: Patch) -> float:
+    def left(patch: Patch) -> float:
         try:
-            told = [predict(ready.simulation, run, tried) for run in ready.checks]
+            told = [predict(ready.simulation, run, patch) for run in runs]
         except UserError:
             return np.inf
         return sum((gap_rms(told, axis, "after") / size) ** 2 for axis, size in sizes.items())
 
-    seldom = _seldom_asked_for(ready, patch)
-    while patch.effects or patch.heavier:
-        whole = left(patch)
-        least = [0.0 if one in seldom else least_share for one in patch.effects]
-        rests = [
-            (replace(patch, effects=tuple(one for one in patch.effects if one is not each)), share)
-            for each, share in zip(patch.effects, least, strict=True)
-        ]
-        rests += [(replace(patch, heavier=None), least_share)] if patch.heavier else []
-        losses = [left(rest) - whole - share for rest, share in rests]
-        worst = int(np.argmin(losses))
-        if losses[worst] > 0.0 and np.isfinite(whole):
-            break
-        patch = rests[worst][0]
-    return replace(patch, effects=in_order([*patch.effects, *drives]))
+    return left
 
 
 def _seldom_asked_for(ready: Prepared, patch: Patch) -> list[PlacedEffect]:
@@ -304,7 +311,7 @@ def _selected(
         one.axis,
         answer.probability if answer is not None else 1.0,
         share,
-        _estimates(values, one),
+        _estimates(ready, values, one),
         _closed(ready, gaps, rest, one.axis, settings),
         others,
         tell_apart(one.effect.name, others),
@@ -322,15 +329,25 @@ def _share_of(one: PlacedEffect, divided: tuple[Sequence[PlacedEffect], Sequence
     return next(part.share for own, part in zip(*divided, strict=False) if alike(own, one))
 
 
-def _estimates(values: Refitted, one: PlacedEffect) -> dict[str, Estimate]:
+def _estimates(ready: Prepared, values: Refitted, one: PlacedEffect) -> dict[str, Estimate]:
     """Parameters with 90 % intervals."""
     number = next(k for k, each in enumerate(values.effects) if each is one)
     told = {}
     for parameter in one.effect.parameters:
-        half = TWO_SIDED_90 * values.deviations[number].get(parameter.name, 0.0)
+        deviation = values.deviations[number].get(parameter.name, 0.0)
         value = float(getattr(one.effect, parameter.name))
-        told[parameter.name] = Estimate(value, one.units[parameter.name], (value - half, value + half))
+        half = TWO_SIDED_90 * deviation
+        interval = (value - half, value + half) if np.isfinite(deviation) else _anywhere(ready, one, parameter.name)
+        told[parameter.name] = Estimate(value, one.units[parameter.name], interval)
     return told
+
+
+def _anywhere(ready: Prepared, one: PlacedEffect, parameter: str) -> tuple[float, float]:
+    """Where a parameter that nothing tells may be: within its bounds; without any it is a place, within the machine's reach."""
+    reach = float(ready.simulation.model.stat.extent)
+    dynamics = ready.simulation.dynamics()[one.axis]
+    low, high = one.effect.bounds(ready.rows.motion[one.axis], dynamics)[parameter]
+    return low if np.isfinite(low) else -reach, high if np.isfinite(high) else reach
 
 
 def _closed(ready: Prepared, gaps: Gaps, rest: Patch, axis: str, settings: Settings) -> Shrink | None:

@@ -88,16 +88,29 @@ class Search:
                 continue
             if type(effect) not in self.kinds.get(one.axis, ()):
                 continue
-            known = self.evaluated(state, Begun(one.axis, effect, 0.0, 1))
-            if known is None:
+            family = self._instead(state.holding(number), one.axis, effect)
+            if family is None:
                 continue
+            assert family.chosen is not None
             try:
-                later = state.of(_with(state.effects, known.effect, one.value))
+                later = state.of(_with(state.effects, family.chosen, one.value))
             except UserError:
                 continue
-            families.append(Family(known.effect, state, [known]))
+            families.append(family)
             state = settled_on(later, SETTLED)
         return state, families
+
+    def _instead(self, exact: State, axis: str, effect: Effect) -> Family | None:
+        """A nominal parameter that is off, beside a set that has it as the model does, and all that could be so instead.
+
+        Only its size is open: a body that is heavier has its place.
+        """
+        known = self.evaluated(exact, Begun(axis, effect, 0.0, 1), 1)
+        if known is None:
+            return None
+        others = [one for one in self.proposals(Pair(exact, exact), [axis], ()) if not same_kind(one.effect, known.effect)]
+        best = max(others, key=lambda one: one.score, default=known)
+        return Family(best.effect if best.score > known.score + CLEARLY else known.effect, exact, [known, *others])
 
     def further(self, found: Found, state: State) -> Family:
         """What else could be added to the set that is left of what was found; what was given up of that is no news."""
@@ -201,7 +214,7 @@ class Search:
         return pair
 
     def exchanged(self, pair: Pair, proposals: Sequence[Proposal]) -> tuple[Pair, list[Family], bool]:
-        """Each effect again beside the others: what else could stand in its place; the better one takes it."""
+        """Each effect again beside the others: what could stand in its place, of its kind or another; the better takes it."""
         families, changed = [], False
         pair = Pair(settled_on(pair.whole, SETTLED), pair.part)
         for one in list(pair.whole.effects):
@@ -213,9 +226,10 @@ class Search:
                 continue
             known = self.evaluated(beside.whole, Begun(one.axis, one.effect, 0.0, 1))
             rivals = self._rivals.get((one.effect.name, one.axis))
-            others = [each for each in self.proposals(beside, [one.axis], rivals) if not same_kind(each.effect, one)]
+            found = self.proposals(beside, [one.axis], rivals)
+            others = [each for each in found if not same_kind(each.effect, one)]
             family = [*others, *([known] if known is not None else [])]
-            best = max(family, key=lambda each: each.score, default=None)
+            best = max([*found, *family], key=lambda each: each.score, default=None)
             able = best is not None and best is not known and best.takes >= self.bench.settings.least_share
             if best is not None and able and (known is None or best.score > known.score + CLEARLY):
                 ahead = settled_on(beside.whole.of((*beside.whole.effects, best.effect)), SETTLED)
@@ -366,8 +380,11 @@ class Search:
         effect = moved(state.frugal, state.frugal_fit, one.effect, fields, predict, held, *more)
         return replace(one, effect=effect)
 
-    def evaluated(self, state: State, one: Begun) -> Proposal | None:
-        """What a set gains by an effect; None where it makes no mechanism there, or costs nothing."""
+    def evaluated(self, state: State, one: Begun, free: int | None = None) -> Proposal | None:
+        """What a set gains by an effect; None where it makes no mechanism there, or costs nothing.
+
+        `free`: how many of its parameters are, the first ones; all, if not told.
+        """
         try:
             felt = state.felt(one.axis, one.effect)
             state.rows.simulation.dynamics((*state.effects, placed(state.rows, one.axis, one.effect)))
@@ -375,10 +392,11 @@ class Search:
             return None
         if not all(np.isfinite(rows).all() for rows in felt.cost.values()):
             return None
-        less, tangent = state.system.whiten(felt.cost), [state.system.whiten(each) for each in felt.tangents]
+        tangents = felt.tangents[:free]
+        less, tangent = state.system.whiten(felt.cost), [state.system.whiten(each) for each in tangents]
         held = state.held(one.effect.name, one.axis)
         fit = state.system.fit_tuned(tangent, less, held)
-        left = state.energy(state.patched, felt.tangents, felt.cost)
+        left = state.energy(state.patched, tangents, felt.cost)
         taken = {axis: state.left[axis] - left[axis] for axis in felt.cost}
         share = max(part for axis, part in taken.items() if is_torque(axis))
         gain = fit.evidence - state.fit.evidence

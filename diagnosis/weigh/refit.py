@@ -4,7 +4,8 @@ What was weighed is likelihood; what a patch is judged by is the rms of the gap.
 more without colour and unknown, the nominal parameters held; their covariance is the sandwich over blocks of contiguous time
 (Liang and Zeger, Biometrika 73(1), 1986), which is right whatever the colour of what is left. It does not know that the model
 may be of another form than the machine. That shows where likelihood and least squares, which agree on a right model, give
-different values (Hausman, Econometrica 46(6), 1978): a deviation is at least that difference.
+different values (Hausman, Econometrica 46(6), 1978): a deviation is at least that difference. Even so a wrong form errs alike
+in all blocks: by how much more parameters miss than blocks tell was counted on machines of another simulator (`widening`).
 """
 
 from __future__ import annotations
@@ -26,11 +27,14 @@ Array = NDArray[np.float64]
 
 STEPS = 3
 """Gauss-Newton steps at most."""
+NOTHING = 1e-6
+"""Information on a step that matters to a parameter, below which nothing tells it: the place of a load on a slide, say."""
 
 
 @dataclass(frozen=True)
 class Refitted:
-    """The effects in order, and the standard deviation of each one's parameters by name, in their units.
+    """The effects in order, and the standard deviation of each one's parameters by name, in their units; infinite for what
+    nothing tells.
 
     `heavier`: bodies, by number, that are heavier by a share of their mass.
     """
@@ -54,7 +58,8 @@ def refitted(state: State, bodies: Collection[int]) -> Refitted:
     }
     spread = _deviations(state, bodies)
     apart = [_apart(one, likeliest) for one in state.effects]
-    deviations = [{name: max(own[name], far.get(name, 0.0)) for name in own} for own, far in zip(spread, apart, strict=True)]
+    wider = state.bench.settings.widening
+    deviations = [{name: wider * max(own[name], far[name]) for name in own} for own, far in zip(spread, apart, strict=True)]
     return Refitted(state, state.effects, deviations, heavier)
 
 
@@ -121,6 +126,7 @@ def _deviations(state: State, bodies: Collection[int]) -> list[dict[str, float]]
         middle += scores.T @ scores
     inverse = inverse_of(information)
     spread = np.sqrt(np.maximum(np.diag(inverse @ middle @ inverse), 0.0))
+    spread[np.diag(information) < NOTHING] = np.inf
     found = []
     for number, one in enumerate(state.effects):
         own_columns = [k for k, owner in enumerate(state.owners) if owner == number]

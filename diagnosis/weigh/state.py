@@ -162,10 +162,16 @@ class State:
     """Torque that the effects leave, and the system's columns, as they are felt [N·m or N]."""
     late: Mapping[str, float]
     """By how much the torque of each axis is read earlier [s]: it was recorded after the motion that needed it."""
+    exact: frozenset[int] = frozenset()
+    """Nominal parameters, by number, that are as the model has them."""
 
     def of(self, effects: Sequence[PlacedEffect]) -> State:
         """Another set, the noise coloured and the torque read as in this one. Raises UserError where it makes no mechanism."""
-        return state_of(self.bench, effects, self.system.axes, self.late)
+        return state_of(self.bench, effects, self.system.axes, self.late, self.exact)
+
+    def holding(self, number: int) -> State:
+        """The same set, one nominal parameter as the model has it."""
+        return state_of(self.bench, self.effects, self.system.axes, self.late, self.exact | {number})
 
     def lateness(self) -> dict[str, float]:
         """By how much the torque of each axis was recorded late [s], of those whose torque is read earlier."""
@@ -177,7 +183,7 @@ class State:
 
     def read(self, late: Mapping[str, float]) -> State:
         """The same set, the torque of each axis read otherwise [s]."""
-        return state_of(self.bench, self.effects, self.system.axes, late)
+        return state_of(self.bench, self.effects, self.system.axes, late, self.exact)
 
     @property
     def rows(self) -> Rows:
@@ -221,7 +227,7 @@ class State:
         chosen = {(one.effect.name, one.axis) for one in self.effects}
         if effect is not None and axis is not None:
             chosen.add((effect, axis))
-        return frozenset(
+        return self.exact | frozenset(
             number
             for number, one in enumerate(self.bench.nominals)
             if one.axis is not None and ((one.effect, one.axis) in chosen or (one.timing and ("delay", one.axis) in chosen))
@@ -270,6 +276,7 @@ def state_of(
     effects: Sequence[PlacedEffect],
     colours: Mapping[str, Colour | AxisSystem],
     late: Mapping[str, float],
+    exact: frozenset[int] = frozenset(),
 ) -> State:
     """The set's system, in given colours or in those of another set's. Raises UserError where the effects make no mechanism."""
     ordered = in_order(effects)
@@ -289,7 +296,7 @@ def state_of(
     axes = {axis: _axis_system(bench, axis, colours[axis], target[axis]) for axis in bench.rows.compared}
     whitened = [{axis: axes[axis].colour.whiten(rows) for axis, rows in column.items()} for column in columns]
     system = system_of(axes, whitened, np.array(spreads), bench.settings.nominal_freedom)
-    whole = State(bench, ordered, system, tuple(owners), target, columns, late)
+    whole = State(bench, ordered, system, tuple(owners), target, columns, late, exact)
     return replace(whole, system=system.tuned(whole.held()))
 
 

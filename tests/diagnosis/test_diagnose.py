@@ -202,6 +202,18 @@ def test_a_parameter_of_the_model_that_is_off_is_named_as_what_it_is(case: Case,
     sound(found)
 
 
+@pytest.mark.parametrize("offset", [1.0, 2.0])
+def test_an_offset_that_a_heavier_body_could_make_in_part_is_no_payload(offset: float, tmp_path: Path) -> None:
+    """A nominal mass that is off takes up the offset, and an inertia what that does to the acceleration: one cause is asked for
+    in their place."""
+    found = diagnosed(tmp_path, only("lift", lambda at: np.full(len(at.position), offset)))
+    cause = found.causes[0]
+    assert cause.axis == "lift"
+    assert {cause.effect, *cause.indistinguishable_from} >= {"torque_offset", "coulomb_asymmetry"}
+    assert found.verdict is Verdict.EXPLAINED
+    sound(found)
+
+
 def test_a_sound_machine_has_no_gap(tmp_path: Path) -> None:
     found = diagnosed(tmp_path, partial(with_torque, {}))
     assert found.verdict is Verdict.NO_GAP

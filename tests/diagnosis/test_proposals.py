@@ -11,11 +11,12 @@ import pytest
 from rig_bench import COULOMB, GEAR, RESOLUTION, Swing, ready, strokes
 
 from drivetwin.diagnosis.prepare.rows import Column
+from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.search import Begun, Field, tangents
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.moves import Pair, Search
-from drivetwin.diagnosis.weigh.state import bench_of, colours_of, state_of
+from drivetwin.diagnosis.weigh.state import bench_of, colours_of, first_colours, state_of
 from drivetwin.emulator.effects import AxisEffect, Effect
 from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.presliding import Presliding
@@ -76,6 +77,19 @@ def test_a_proposal_is_worth_what_the_best_of_its_kind_is(case: Case, tmp_path: 
     assert best > 100.0
     (found,) = search.proposals(Pair(alone, alone))
     assert found.score > 0.9 * best
+
+
+def test_a_wave_of_the_wrong_order_is_exchanged_for_one_of_the_right_order(tmp_path: Path) -> None:
+    made = ready(tmp_path, *(strokes(seed, seconds, {"lift": ripple}) for seed, seconds in ((1, 20.0), (2, 4.0))))
+    bench = bench_of(made.rows, Settings(), made.absolute)
+    wrong = placed(bench.rows, "lift", TorqueRipple(0.1, float(TEETH + 2), 0.0))
+    state = state_of(bench, (wrong,), first_colours(bench), {})
+    search = Search(bench, bench, {"lift": [TorqueRipple]}, {}, lambda _what, _share: None)
+    pair, _, changed = search.exchanged(Pair(state, state), [])
+    (found,) = pair.whole.effects
+    assert changed
+    assert isinstance(found.effect, TorqueRipple)
+    assert (found.effect.order, found.effect.amplitude) == (TEETH, pytest.approx(0.4, rel=0.05))
 
 
 def test_a_parameter_whose_bounds_leave_no_room_has_no_slope() -> None:
