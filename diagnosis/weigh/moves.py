@@ -233,7 +233,8 @@ class Search:
             able = best is not None and best is not known and best.takes >= self.bench.settings.least_share
             if best is not None and able and (known is None or best.score > known.score + CLEARLY):
                 ahead = settled_on(beside.whole.of((*beside.whole.effects, best.effect)), SETTLED)
-                if known is None or ahead.fit.evidence + best.prior > pair.whole.fit.evidence + known.prior + CLEARLY:
+                gains = known is None or ahead.fit.evidence + best.prior > pair.whole.fit.evidence + known.prior + CLEARLY
+                if gains and not _leaves_more(ahead, pair.whole):
                     pair, changed = self.pair(ahead, proposals), True
                     continue
             families.append(Family(one, beside.whole, family))
@@ -414,6 +415,11 @@ class Pair:
 
     whole: State
     part: State
+
+
+def _leaves_more(ahead: State, state: State) -> bool:
+    """Whether a set leaves more of an axis's gap than another: noise with long tails has learned what the other explains."""
+    return any(left > state.left[axis] + state.bench.settings.least_share for axis, left in ahead.left.items())
 
 
 def _with(effects: Sequence[PlacedEffect], new: PlacedEffect, before: float) -> tuple[PlacedEffect, ...]:
