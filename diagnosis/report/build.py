@@ -337,7 +337,9 @@ def _estimates(ready: Prepared, values: Refitted, one: PlacedEffect) -> dict[str
         deviation = values.deviations[number].get(parameter.name, 0.0)
         value = float(getattr(one.effect, parameter.name))
         half = TWO_SIDED_90 * deviation
-        interval = (value - half, value + half) if np.isfinite(deviation) else _anywhere(ready, one, parameter.name)
+        interval = max(value - half, parameter.low), min(value + half, parameter.high)
+        if not np.isfinite(deviation):
+            interval = _anywhere(ready, one, parameter.name)
         told[parameter.name] = Estimate(value, one.units[parameter.name], interval)
     return told
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from itertools import cycle
@@ -53,8 +53,9 @@ def shares_section(diagnosis: Diagnosis) -> str:
     if not gaps:
         return ""
     paints = _paints(share.of for gap in gaps.values() for share in gap.shares)
-    bars = "".join(_stack(name, gap, diagnosis.units[name], paints) for name, gap in gaps.items())
-    rows = [row for name, gap in gaps.items() for row in _rows(name, gap, diagnosis.units[name], paints)]
+    words = {axis: _words(diagnosis, axis) for axis in gaps}
+    bars = "".join(_stack(name, gap, diagnosis.units[name], paints, words[name]) for name, gap in gaps.items())
+    rows = [row for name, gap in gaps.items() for row in _rows(name, gap, diagnosis.units[name], paints, words[name])]
     head = ["Part", "Share", "90 % interval", "Level, rms"]
     return (
         f"<section><h2>What the gap is made of</h2>{bars}"
@@ -71,18 +72,31 @@ def _paints(parts: Iterable[str]) -> Mapping[str, _Paint]:
     return dict(zip(effects, cycle(_EFFECTS), strict=False)) | {UNKNOWN: _UNKNOWN, NOISE: _NOISE}
 
 
-def _stack(axis: str, gap: AxisGap, unit: str, paints: Mapping[str, _Paint]) -> str:
-    parts = "".join(_part(share, paints[share.of]) for share in gap.shares if share.share > 0.0)
-    words = ", ".join(f"{name_of(share.of)} {percent(share.share)}" for share in gap.shares)
+def _words(diagnosis: Diagnosis, axis: str) -> list[str]:
+    """What each share of an axis's gap is of; several of a kind by their order or period."""
+    own = [one.effect for one in diagnosis.selected if one.axis == axis]
+    names = [share.of for share in diagnosis.axes[axis].shares]
+    found = [name_of(name) for name in names]
+    for k, (name, effect) in enumerate(zip(names, own, strict=False)):
+        waves = [each for each in ("order", "period") if hasattr(effect, each)]
+        if names.count(name) > 1:
+            found[k] += "".join(f", {each} {getattr(effect, each):.3g}" for each in waves)
+    return found
+
+
+def _stack(axis: str, gap: AxisGap, unit: str, paints: Mapping[str, _Paint], names: Sequence[str]) -> str:
+    told = list(zip(gap.shares, names, strict=True))
+    parts = "".join(_part(share, name, paints[share.of]) for share, name in told if share.share > 0.0)
+    words = ", ".join(f"{name} {percent(share.share)}" for share, name in told)
     return (
         f'<div class="stack"><b>{escape(axis)} <span class="note">{escape(level(gap.gap_rms, unit))}</span></b>'
         f'<div class="parts" role="img" aria-label="{escape(words)}">{parts}</div></div>'
     )
 
 
-def _part(share: Share, paint: _Paint) -> str:
+def _part(share: Share, name: str, paint: _Paint) -> str:
     """Of its words those are seen that fit: what does not goes to a next line, which is hidden."""
-    size, name = percent(share.share), name_of(share.of)
+    size = percent(share.share)
     told = f"{size} {name}, 90 % interval {span_percent(*share.ci90)}"
     return (
         f'<span style="flex-grow:{1000.0 * share.share:.2f};background:{paint.background};color:{paint.ink}" '
@@ -90,13 +104,13 @@ def _part(share: Share, paint: _Paint) -> str:
     )
 
 
-def _rows(axis: str, gap: AxisGap, unit: str, paints: Mapping[str, _Paint]) -> list[list[str]]:
+def _rows(axis: str, gap: AxisGap, unit: str, paints: Mapping[str, _Paint], names: Sequence[str]) -> list[list[str]]:
     return [[escape(axis)]] + [
         [
-            f'<span class="key" style="background:{paints[share.of].background}"></span>{escape(name_of(share.of))}',
+            f'<span class="key" style="background:{paints[share.of].background}"></span>{escape(name)}',
             percent(share.share),
             span_percent(*share.ci90),
             escape(level(gap.gap_rms * max(share.share, 0.0) ** 0.5, unit)),
         ]
-        for share in gap.shares
+        for share, name in zip(gap.shares, names, strict=True)
     ]

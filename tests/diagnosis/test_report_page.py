@@ -339,9 +339,12 @@ def test_the_words_are_those_of_the_field(page: Page) -> None:
 def test_two_of_a_kind_are_two(tmp_path: Path) -> None:
     shares = (Share("torque_ripple", 0.6, (0.5, 0.7)), Share("torque_ripple", 0.3, (0.2, 0.4)), Share("noise", 0.1, (0.0, 0.2)))
     gap = replace(CASE.axes["rotate"], shares=shares)
-    found = page_of(replace(CASE, axes={**CASE.axes, "rotate": gap}, selected=(RIPPLE, RIPPLE)), tmp_path)
+    other = placed("torque_ripple", amplitude=0.05, order=28.0, phase=0.1)
+    found = page_of(replace(CASE, axes={**CASE.axes, "rotate": gap}, selected=(RIPPLE, other)), tmp_path)
     assert found.widths == pytest.approx([600.0, 300.0, 100.0])
     assert "explained by 2 × torque ripple on rotate" in found.text
+    assert "torque ripple, order 24" in found.text
+    assert "torque ripple, order 28" in found.text
 
 
 def test_no_gap_and_held_back_blocks_are_said(tmp_path: Path) -> None:
