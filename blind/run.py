@@ -119,6 +119,8 @@ def _try_claims(client: Callable[[], Client], order: Order, place: Place, proced
             if asked and not (folder / ALIKE).exists():
                 own = client().submit(try_claims, case, nominal, asked, pack(folder), procedure, pure=False)
                 waiting[own] = folder / ALIKE
+    if not waiting:
+        return
     watch.claims(len(waiting))
     for future in as_completed(list(waiting)):
         with new_file(waiting.pop(future)) as part:
