@@ -9,7 +9,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := run
 
-.PHONY: run test suite check tutorial coverage nightly test-long test-vcan interoperability seeds bench panel-load wafer-handler fuzz fuzz-files unbroken blind position-only measured accept accept-repeats mutants docs lock clean
+.PHONY: run test suite check tutorial coverage nightly test-long test-vcan interoperability seeds bench panel-load wafer-handler fuzz fuzz-files unbroken blind position-only measured sensitivity accept accept-repeats mutants docs lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -113,6 +113,13 @@ position-only: .venv/.installed
 # Machines whose gap to their simulation is known, diagnosed and held against least squares: out/measured/score.html; resumes.
 measured: .venv/.installed
 	PYTHONPATH=scripts $(BIN)/python -m measured --data ../shared/data --out out/measured
+
+# Each number of the diagnosis's settings halved and doubled on measured and blind cases: docs/sensitivity.md; resumes where it was.
+SENSITIVE := kinova_joint_7 kinova_joint_5 epos2_turn_a epos2_turn_b epos_screw laas_no_gap
+sensitivity: .venv/.installed
+	test -e out/sensitivity/blind/key.json || $(BIN)/python -m drivetwin.blind.wide.write --count 4 --seed 5 --family rotary \
+		--family linear --out out/sensitivity/blind
+	$(BIN)/python scripts/sensitivity.py --data ../shared/data $(addprefix --measured ,$(SENSITIVE)) --blind out/sensitivity/blind
 
 # The reference controller through the acceptance suite: out/accept/report.html and junit.xml.
 accept: .venv/.installed

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -19,6 +20,8 @@ NOMINALS = ("exact", "off")
 
 REPORT, FAILED = "report.json", "failed.json"
 PREDICTION, FRESH = "prediction", "fresh"
+ALIKE = "alike.json"
+"""What came of the claims that an effect is indistinguishable from a true one, once the key is open."""
 
 
 @dataclass(frozen=True)
@@ -47,12 +50,16 @@ class Answer:
 
     `gaps`: by axis on the validation motion, with all selected effects. `fresh`: by axis on motion that the diagnosis never
     saw, with the first cause alone; empty where it predicts nothing. `failed`: why there is no report, which is None then.
+    `alike`: effect, axis and true effect of what called itself indistinguishable and is so by the fit (`alike.py`); `checked`:
+    how many such claims were tried.
     """
 
     report: Told | None
     gaps: Mapping[str, Gap]
     fresh: Mapping[str, Gap]
     failed: str | None
+    alike: frozenset[tuple[str, str, str]] = frozenset()
+    checked: int = 0
 
 
 def answered(folder: Path) -> bool:
@@ -76,7 +83,14 @@ def read_answer(folder: Path) -> Answer:
         fresh = measure(sorted((folder / FRESH).glob("*.parquet")), noise)
     except (UserError, pa.ArrowException, KeyError) as error:
         return Answer(None, {}, {}, f"the contract is broken: {error}")
-    return Answer(report, gaps, fresh, None)
+    claims = _claims(folder / ALIKE)
+    alike = frozenset((one["effect"], one["axis"], one["truth"]) for one in claims if one["holds"])
+    return Answer(report, gaps, fresh, None, alike, len(claims))
+
+
+def _claims(path: Path) -> list[dict[str, Any]]:
+    """What alike.json says; nothing where no claim was tried."""
+    return list(json.loads(path.read_text(encoding="utf-8"))["claims"]) if path.exists() else []
 
 
 def measure(predictions: Iterable[Path], noise: Mapping[str, float]) -> dict[str, Gap]:

@@ -82,16 +82,16 @@ class Judged:
 
     @property
     def first_is_true(self) -> bool:
-        """The first cause is a true effect on its axis, or one that the data cannot tell from it and that says so."""
+        """The first cause is a true effect on its axis, or one that the data cannot tell from it, says so, and is so."""
         first = self.first
-        return first is not None and any(covers(first, cause) for cause in self.case.causes)
+        return first is not None and any(self.covers(first, cause) for cause in self.case.causes)
 
     @property
     def effect_is_true(self) -> bool:
         """The same, whatever the axis."""
         first = self.first
         return first is not None and any(
-            cause.effect in {first.effect, *first.indistinguishable_from} for cause in self.case.causes
+            cause.effect == first.effect or self.covers(first, cause) for cause in self.case.causes
         )
 
     @property
@@ -101,14 +101,14 @@ class Judged:
 
     @property
     def all_selected(self) -> bool:
-        """Every true effect was selected on its axis, itself or one that was named as indistinguishable from it."""
+        """Every true effect was selected on its axis, itself or one that says that it cannot be told from it, and is so."""
         report = self.answer.report
         if report is None:
             return False
         selected = {(entry.effect, entry.axis) for entry in report.selected}
         chosen = [cause for cause in report.causes if (cause.effect, cause.axis) in selected]
         return all(
-            (cause.effect, cause.axis) in selected or any(covers(named, cause) for named in chosen)
+            (cause.effect, cause.axis) in selected or any(self.covers(named, cause) for named in chosen)
             for cause in self.case.causes
         )
 
@@ -121,12 +121,23 @@ class Judged:
         selected = {(one.effect, one.axis) for one in report.selected}
         true = {(cause.effect, cause.axis) for cause in self.case.causes}
         open_ones = [cause for cause in self.case.causes if (cause.effect, cause.axis) not in selected]
-        as_good = {(told.effect, told.axis) for told in report.causes if any(covers(told, cause) for cause in open_ones)}
+        as_good = {(told.effect, told.axis) for told in report.causes if any(self.covers(told, cause) for cause in open_ones)}
         return tuple(
             f"{one.effect}@{one.axis}"
             for one in report.selected
             if (one.effect, one.axis) not in true | as_good and not (self.nominal == "off" and of_the_model(one.effect))
         )
+
+    def covers(self, named: ToldCause, truth: Cause) -> bool:
+        """Whether the answer is the true effect on its axis, or says that the data cannot tell the two apart and is right."""
+        if named.axis != truth.axis:
+            return False
+        return named.effect == truth.effect or (named.effect, named.axis, truth.effect) in self.answer.alike
+
+    @property
+    def stands_for(self) -> frozenset[tuple[str, str | None]]:
+        """Effect and axis of what is not there itself and truly cannot be told from something that is."""
+        return frozenset((effect, axis) for effect, axis, _ in self.answer.alike)
 
     @property
     def selected(self) -> tuple[tuple[str, str], ...]:
@@ -143,16 +154,35 @@ class Judged:
 
         `unknown` is an event where something foreign, or nothing at all, is on its axis; parameters of the model where exact.
         """
+        return tuple(
+            (told.probability, told.axis in self._foreign_axes if told.effect == UNKNOWN else self._is_there(told))
+            for told in self._called
+        )
+
+    @property
+    def _called(self) -> tuple[ToldCause, ...]:
+        """The causes of a report whose probability can be held against the truth."""
         report = self.answer.report
-        if report is None:
-            return ()
-        foreign = {cause.axis for cause in self.case.causes if cause.effect.startswith(FOREIGN)}
+        return tuple(
+            told
+            for told in (report.causes if report else ())
+            if (told.effect == UNKNOWN and (told.axis in self._foreign_axes or self.case.kind == "clean"))
+            or (told.effect not in (UNKNOWN, NONE) and self._counts(told.effect))
+        )
+
+    @property
+    def _foreign_axes(self) -> frozenset[str | None]:
+        return frozenset(cause.axis for cause in self.case.causes if cause.effect.startswith(FOREIGN))
+
+    def _is_there(self, told: ToldCause) -> bool:
+        return (told.effect, told.axis) in self.case.there
+
+    @property
+    def events_or_alike(self) -> tuple[tuple[float, bool], ...]:
+        """The event of the contract: the same, and what truly cannot be told from something that is there counts as there."""
         found = []
-        for told in report.causes:
-            if told.effect == UNKNOWN and (told.axis in foreign or self.case.kind == "clean"):
-                found.append((told.probability, told.axis in foreign))
-            elif told.effect not in (UNKNOWN, NONE) and self._counts(told.effect):
-                found.append((told.probability, (told.effect, told.axis) in self.case.there))
+        for told, (probability, there) in zip(self._called, self.events, strict=True):
+            found.append((probability, there or (told.effect, told.axis) in self.stands_for))
         return tuple(found)
 
     @property
@@ -229,11 +259,6 @@ class Judged:
 def of_the_model(effect: str) -> bool:
     """Whether nominal parameters that are off are rightly named as an effect."""
     return effect in library() and library()[effect].of_model
-
-
-def covers(named: ToldCause, truth: Cause) -> bool:
-    """Whether the answer is the true effect on its axis, or says that the data cannot tell the two from each other."""
-    return named.axis == truth.axis and truth.effect in {named.effect, *named.indistinguishable_from}
 
 
 def _named(causes: Iterable[Cause]) -> frozenset[tuple[str, str]]:

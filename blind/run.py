@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Protocol
 
 from distributed import Client, Future, as_completed
 
-from drivetwin.blind.answer import FAILED, answered, read_answer
+from drivetwin.blind.answer import ALIKE, FAILED, answered, read_answer
 from drivetwin.blind.case import Case
+from drivetwin.blind.claims import claims
 from drivetwin.blind.duration import Duration, read_seconds, write_times
 from drivetwin.blind.key import open_key, seal
 from drivetwin.blind.page import write_score_page
@@ -18,8 +21,8 @@ from drivetwin.blind.place import Place, claim
 from drivetwin.blind.score import Score, score
 from drivetwin.blind.score_file import write_score
 from drivetwin.blind.table import write_markdown
-from drivetwin.blind.task import SECONDS, Examined, Procedure, examine, unpack
-from drivetwin.foundation.files import new_directory, write_json
+from drivetwin.blind.task import SECONDS, Examined, Procedure, examine, pack, try_claims, unpack
+from drivetwin.foundation.files import new_directory, new_file, write_json
 
 
 @dataclass(frozen=True)
@@ -43,10 +46,17 @@ class Watch(Protocol):
     def examined(self) -> None:
         """One more case is answered."""
 
+    def claims(self, count: int) -> None:
+        """The key is open; so many answers that call themselves indistinguishable from a true effect are tried by the fit."""
+
+    def tried(self) -> None:
+        """One more of them is done."""
+
 
 def run(order: Order, place: Place, procedure: Procedure, workers: AbstractContextManager[Client], watch: Watch) -> Score:
     """Seal the key, examine what is not answered yet on the `workers`, open the key, score, and write all of it to `place`.
 
+    What calls itself indistinguishable from a true effect is tried by the fit once the key is open.
     Answers by other code are scored as they are, where it tried every case. Raises UserError where `place` is of another run,
     or other code has answered some of it only.
     """
@@ -54,12 +64,15 @@ def run(order: Order, place: Place, procedure: Procedure, workers: AbstractConte
     code = claim(place, key, procedure.code, order.cases, order.nominals)
     todo = place.pending(order.cases, order.nominals)
     watch.sealed(key.commitment, len(order.cases) - len(todo))
-    if code != procedure.code:
-        watch.of_other_code(len(todo))
-    elif todo:
-        with workers as client:
-            _examine(client, order.cases, todo, place, procedure, watch)
-    open_key(key, place.out)
+    with ExitStack() as held:
+        client = cache(lambda: held.enter_context(workers))
+        if code != procedure.code:
+            watch.of_other_code(len(todo))
+        elif todo:
+            _examine(client(), order.cases, todo, place, procedure, watch)
+        open_key(key, place.out)
+        if code == procedure.code:
+            _try_claims(client, order, place, procedure, watch)
     answers = {name: [read_answer(place.outcome(case.number, name)) for case in order.cases] for name in order.nominals}
     scored = score(order.cases, answers, seed=order.seed, commitment=key.commitment, code=code)
     _publish(scored, _durations(order, place), place)
@@ -94,6 +107,25 @@ def _keep(place: Place, number: int, nominals: tuple[str, ...], future: Future[E
     for outcome in examined.outcomes:
         with new_directory(place.outcome(number, outcome.nominal)) as staged:
             unpack(outcome.content, staged)
+
+
+def _try_claims(client: Callable[[], Client], order: Order, place: Place, procedure: Procedure, watch: Watch) -> None:
+    """Have every claim to be indistinguishable from a true effect tried by the fit, once; the key is open."""
+    waiting: dict[Future[str], Path] = {}
+    for case in order.cases:
+        for nominal in order.nominals:
+            folder = place.outcome(case.number, nominal)
+            asked = claims(case, read_answer(folder).report)
+            if asked and not (folder / ALIKE).exists():
+                own = client().submit(try_claims, case, nominal, asked, pack(folder), procedure, pure=False)
+                waiting[own] = folder / ALIKE
+    if not waiting:
+        return
+    watch.claims(len(waiting))
+    for future in as_completed(list(waiting)):
+        with new_file(waiting.pop(future)) as part:
+            part.write_text(future.result(), encoding="utf-8")
+        watch.tried()
 
 
 def _durations(order: Order, place: Place) -> list[Duration]:

@@ -13,7 +13,7 @@ from drivetwin.blind.answer import Answer
 from drivetwin.blind.case import FOREIGN, Case, Kind
 from drivetwin.blind.judge import Judged
 from drivetwin.blind.rates import Rate, rate
-from drivetwin.blind.strict import Called, Strict, brier, calibration, strict
+from drivetwin.blind.strict import Called, OrAlike, Strict, brier, calibration, or_alike, strict
 
 POINTS_LESS = 0.05
 """What nominal parameters that are off may cost a rate."""
@@ -109,6 +109,7 @@ class NominalScore:
     confusion: tuple[Confused, ...]
     misses: tuple[Miss, ...]
     strict: Strict
+    or_alike: OrAlike
     extras: tuple[Extra, ...]
 
     @property
@@ -179,6 +180,7 @@ def score_nominal(nominal: str, cases: Sequence[Case], answers: Sequence[Answer]
         confusion=_confusion(judged),
         misses=tuple(_miss(one) for one in judged if not one.right),
         strict=strict(judged),
+        or_alike=or_alike(judged),
         extras=tuple(
             Extra(one.case.number, one.case.machine, one.truth, others)
             for one in in_library

@@ -9,7 +9,7 @@ from typing import Any
 
 from drivetwin.blind.rates import Rate
 from drivetwin.blind.score import Named, NominalScore, Score, Target
-from drivetwin.blind.strict import Called, Strict
+from drivetwin.blind.strict import Called, OrAlike, Strict
 from drivetwin.foundation.files import write_json
 
 SCHEMA = "blind-score/2"
@@ -44,6 +44,7 @@ def _nominal_json(score: NominalScore) -> dict[str, Any]:
         "calibration": _calibration_json(score.calibration),
         "brier": score.brier,
         "strict": _strict_json(score.strict),
+        "or_alike": _or_alike_json(score.or_alike),
         **{name: _named_json(getattr(score, name)) for name in groups},
         "confusion": [vars(cell) for cell in score.confusion],
         "misses": [vars(miss) for miss in score.misses],
@@ -58,6 +59,16 @@ def _strict_json(score: Strict) -> dict[str, Any]:
         "reliability": _calibration_json(score.reliability),
         "brier": score.brier,
         "share_error": score.share_error,
+    }
+
+
+def _or_alike_json(score: OrAlike) -> dict[str, Any]:
+    return {
+        "absent": _rate_json(score.absent),
+        "reliability": _calibration_json(score.reliability),
+        "brier": score.brier,
+        "claims": _rate_json(score.claims),
+        "untried": score.untried,
     }
 
 

@@ -1,4 +1,8 @@
-"""The strict part of the score: no answer counts for another, small true effects are there, probabilities are held to that."""
+"""What is selected and how probable it is called, held against what is there: strictly, and by the contract's event.
+
+Strictly no answer counts for another. By the contract a probability is of the effect "or one of those that it is
+indistinguishable from": what the fit has shown to be indistinguishable from a true effect counts as there (`alike.py`).
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drivetwin.blind.claims import claims
 from drivetwin.blind.judge import Judged
 from drivetwin.blind.rates import Rate, rate
 
@@ -45,6 +50,34 @@ class Strict:
     reliability: tuple[Called, ...]
     brier: float | None
     share_error: float | None
+
+
+@dataclass(frozen=True)
+class OrAlike:
+    """The same figures by the event of the contract: what truly cannot be told from something that is there counts as there.
+
+    `claims`: of the claims to be indistinguishable from a true effect that were tried by the fit, those that hold; `untried`:
+    how many were not tried, and count as wrong.
+    """
+
+    absent: Rate
+    reliability: tuple[Called, ...]
+    brier: float | None
+    claims: Rate
+    untried: int
+
+
+def or_alike(judged: Sequence[Judged]) -> OrAlike:
+    """All figures by the event of the contract."""
+    events = [event for one in judged for event in one.events_or_alike]
+    open_claims = [(one, claims(one.case, one.answer.report)) for one in judged]
+    return OrAlike(
+        absent=rate(chosen not in one.case.there | one.stands_for for one in judged for chosen in one.selected),
+        reliability=calibration(events, TENTHS),
+        brier=brier(events),
+        claims=Rate(sum(len(one.answer.alike) for one in judged), sum(one.answer.checked for one in judged)),
+        untried=sum(len(asked) for one, asked in open_claims if one.answer.checked == 0),
+    )
 
 
 def strict(judged: Sequence[Judged]) -> Strict:

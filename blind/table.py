@@ -82,10 +82,12 @@ def strict_rows(score: NominalScore) -> list[tuple[str, ...]]:
     found = score.strict
     named = (
         ("single: the true cause itself first", found.exact_first),
-        ("single: first is indistinguishable from it, and says so", found.alike_first),
+        ("single: first is indistinguishable from it, says so, and is so by the fit", found.alike_first),
         ("first is there, if only as a nuisance", found.there_first),
         ("four axes: all four selected", found.all_four),
         ("selected and not there, of all selected", found.absent),
+        ("selected, not there and not indistinguishable from what is", score.or_alike.absent),
+        ("named as indistinguishable from a true effect: is so by the fit", score.or_alike.claims),
         ("axes made worse on validation motion", found.worse),
         ("90 % interval of a parameter holds the truth", found.covered),
     )
@@ -95,10 +97,14 @@ def strict_rows(score: NominalScore) -> list[tuple[str, ...]]:
 def strict_words(score: NominalScore) -> str:
     """The strict Brier score, and how far told shares of the gap are off."""
     found = score.strict
+    alike = score.or_alike.brier
     told = "no probability was called" if found.brier is None else f"strict Brier score {found.brier:.3f}"
+    contract = "" if alike is None else f", {alike:.3f} by the event of the contract"
     off = found.share_error
     error = "no share of a true cause was told" if off is None else f"told shares are {off:.2f} off (median)"
-    return f"{told.capitalize()}; {error}."
+    untried = score.or_alike.untried
+    claims = f" {untried} claims to be indistinguishable were not tried by the fit and count as wrong." if untried else ""
+    return f"{told[0].upper()}{told[1:]}{contract}; {error}.{claims}"
 
 
 def terminal_table(score: Score) -> Table:
@@ -124,7 +130,9 @@ def _nominal_markdown(score: NominalScore) -> list[str]:
     lines = [*markdown(CALIBRATION_HEAD, calibration_rows(score.calibration)), ""]
     lines += [f"Brier score {score.brier:.3f}." if score.brier is not None else "No probability was called.", ""]
     lines += [*markdown(("strictly", *RATE_HEAD[1:]), strict_rows(score)), "", strict_words(score), ""]
-    lines += [*markdown(CALIBRATION_HEAD, calibration_rows(score.strict.reliability)), ""]
+    lines += [*markdown(("called, strict event", *CALIBRATION_HEAD[1:]), calibration_rows(score.strict.reliability)), ""]
+    contract = calibration_rows(score.or_alike.reliability)
+    lines += [*markdown(("called, event of the contract", *CALIBRATION_HEAD[1:]), contract), ""]
     lines += [nothing_else(score), "", *markdown(EXTRA_HEAD, map(extra_row, score.extras)), ""]
     for what, named in (("truth", score.by_effect), ("machine", score.by_machine), ("formulation", score.by_formulation)):
         lines += [*markdown((what, *RATE_HEAD[1:]), [rate_row(one.name, one.rate) for one in named]), ""]

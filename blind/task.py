@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import shutil
 import tarfile
 import tempfile
@@ -13,13 +14,16 @@ from pathlib import Path
 
 from distributed import get_worker
 
+from drivetwin.blind.alike import Material, alike_payload, checked, untried
 from drivetwin.blind.answer import FAILED, FRESH, REPORT
 from drivetwin.blind.case import Case
+from drivetwin.blind.claims import Claim
 from drivetwin.blind.diagnoser_process import DIAGNOSER, DiagnoserProcess, diagnoser_process
 from drivetwin.blind.duration import Seconds, write_seconds
 from drivetwin.blind.record import record_case
 from drivetwin.blind.serving import DiagnoseRequest, PredictRequest
 from drivetwin.emulator.effects import EffectFile, add_effects
+from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import write_json
 
 Recorder = Callable[[Case, Path], None]
@@ -119,6 +123,25 @@ def _diagnose(
         write_json(out / FAILED, {"failed": failed})
     write_seconds(out / SECONDS, Seconds(record_seconds, seconds))
     return pack(out)
+
+
+def try_claims(case: Case, nominal: str, asked: Sequence[Claim], answer: bytes, procedure: Procedure) -> str:
+    """What alike.json says of claims of an answer, `answer` its folder by `pack`: the case is recorded again, the same way."""
+    add_effects(procedure.effects)
+    with tempfile.TemporaryDirectory(dir=get_worker().local_directory) as scratch:
+        folder, told = Path(scratch, "case"), Path(scratch, nominal)
+        procedure.record(case, folder)
+        unpack(answer, told)
+        training, validation = (
+            [folder / name for name in _recordings(folder, pattern)]
+            for pattern in (procedure.layout.training, procedure.layout.validation)
+        )
+        material = Material(told / "patched.xml", training, validation, told / "effects.json", told / REPORT)
+        try:
+            found = checked(case, asked, material)
+        except (UserError, OSError, KeyError, ValueError) as error:  # a foreign diagnosis may have written anything
+            found = untried(asked, f"{type(error).__name__}: {error}")
+        return json.dumps(alike_payload(found), indent=2) + "\n"
 
 
 def _recordings(folder: Path, pattern: str) -> tuple[str, ...]:

@@ -51,8 +51,11 @@ def diagnose(
     validation: Sequence[Recording],
     settings: Settings,
     progress: Progress,
+    tables: bool = False,
 ) -> Diagnosis:
     """The causes of the gap, fitted on `training` and measured on `validation` (if empty, blocks are held back).
+
+    `tables`: what has no name goes into the patch as tables.
 
     Raises UserError if a recording's axes do not fit the model, or no effect can be tested on any axis.
     """
@@ -85,4 +88,4 @@ def diagnose(
     ]
     progress("gap, shares, shrink", 0.9)
     values = refitted(state, search.heavier(state))
-    return build(ready, values, answers, drives, settings)
+    return build(ready, values, answers, drives, settings, tables)

@@ -28,6 +28,19 @@ class Settings:
         of time tell, its error is in 75 %; within 2.5 times that, in 86 %.
     folds: parts of which each is held out in turn (Geisser 1975).
     rounds: largest number of effects added per axis.
+
+    What follows is a choice; the table of sensitivity (docs/sensitivity.md) says what hangs on it.
+
+    large: of what the largest effect on an axis takes of its gap, that another must take to be added before it.
+    levels_tried: levels of friction, the best, that are tried with friction that yields before it slides.
+    off: standard deviations by which a nominal parameter is off for more than chance.
+    as_good: share of the draws in which another effect predicts no worse, from which the two are not distinguished: the usual
+        level of a test.
+    substitutes: of the share that the chosen effect takes, that another must take to stand in its place: what takes less is
+        one beside it.
+    preferred: times as probable, that another member must be to take the place of the chosen one.
+    wide_step: of a parameter's own size, for differences where a joint or a bristle slips: each sample begins to slip at
+        another value, and a narrow difference sees the steps and not the slope.
     """
 
     cutoff_hz: float | None = None
@@ -46,3 +59,10 @@ class Settings:
     widening: float = 2.5
     folds: int = 5
     rounds: int = 6
+    large: float = 0.5
+    levels_tried: int = 4
+    off: float = 2.5
+    as_good: float = 0.05
+    substitutes: float = 0.5
+    preferred: float = 2.0
+    wide_step: float = 0.05

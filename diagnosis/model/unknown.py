@@ -65,8 +65,8 @@ def components(rows: Rows, axis: str, waves: float, absolute: bool, known: Array
     if load[1] - load[0] > 0.02 * rows.size[axis]:
         scales.append(_Scale("load", lambda _, own: _within(own.motion.rigid_torque, load), _direction))
         scales.append(_Scale("load", lambda _, own: _within(own.motion.rigid_torque, load), _one))
-    shapes, basis = _shapes(waves), _basis(known)
-    parts = [(scale.goes_with, _columns(rows, axis, scale, shapes)) for scale in scales]
+    curves, basis = shapes(waves), _basis(known)
+    parts = [(scale.goes_with, _columns(rows, axis, scale, curves)) for scale in scales]
     return [Component(goes_with, columns - basis @ (basis.T @ columns)) for goes_with, columns in parts]
 
 
@@ -76,21 +76,20 @@ def _basis(known: Array) -> Array:
     return np.asarray(vectors[:, sizes > 1e-6])
 
 
-def _columns(rows: Rows, axis: str, scale: _Scale, shapes: Array) -> Array:
+def _columns(rows: Rows, axis: str, scale: _Scale, curves: Array) -> Array:
     knots = np.linspace(0.0, 1.0, KNOTS)
     parts = []
     for run in rows.runs:
         own = run.axes[axis]
         place, times = scale.at(run, own), scale.times(own)
-        curves = [run.felt(own, np.interp(place, knots, shape) * times) for shape in shapes.T]
-        parts.append(curves)
-    return np.column_stack([rows.picked(axis, [part[k] for part in parts]) for k in range(shapes.shape[1])])
+        parts.append([run.felt(own, np.interp(place, knots, curve) * times) for curve in curves.T])
+    return np.column_stack([rows.picked(axis, [part[k] for part in parts]) for k in range(curves.shape[1])])
 
 
-def _shapes(waves: float) -> Array:
-    """Components (knots, m) of the kernel, largest first, each times its standard deviation."""
-    knots = np.linspace(0.0, 1.0, KNOTS)
-    kernel = np.exp(-0.5 * ((knots[:, None] - knots) * waves) ** 2)
+def shapes(waves: float, knots: int = KNOTS) -> Array:
+    """Components (knots, m) of the kernel on even knots, largest first, each times its standard deviation."""
+    at = np.linspace(0.0, 1.0, knots)
+    kernel = np.exp(-0.5 * ((at[:, None] - at) * waves) ** 2)
     values, vectors = np.linalg.eigh(kernel)
     keep = values > KEPT * values[-1]
     return np.asarray((vectors[:, keep] * np.sqrt(values[keep]))[:, ::-1])

@@ -22,9 +22,8 @@ REFINED = 2
 """Starts of one effect on one axis that are moved, the best by a linear fit."""
 REFINED_REPLAYS = 3
 """The same where a motion is replayed, and each start has a valley of its own."""
-STEP, WIDE_STEP = 1e-3, 0.05
-"""Of a parameter's own size, for differences. Where a joint or a bristle slips, each sample begins to slip at another value: a
-narrow difference sees the steps and not the slope."""
+STEP = 1e-3
+"""Of a parameter's own size, for differences, where the torque is a smooth function of it."""
 ANGLES = ("phase", "angle")
 FAR = 1e9
 """Residual of an effect that nothing can follow: a spring too stiff, a period of nothing."""
@@ -147,11 +146,11 @@ def moved(
     return at(effect, movable, found.x)
 
 
-def movable_fields(effect: Effect, motion: Motion, axis: AxisDynamics) -> list[Field]:
-    """The effect's parameters, each with the step that matters to it; angles turn freely."""
+def movable_fields(effect: Effect, motion: Motion, axis: AxisDynamics, wide_step: float) -> list[Field]:
+    """The effect's parameters, each with the step that matters to it; angles turn freely. `wide_step`: of `Settings`."""
     sizes = effect.sizes(motion, axis)
     fixed, bounds = effect.fixed(axis), effect.bounds(motion, axis)
-    step = WIDE_STEP if isinstance(effect, AxisEffect) and not effect.scales else STEP
+    step = wide_step if isinstance(effect, AxisEffect) and not effect.scales else STEP
     return [
         Field(one.name, sizes[one.name], -np.inf if one.name in ANGLES else bounds[one.name][0], bounds[one.name][1], step)
         for one in type(effect).parameters

@@ -22,6 +22,7 @@ from drivetwin.diagnosis.report.gaps import Gaps, gaps_of
 from drivetwin.diagnosis.report.patched_model import patched_xml
 from drivetwin.diagnosis.report.patterns import patterns
 from drivetwin.diagnosis.report.prediction import Patch, attributed, contributions, gap_rms, predict
+from drivetwin.diagnosis.report.residual import with_residual
 from drivetwin.diagnosis.report.result import (
     TWO_SIDED_90,
     UNKNOWN,
@@ -61,8 +62,12 @@ def build(
     answers: Sequence[Answer],
     drives: Sequence[DriveFound],
     settings: Settings,
+    tables: bool = False,
 ) -> Diagnosis:
-    """The report's values; effects that make motion that was not fitted worse, or act where there is no gap, are left out."""
+    """The report's values; effects that make motion that was not fitted worse, or act where there is no gap, are left out.
+
+    `tables`: what has no name is tabled as well.
+    """
     strong = [one for one in drives if _drive_matters(ready.rows, one, settings)]
     units = placed_drives(ready.rows, strong)
     patch = Patch(in_order([*values.effects, *units]), values.heavier)
@@ -77,6 +82,8 @@ def build(
     divided = {axis: _shares(ready, gaps, axis, settings) for axis in ready.simulation.axes}
     axes = {axis: _axis(ready, gaps, axis, tests[axis], divided[axis]) for axis in ready.simulation.axes}
     causes = _causes(ready, values, answers, strong, gaps, open_axes, divided, settings)
+    unknown = {axis: axes[axis].unknown.share for axis in open_axes if axes[axis].unknown.share > 0.0}
+    residual, told = with_residual(ready, gaps, unknown, settings) if tables else ((), ())
     return Diagnosis(
         verdict=_verdict(axes),
         settings=settings,
@@ -90,6 +97,8 @@ def build(
         units={axis: "N" if ready.simulation.slides(axis) else "N·m" for axis in ready.simulation.axes},
         notes=ready.notes,
         validation=tuple(run.recording for run in ready.checks),
+        residual=residual,
+        with_residual=told,
     )
 
 

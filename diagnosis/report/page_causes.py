@@ -14,6 +14,7 @@ from drivetwin.diagnosis.report.wording import (
     name_of,
     number,
     percent,
+    residual_words,
     span_percent,
 )
 from drivetwin.foundation.page_table import DASH, bar, stacking_table
@@ -28,9 +29,10 @@ def causes_section(diagnosis: Diagnosis) -> str:
     others = ", ".join(f"{cause_name(cause)} {percent(cause.probability)}" for cause in rest)
     less = f'<p class="note">Below {percent(LIKELY)}: {escape(others)}.</p>' if rest else ""
     added = added_words(diagnosis.selected)
+    tables = f" {escape(residual_words(diagnosis))}" if diagnosis.residual else ""
     outcome = f"<b>patched.xml</b> with <b>effects.json</b> adds {escape(added)}." if added else "No effect is added."
     return (
-        f"<section><h2>Causes</h2>{rows}{less}<p>{outcome}</p>"
+        f"<section><h2>Causes</h2>{rows}{less}<p>{outcome}{tables}</p>"
         '<p class="note">In the order of probability times share. The probability is that the effect, or one from which it '
         "cannot be distinguished, is there. Gap closed is the part of the gap's energy on motion that was not fitted that goes "
         "when the effect is added to all others. Intervals in brackets are of 90 %.</p></section>"

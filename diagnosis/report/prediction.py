@@ -14,7 +14,7 @@ from drivetwin.diagnosis.prepare.motion import AxisRun, Run, between
 from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.diagnosis.report.result import AxisPrediction, Prediction
 from drivetwin.emulator.dynamics import AxisDynamics
-from drivetwin.emulator.effects import AxisEffect, DriveEffect, ModelEffect, PlacedEffect
+from drivetwin.emulator.effects import AxisEffect, DriveEffect, ModelEffect, PlacedEffect, UnnamedEffect
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.inverse_dynamics import Model
 
@@ -110,6 +110,9 @@ def cost(simulation: Simulation, run: Run, placed: PlacedEffect, dynamics: Mappi
         return run.cost(placed.axis, effect, dynamics[placed.axis])
     if isinstance(effect, ModelEffect):
         return _beyond_rigid(simulation, run, (placed.axis, effect), lambda: simulation.rigid_with(placed.axis, effect))
+    if isinstance(effect, UnnamedEffect):
+        own = run.axes[placed.axis]
+        return {placed.axis: run.felt(own, effect.predict(own.motion, dynamics[placed.axis]))}
     return {}
 
 

@@ -138,6 +138,19 @@ class Cause:
 
 
 @dataclass(frozen=True)
+class Residual:
+    """A table of what has no name on an axis, which the patch has beside the selected effects.
+
+    `of_unknown`: share of the unknown's energy that it closes on motion that was not fitted; `gap_rms`: of what is left there
+    with it [N·m or N].
+    """
+
+    table: PlacedEffect
+    of_unknown: float
+    gap_rms: float
+
+
+@dataclass(frozen=True)
 class AxisPrediction:
     """One axis over a recording, all (n,): filtered torques [N·m or N] and motion, and the samples that count.
 
@@ -199,7 +212,8 @@ class Diagnosis:
     `held_back`: the validation data are blocks held back from the training recordings. `selected` is what the patch adds, in
     order of adding; `units` of their parameters are filled. `model_xml`: the patched model's MJCF. `notes`: sentences that the
     reader needs. `validation`: the recordings, or blocks of them, that the figures are of; `closed_loop`: those of them that
-    were moved in closed loop. `responses` by axis: of all recordings, fitted or not.
+    were moved in closed loop. `responses` by axis: of all recordings, fitted or not. `residual`: tables that effects.json has
+    as well, where they were asked for, and `with_residual` what is predicted with them; nothing else knows of them.
     """
 
     verdict: Verdict
@@ -216,3 +230,10 @@ class Diagnosis:
     validation: tuple[Recording, ...] = ()
     closed_loop: tuple[Comparison, ...] = ()
     responses: Mapping[str, FrequencyResponse | NoResponse] = field(default_factory=dict)
+    residual: tuple[Residual, ...] = ()
+    with_residual: tuple[Prediction, ...] = ()
+
+    @property
+    def patch(self) -> tuple[PlacedEffect, ...]:
+        """What effects.json holds: the selected effects, and the tables of what has no name."""
+        return (*self.selected, *(each.table for each in self.residual))

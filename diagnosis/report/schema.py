@@ -149,6 +149,14 @@ class AfterPart(_Part):
     gap_rms: Level
 
 
+class ResidualPart(_Part):
+    """A table of what has no name on an axis, which effects.json has: how much of the unknown it closes, and what is left."""
+
+    axis: str
+    of_unknown: FiniteFloat
+    gap_rms: Level
+
+
 class ApartPart(_Part):
     """How far a simulated signal is from the measured one: rms, and 2-norm over that of the measured."""
 
@@ -188,6 +196,8 @@ class GapReport(_Part):
     after: dict[str, AfterPart]
     closed_loop: dict[str, dict[str, ClosedLoopPart]] = Field(default={}, exclude_if=lambda told: not told)
     """By recording and axis; no key where none was replayed."""
+    residual: list[ResidualPart] = Field(default=[], exclude_if=lambda told: not told)
+    """Of --with-residual; no key without a table."""
 
     @model_validator(mode="after")
     def _most_first(self) -> Self:

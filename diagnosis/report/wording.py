@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.report.remains import Spell
-from drivetwin.diagnosis.report.result import AxisGap, Cause, Diagnosis, Estimate, Unknown, Verdict
+from drivetwin.diagnosis.report.result import AxisGap, Cause, Diagnosis, Estimate, Residual, Unknown, Verdict
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.quantities import scale_of
 from drivetwin.twin.comparison import MODEL, WITH_EFFECTS, AxisComparison
@@ -184,6 +184,19 @@ def added_words(selected: Sequence[PlacedEffect]) -> str:
         by_axis.setdefault(placed.axis, []).append(name_of(placed.effect.name))
     axes = [f"{listed([_times(*one) for one in Counter(names).items()])} on {axis}" for axis, names in by_axis.items()]
     return "; ".join(axes) if any(" and " in each for each in axes) else listed(axes)
+
+
+def residual_words(diagnosis: Diagnosis) -> str:
+    """What the tables of what has no name do; empty where there are none."""
+    each = [_table_words(one, diagnosis) for one in diagnosis.residual]
+    return f"A table of what has no name, which is no cause, closes {'; '.join(each)}." if each else ""
+
+
+def _table_words(one: Residual, diagnosis: Diagnosis) -> str:
+    axis = one.table.axis
+    scale = scale_of(diagnosis.units[axis], diagnosis.after_rms[axis])
+    sizes = f"{number(scale.factor * diagnosis.after_rms[axis])} to {number(scale.factor * one.gap_rms)} {scale.unit} rms"
+    return f"{percent(one.of_unknown)} of the unknown on {axis} ({sizes} on the validation motion)"
 
 
 def _times(name: str, count: int) -> str:

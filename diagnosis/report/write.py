@@ -23,6 +23,7 @@ from drivetwin.diagnosis.report.schema import (
     NotTestablePart,
     PatternPart,
     RegimePart,
+    ResidualPart,
     SelectedPart,
     SharePart,
     TestPart,
@@ -51,11 +52,13 @@ def write_diagnosis(
     write_json(directory / "report.json", report_of(diagnosis, made_by).model_dump(mode="json", by_alias=True))
     progress("patched.xml")
     (directory / "patched.xml").write_text(diagnosis.model_xml, encoding="utf-8")
-    write_json(directory / "effects.json", effects_payload(diagnosis.selected) | made_by)
+    write_json(directory / "effects.json", effects_payload(diagnosis.patch) | made_by)
     progress("prediction")
     (directory / "prediction").mkdir()
+    with_residual = {each.recording: each for each in diagnosis.with_residual}
     for prediction in diagnosis.predictions:
-        pq.write_table(prediction_table(prediction), directory / "prediction" / f"{prediction.recording}.parquet")
+        table = prediction_table(prediction, with_residual.get(prediction.recording))
+        pq.write_table(table, directory / "prediction" / f"{prediction.recording}.parquet")
     if html:
         progress("report.html")
         write_report_page(diagnosis, made_by["inputs"], directory / "report.html")
@@ -78,6 +81,9 @@ def report_of(diagnosis: Diagnosis, made_by: dict[str, Any]) -> GapReport:
             each.recording: {name: ClosedLoopPart.model_validate(axis_payload(axis)) for name, axis in each.axes.items()}
             for each in diagnosis.closed_loop
         },
+        residual=[
+            ResidualPart(axis=each.table.axis, of_unknown=each.of_unknown, gap_rms=each.gap_rms) for each in diagnosis.residual
+        ],
     )
 
 
@@ -108,12 +114,17 @@ def _axis(gap: AxisGap) -> AxisPart:
     )
 
 
-def prediction_table(prediction: Prediction) -> pa.Table:
-    """Columns `time`, and for each axis A `A.torque_before`, `A.torque_after`, `A.torque_measured` [N·m or N] and `A.used`."""
+def prediction_table(prediction: Prediction, with_residual: Prediction | None = None) -> pa.Table:
+    """Columns `time`, and for each axis A `A.torque_before`, `A.torque_after`, `A.torque_measured` [N·m or N] and `A.used`.
+
+    Where what has no name was tabled also `A.torque_with_residual`.
+    """
     columns: dict[str, Any] = {"time": prediction.time}
     for name, axis in prediction.axes.items():
         columns[f"{name}.torque_before"] = axis.before
         columns[f"{name}.torque_after"] = axis.after
         columns[f"{name}.torque_measured"] = axis.measured
         columns[f"{name}.used"] = axis.used
+        if with_residual is not None:
+            columns[f"{name}.torque_with_residual"] = with_residual.axes[name].after
     return pa.table({name: pa.array(np.ascontiguousarray(values)) for name, values in columns.items()})

@@ -30,13 +30,7 @@ from drivetwin.foundation.errors import UserError
 Array = NDArray[np.float64]
 
 DRAWS = 400
-AS_GOOD = 0.05
-"""Share of the draws in which another effect predicts no worse, from which the two are not distinguished."""
-SUBSTITUTES = 0.5
-"""Of the share that the chosen effect takes, that another must take to stand in its place: what takes less is one beside it."""
 PROBABLE = 0.5
-PREFERRED = 2.0
-"""Times as probable, that another member must be to take the place of the chosen one."""
 CONSIDERED = 8
 """Members of a family, the best by evidence, that are predicted with."""
 
@@ -77,7 +71,7 @@ def weighed(family: Family, systematic: Mapping[str, float], settings: Settings)
     """
     chosen = family.chosen
     own = next((one for one in family.proposals if chosen is not None and _same(one, chosen)), None)
-    least = SUBSTITUTES * own.takes if own is not None else -np.inf
+    least = settings.substitutes * own.takes if own is not None else -np.inf
     considered = sorted((one for one in family.proposals if one.takes >= least), key=lambda one: -one.score)[:CONSIDERED]
     if chosen is not None and not any(_same(one, chosen) for one in considered):
         considered.extend(one for one in family.proposals if _same(one, chosen))
@@ -100,9 +94,10 @@ def weighed(family: Family, systematic: Mapping[str, float], settings: Settings)
     members = []
     for k, one in enumerate(considered, start=1):
         better = float(np.mean(scores[:, k] > scores[:, place] - CLEARLY)) if place is not None else 0.0
-        members.append(Weighed(one, min(1.0, float(mean[k])), place is not None and (k == place or better >= AS_GOOD)))
-    as_good = [k for k, one in enumerate(members, start=1) if one.as_good]
-    probability, best = (min(1.0, float(each[as_good].sum())) for each in (mean, plain))
+        as_good = place is not None and (k == place or better >= settings.as_good)
+        members.append(Weighed(one, min(1.0, float(mean[k])), as_good))
+    alike_ones = [k for k, one in enumerate(members, start=1) if one.as_good]
+    probability, best = (min(1.0, float(each[alike_ones].sum())) for each in (mean, plain))
     return Answer(chosen, probability, best >= PROBABLE, tuple(sorted(members, key=lambda one: -one.weight)))
 
 
@@ -124,7 +119,7 @@ def preferred(state: State, answers: Sequence[Answer]) -> tuple[State, list[Answ
     """The set with the most probable of what cannot be distinguished in the place of what the search chose, moved together."""
     found = []
     for answer in answers:
-        best = _more_probable(answer)
+        best = _more_probable(answer, state.bench.settings.preferred)
         named = answer
         if answer.chosen is not None and best is not None:
             others = [one for one in state.effects if not alike(one, answer.chosen)]
@@ -136,12 +131,12 @@ def preferred(state: State, answers: Sequence[Answer]) -> tuple[State, list[Answ
     return state, found
 
 
-def _more_probable(answer: Answer) -> PlacedEffect | None:
-    """What is clearly more probable than the chosen effect, and as good."""
+def _more_probable(answer: Answer, preferred: float) -> PlacedEffect | None:
+    """What is `preferred` times as probable as the chosen effect, and as good."""
     if answer.chosen is None or not answer.members or not answer.members[0].as_good:
         return None
     own = next((one.weight for one in answer.members if _same(one.proposal, answer.chosen)), 0.0)
-    return answer.members[0].proposal.effect if answer.members[0].weight > PREFERRED * own else None
+    return answer.members[0].proposal.effect if answer.members[0].weight > preferred * own else None
 
 
 def believed(state: State, answers: Sequence[Answer]) -> State:

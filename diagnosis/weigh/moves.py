@@ -34,14 +34,10 @@ SETTLED = 20
 """Gauss-Newton steps at most, with which all parameters move together to where the evidence gains no more."""
 HOPELESS = 1.0
 """Nats that a start must gain with its size free, to be moved at all. One whose size is not free may lie beside its valley."""
-OFF = 2.5
-"""Standard deviations by which a nominal parameter is off for more than chance."""
 CLEARLY = 0.5
 """Nats by which another effect must be better to take a place."""
 TOGETHER = 5
 """Proposals of an axis, the best, that are tried two at a time."""
-LEVELS_TRIED = 4
-"""Levels of friction, the best, that are tried with friction that yields before it slides."""
 EXCHANGES = 3
 """Rounds of exchanges, each of which may change every effect once."""
 
@@ -129,7 +125,7 @@ class Search:
         if number in held:
             return False
         amount, deviation = state.fit.coefficients[number], np.sqrt(max(state.fit.covariance[number, number], 0.0))
-        if abs(amount) < OFF * deviation:
+        if abs(amount) < self.bench.settings.off * deviation:
             return False
         if not self.bench.nominals[number].told:
             return True
@@ -185,7 +181,7 @@ class Search:
         """The best of the largest proposals of one axis, or the best two together, one of them large; and their gain [nats]."""
         if not able:
             return -np.inf, []
-        best = sorted(largest(able), key=lambda one: -one.score)[:TOGETHER]
+        best = sorted(largest(able, self.bench.settings.large), key=lambda one: -one.score)[:TOGETHER]
         beside = sorted(able, key=lambda one: -one.score)[:TOGETHER]
         pairs = [[one, two] for k, one in enumerate(best) for two in beside if all(two is not each for each in best[: k + 1])]
         scores = side_by_side(lambda two: self._of_all(state, two), pairs)
@@ -264,8 +260,10 @@ class Search:
             if not kinds or not any(Look.LEVEL in type(one.effect).looks for one in added):
                 continue
             own = [one for one in proposals if one.effect.axis == axis]
-            levels = [one.effect.effect for one in sorted(largest(own), key=lambda one: -one.score)]
-            levels = [effect for effect in levels if Look.LEVEL in effect.looks and not yields(type(effect))][:LEVELS_TRIED]
+            settings = self.bench.settings
+            levels = [one.effect.effect for one in sorted(largest(own, settings.large), key=lambda one: -one.score)]
+            levels = [effect for effect in levels if Look.LEVEL in effect.looks and not yields(type(effect))]
+            levels = levels[: settings.levels_tried]
             others = [one for one in ahead.effects if all(one is not each for each in added)]
             for kind in kinds:
                 found = level_that_yields(ahead.of(others), axis, levels, kind)

@@ -14,9 +14,6 @@ from drivetwin.foundation.errors import UserError
 RIVAL = 0.1
 """Of what an effect gains and takes, that another must, to be asked for in its place."""
 
-LARGE = 0.5
-"""Of what the largest effect on an axis takes of its gap, that another must take to be added before it."""
-
 
 @dataclass(frozen=True)
 class Proposal:
@@ -81,9 +78,9 @@ def same_kind(one: PlacedEffect, other: PlacedEffect) -> bool:
     return (one.effect.name, one.axis) == (other.effect.name, other.axis)
 
 
-def largest(proposals: Sequence[Proposal]) -> list[Proposal]:
-    """Those that take a good part of what the largest on their axis takes: the small is told when the large is there."""
+def largest(proposals: Sequence[Proposal], large: float) -> list[Proposal]:
+    """Those that take a `large` part of what the largest on their axis takes: the small is told when the large is there."""
     most: dict[str, float] = {}
     for one in proposals:
         most[one.effect.axis] = max(one.takes, most.get(one.effect.axis, 0.0))
-    return [one for one in proposals if one.takes >= LARGE * most[one.effect.axis]]
+    return [one for one in proposals if one.takes >= large * most[one.effect.axis]]

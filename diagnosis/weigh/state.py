@@ -59,7 +59,8 @@ class Felt:
     @cached_property
     def tangents(self) -> Sequence[Column]:
         """Its slope by each parameter that may move, in steps that matter to it [N·m or N]."""
-        movable = movable_fields(self.effect, self.bench.rows.motion[self.axis], self.dynamics)
+        wide = self.bench.settings.wide_step
+        movable = movable_fields(self.effect, self.bench.rows.motion[self.axis], self.dynamics, wide)
         return tangents(self.effect, movable, self._cost)
 
     def _cost(self, effect: Effect) -> Column:
@@ -235,7 +236,7 @@ class State:
 
     def fields(self, axis: str, effect: Effect) -> list[Field]:
         """An effect's parameters as a search moves them on top of the set."""
-        return movable_fields(effect, self.rows.motion[axis], self.dynamics[axis])
+        return movable_fields(effect, self.rows.motion[axis], self.dynamics[axis], self.bench.settings.wide_step)
 
     def felt(self, axis: str, effect: Effect) -> Felt:
         """An effect on top of the set. Raises UserError where nothing can follow it."""

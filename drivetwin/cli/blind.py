@@ -137,6 +137,15 @@ class _Watch:
         again = f"; {failed} cases that failed are not tried again, for that choose another --out" if failed else ""
         self._bars.console.print(f"answered by other code, scored as it is{again}", highlight=False, soft_wrap=True)
 
+    def claims(self, count: int) -> None:
+        if count:
+            words = f"{count} answers call themselves indistinguishable from a true effect: tried by the fit"
+            self._bars.console.print(words, highlight=False, soft_wrap=True)
+        self._bars.reset(self._task, description="claims", total=count)
+
+    def tried(self) -> None:
+        self._bars.advance(self._task)
+
     def examined(self) -> None:
         self._bars.advance(self._task)
         if not self._bars.console.is_terminal:

@@ -54,6 +54,9 @@ def diagnose_command(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random draws for intervals and probabilities.")] = 0,
     allow_gaps: Annotated[bool, typer.Option("--allow-gaps", help="Split a recording at lost samples.")] = False,
+    with_residual: Annotated[
+        bool, typer.Option("--with-residual", help="Also patch what has no name, as a table over position and velocity.")
+    ] = False,
     no_html: Annotated[bool, typer.Option("--no-html", help="Do not write report.html.")] = False,
     effects_from: EffectsFrom = None,
     as_live: AsLive = False,
@@ -70,6 +73,11 @@ def diagnose_command(
     Writes report.html and report.json, the simulation with the effects added (patched.xml, effects.json), and what it
     predicts for every validation recording (prediction/). Without --validate blocks of the recordings are held back.
     docs/diagnosis.md explains how to read the report.
+
+    With --with-residual, effects.json also has a table of what no effect explains, so that the simulation comes closer where
+    the gap has no name. It is no cause, and it is left out where it makes the validation worse.
+
+    Example: drivetwin diagnose model.xml out/strokes --with-residual --out out/closer
 
     Exit status: 0 with a report, whatever the verdict; 1 where --fail-on names that verdict; 2 an input that is refused.
     """
@@ -92,7 +100,8 @@ def diagnose_command(
                 telling.phase(what)
                 telling.whole(share)
 
-            found = diagnose(model, inputs.training, inputs.validation, Settings(cutoff_hz=cutoff, seed=seed), progress)
+            settings = Settings(cutoff_hz=cutoff, seed=seed)
+            found = diagnose(model, inputs.training, inputs.validation, settings, progress, with_residual)
             progress("in closed loop", 0.95)
             found = in_closed_loop(found, model)
             progress("over frequency", 0.97)

@@ -21,6 +21,7 @@ from drivetwin.diagnosis.report.wording import (
     number,
     of_torque,
     percent,
+    residual_words,
     shrinks,
     spells_words,
     time_words,
@@ -113,6 +114,8 @@ def _hints(found: Diagnosis) -> Iterator[str]:
             yield f"left on {axis}, {left} rms: {share} of its energy in {spells_words(len(spells))}, most at {largest}"
     for axes, effects, reason, needed in _untested(found):
         yield f"not testable on {axes}: {effects} ({reason}; needed: {needed})"
+    if found.residual:
+        yield residual_words(found)
     yield from found.notes
 
 

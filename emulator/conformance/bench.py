@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.assembly import DrivenJoint
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.effects import AxisEffect, Effect, Ground, PlacedEffect, Site, library
+from drivetwin.emulator.effects import AxisEffect, Effect, Ground, PlacedEffect, Site, UnnamedEffect, library
 from drivetwin.emulator.mechanism import Mechanism, act, read
 from drivetwin.foundation.compiled import compiled
 from drivetwin.foundation.mujoco_calls import ADDRESS, mujoco_call
@@ -75,7 +75,7 @@ class Recorded:
         """A torque (n,) as a judge of recordings sees it."""
         return zero_phase(torque, SAMPLE, CUTOFF)[self.moving]
 
-    def explained_by(self, found: AxisEffect) -> float:
+    def explained_by(self, found: AxisEffect | UnnamedEffect) -> float:
         """Share of the gap's energy."""
         left = self.gap - self.judged(found.predict(self.motion, self.axis))
         return float(1.0 - np.sum(left**2) / np.sum(self.gap**2))

@@ -16,7 +16,16 @@ from drivetwin.emulator.conformance import chain
 from drivetwin.emulator.conformance.bench import SAMPLE, Kind, Recorded, ground, record, site
 from drivetwin.emulator.conformance.search import searched
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from drivetwin.emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, Need, PlacedEffect, read_effects
+from drivetwin.emulator.effects import (
+    AxisEffect,
+    DriveEffect,
+    Effect,
+    ModelEffect,
+    Need,
+    PlacedEffect,
+    UnnamedEffect,
+    read_effects,
+)
 from drivetwin.emulator.effects.base import CUBIC, DAMPING, INERTIA, MASS, QUADRATIC, STIFFNESS, TORQUE
 from drivetwin.emulator.effects.file import effects_payload
 
@@ -66,6 +75,8 @@ def findings(kind: type[Effect], seed: int = 1) -> list[Finding]:
         return list(_of_bodies(kind, seed))
     if issubclass(kind, DriveEffect):
         return list(_of_drive(kind, seed))
+    if issubclass(kind, UnnamedEffect):
+        return [each for bench in ("hinge", "slide") for each in _of_unnamed(kind, bench, seed)]
     return [_file(kind(**{one.name: float(np.clip(1.0, one.low, one.high)) for one in kind.parameters}))]
 
 
@@ -83,6 +94,14 @@ def _of_axis(kind: type[AxisEffect], bench: Kind, seed: int) -> Iterator[Finding
     yield _still(bench, kind, recorded)
 
 
+def _of_unnamed(kind: type[UnnamedEffect], bench: Kind, seed: int) -> Iterator[Finding]:
+    true = kind.example(ground(bench, seed))
+    recorded = record(bench, PlacedEffect("axis", true, {}))
+    yield from (_bounds(true), _file(true))
+    yield Finding(f"{bench}: what the prediction leaves of the plant", 1.0 - recorded.explained_by(true), UNEXPLAINED)
+    yield from _same_elsewhere(bench, recorded, true)
+
+
 def _recovered(bench: Kind, recorded: Recorded, true: AxisEffect, found: AxisEffect) -> Iterator[Finding]:
     """By how much the torque changes where one parameter found is put to its true value."""
     whole = _rms(recorded.gap)
@@ -92,7 +111,7 @@ def _recovered(bench: Kind, recorded: Recorded, true: AxisEffect, found: AxisEff
         yield Finding(f"{bench}: {parameter.name} after the search", _rms(change) / whole, OFF)
 
 
-def _same_elsewhere(bench: Kind, recorded: Recorded, true: AxisEffect) -> Iterator[Finding]:
+def _same_elsewhere(bench: Kind, recorded: Recorded, true: AxisEffect | UnnamedEffect) -> Iterator[Finding]:
     """What must not change the torque: when and where it is, unless the effect needs to know; and the unit of force."""
     motion, axis = recorded.motion, recorded.axis
     torque = true.predict(motion, axis)
@@ -106,7 +125,7 @@ def _same_elsewhere(bench: Kind, recorded: Recorded, true: AxisEffect) -> Iterat
     yield Finding(f"{bench}: in another unit of force", _rms(louder / LOUDER - torque) / _rms(torque), EXACT)
 
 
-def _louder(effect: AxisEffect) -> AxisEffect:
+def _louder(effect: AxisEffect | UnnamedEffect) -> AxisEffect | UnnamedEffect:
     changed = {one.name: LOUDER * getattr(effect, one.name) for one in effect.parameters if one.unit in _OF_FORCE}
     return replace(effect, **changed)
 

@@ -16,6 +16,7 @@ from drivetwin.emulator.effects.base import (
     StaticEffect,
     TorqueEffect,
     Unit,
+    UnnamedEffect,
 )
 from drivetwin.emulator.effects.file import PlacedEffect, read_effects
 from drivetwin.emulator.effects.ground import Ground, Site
@@ -41,6 +42,7 @@ __all__ = [
     "StaticEffect",
     "TorqueEffect",
     "Unit",
+    "UnnamedEffect",
     "add_effects",
     "added_effects",
     "library",

@@ -265,6 +265,31 @@ class TorqueEffect(StaticEffect):
 
 
 @dataclass(frozen=True)
+class UnnamedEffect(Effect):
+    """What no effect names. A patch may have it; no search proposes it, no report calls it a cause, no blind case draws it."""
+
+    asked: ClassVar[tuple[str, ...]] = ("example",)
+
+    @abstractmethod
+    def resistance(
+        self, position: NDArray[np.float64], velocity: NDArray[np.float64], time: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Torque (n,) that the motor must give for it, joint side, N·m or N, as of a `TorqueEffect`."""
+
+    @classmethod
+    @abstractmethod
+    def example(cls, ground: Ground) -> UnnamedEffect:
+        """One of a size that matters on an axis and its motion."""
+
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        return replace(axis, resisting=(*axis.resisting, self))
+
+    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        """Additional motor torque (n,) that it costs on a measured motion (n,)."""
+        return self.resistance(motion.position, motion.velocity, motion.time)
+
+
+@dataclass(frozen=True)
 class DriveEffect(Effect):
     """An effect between the torque that a drive's loops demand and the torque that the drive gives and reports."""
 

@@ -53,6 +53,7 @@ class CountingWatch:
     answered: int = 0
     examined_now: int = 0
     failed_by_other_code: int | None = None
+    claims_tried: int = 0
 
     def sealed(self, commitment: str, answered: int) -> None:
         self.commitment, self.answered = commitment, answered
@@ -63,6 +64,12 @@ class CountingWatch:
     def examined(self) -> None:
         self.examined_now += 1
         self.after_each(self.examined_now)
+
+    def claims(self, count: int) -> None:
+        self.claims_tried = count
+
+    def tried(self) -> None:
+        pass
 
 
 @dataclass(frozen=True)

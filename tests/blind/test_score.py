@@ -14,6 +14,7 @@ from scipy.stats import binomtest
 
 from drivetwin.blind.answer import Answer, Gap, measure, read_answer
 from drivetwin.blind.case import Case, Cause
+from drivetwin.blind.claims import Claim, claims
 from drivetwin.blind.judge import Judged
 from drivetwin.blind.rates import Rate
 from drivetwin.blind.score import Target, order_of_answers, score_nominal
@@ -59,6 +60,14 @@ def judged(truth: Case, told: Told | None, nominal: str = "exact", /, **gaps: Ga
     return Judged(truth, Answer(told, gaps, {}, None if told else "died"), nominal)
 
 
+def by_the_fit(one: Judged, *alike: tuple[str, str, str]) -> Judged:
+    """The same, the fit having shown of these (effect, axis, true effect) that they are indistinguishable."""
+    return replace(one, answer=replace(one.answer, alike=frozenset(alike), checked=max(len(alike), 1)))
+
+
+COULOMB_FOR_STRIBECK = ("coulomb", "slide", "stribeck")
+
+
 NO_GAP = report(cause("none", None, 0.99), cause("unknown", p=0.01), verdict="no_gap")
 
 
@@ -72,8 +81,26 @@ def test_single_effect_is_right_where_it_is_named_first_on_its_axis() -> None:
 
 def test_indistinguishable_effect_counts_on_the_same_axis() -> None:
     alike: dict[str, Any] = {"indistinguishable_from": ["stribeck"]}
-    assert judged(case(STRIBECK), report(cause("coulomb", **alike))).right
+    named = judged(case(STRIBECK), report(cause("coulomb", **alike)))
+    assert by_the_fit(named, COULOMB_FOR_STRIBECK).right
+    assert by_the_fit(named, COULOMB_FOR_STRIBECK).effect_is_true
     assert not judged(case(STRIBECK), report(cause("coulomb", "turn", **alike))).right
+
+
+def test_what_is_named_as_indistinguishable_and_is_not_by_the_fit_does_not_count() -> None:
+    named = judged(case(STRIBECK), report(cause("coulomb", indistinguishable_from=["stribeck"])))
+    assert claims(named.case, named.answer.report) == (Claim("coulomb", "slide", "stribeck"),)
+    for one in (named, by_the_fit(named)):
+        assert (one.right, one.effect_is_true, one.promise_is_right) == (False, False, False)
+
+
+def test_what_is_there_or_selected_itself_is_no_claim() -> None:
+    alike = cause("coulomb", indistinguishable_from=["stribeck"])
+    itself = cause("stribeck", step=2, indistinguishable_from=["coulomb"])
+    both = report(alike, itself, selected=(("coulomb", "slide"), ("stribeck", "slide")))
+    assert claims(case(STRIBECK), both) == ()
+    assert claims(case(STRIBECK), report(itself, alike)) == ()
+    assert claims(case(PAYLOAD), report(alike)) == ()
 
 
 def test_later_steps_do_not_answer_which() -> None:
@@ -125,7 +152,9 @@ def test_both_of_two_effects_count_as_indistinguishable_of_a_selected_one() -> N
     both = case(STRIBECK, PAYLOAD)
     alike = cause("coulomb", step=2, indistinguishable_from=["stribeck"])
     told = (cause("payload", "turn"), alike)
-    assert judged(both, report(*told, selected=(("payload", "turn"), ("coulomb", "slide")))).right
+    chosen = judged(both, report(*told, selected=(("payload", "turn"), ("coulomb", "slide"))))
+    assert by_the_fit(chosen, COULOMB_FOR_STRIBECK).right
+    assert not chosen.right
     assert not judged(both, report(*told, selected=(("payload", "turn"), ("viscous", "slide")))).right
 
 
@@ -133,9 +162,12 @@ def test_effects_that_are_selected_and_not_there() -> None:
     alike = cause("coulomb", step=2, indistinguishable_from=["stribeck"])
     selected = (("payload", "turn"), ("coulomb", "slide"), ("inertia", "turn"), ("delay", "slide"))
     told = report(cause("payload", "turn"), alike, selected=selected)
-    assert judged(case(STRIBECK, PAYLOAD), told).others_selected == ("inertia@turn", "delay@slide")
-    assert judged(case(STRIBECK, PAYLOAD), told, "off").others_selected == ("delay@slide",)
-    assert judged(case(STRIBECK), told).others_selected == ("payload@turn", "inertia@turn", "delay@slide")
+    both = by_the_fit(judged(case(STRIBECK, PAYLOAD), told), COULOMB_FOR_STRIBECK)
+    assert both.others_selected == ("inertia@turn", "delay@slide")
+    assert replace(both, nominal="off").others_selected == ("delay@slide",)
+    assert judged(case(STRIBECK, PAYLOAD), told).others_selected == ("coulomb@slide", "inertia@turn", "delay@slide")
+    one = by_the_fit(judged(case(STRIBECK), told), COULOMB_FOR_STRIBECK)
+    assert one.others_selected == ("payload@turn", "inertia@turn", "delay@slide")
     assert judged(case(STRIBECK), None).others_selected == ()
     both_names = report(cause("stribeck"), alike, selected=(("stribeck", "slide"), ("coulomb", "slide")))
     assert judged(case(STRIBECK), both_names).others_selected == ("coulomb@slide",)

@@ -32,8 +32,10 @@ from replay_bench import (
 )
 
 from drivetwin.cli import main
-from drivetwin.emulator.effects import Effect, PlacedEffect, library
+from drivetwin.emulator.effects import Effect, PlacedEffect, library, read_effects
+from drivetwin.emulator.effects.file import effects_payload
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import write_json
 from drivetwin.recording.writer import write_recording
 from drivetwin.twin.replay import replay
 
@@ -118,6 +120,19 @@ def test_an_effect_moves_the_model_by_what_it_costs(tmp_path: Path) -> None:
     told = recording(still, {"law": "pd_position_servo", **GAINS})
     assert np.abs(replay(model, told, ())["turn"].position).max() == 0.0
     assert replay(model, told, (placed("torque_offset", offset=3.0),))["turn"].position[-1] == pytest.approx(3.0 / KP, rel=1e-3)
+
+
+def test_a_table_of_what_has_no_name_is_replayed_from_its_file(tmp_path: Path) -> None:
+    """At rest only what is over the position pulls; written to effects.json and read again."""
+    model = write_model(tmp_path, coulomb=0.0)
+    knots = {f"position_{k:02d}": 3.0 for k in range(13)} | {"forward_1": 0.3, "backward_1": 0.3}
+    table = placed("residual_table", low=-1.0, high=1.0, top=2.0, **knots)
+    units = {one.name: one.unit.revolute for one in table.effect.parameters}
+    write_json(tmp_path / "effects.json", effects_payload([replace(table, units=units)]))
+    still = {"position": np.zeros(2000), "position_demand": np.zeros(2000)}
+    told = recording(still, {"law": "pd_position_servo", **GAINS})
+    found = replay(model, told, read_effects(tmp_path / "effects.json"))["turn"]
+    assert found.position[-1] == pytest.approx(-3.0 / KP, rel=1e-3)
 
 
 def test_a_slow_power_stage_and_one_that_ends_short_are_the_plants(tmp_path: Path) -> None:

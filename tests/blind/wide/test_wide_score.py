@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from drivetwin.blind.judge import Judged
 from drivetwin.blind.place import Place
 from drivetwin.blind.rates import Rate
 from drivetwin.blind.run import Order, run
-from drivetwin.blind.strict import Strict, strict
+from drivetwin.blind.strict import Strict, or_alike, strict
 from drivetwin.blind.task import Layout, Procedure
 from drivetwin.blind.told import Told, told
 from drivetwin.blind.wide.case import Item, Level, WideCase
@@ -85,6 +86,11 @@ def judged(truth: Case, given: Told | None, nominal: str = "exact", /, **gaps: G
     return Judged(truth, Answer(given, gaps, {}, None if given else "died"), nominal)
 
 
+def by_the_fit(one: Judged, *alike: tuple[str, str, str]) -> Judged:
+    """The same, the fit having shown of these (effect, axis, true effect) that they are indistinguishable."""
+    return replace(one, answer=replace(one.answer, alike=frozenset(alike), checked=len(alike)))
+
+
 def scored(*those: Judged) -> Strict:
     return strict(those)
 
@@ -93,12 +99,33 @@ def test_first_answer_counts_itself_or_apart_as_indistinguishable() -> None:
     alike = cause("coulomb", indistinguishable_from=["stribeck"])
     found = scored(
         judged(case(STRIBECK), report(cause("stribeck"))),
+        by_the_fit(judged(case(STRIBECK), report(alike)), ("coulomb", "x", "stribeck")),
         judged(case(STRIBECK), report(alike)),
         judged(case(STRIBECK), report(cause("coulomb"))),
         judged(case(STRIBECK), report(cause("stribeck", "y"))),
         judged(case(STRIBECK), None),
     )
-    assert (found.exact_first, found.alike_first) == (Rate(1, 5), Rate(1, 5))
+    assert (found.exact_first, found.alike_first) == (Rate(1, 6), Rate(1, 6))
+
+
+def test_probabilities_and_what_is_selected_are_held_to_the_event_of_the_contract_as_well() -> None:
+    """Two answers say that they cannot be told from the true effect; of one of them the fit says so too, one was not tried."""
+    alike = cause("coulomb", p=0.9, indistinguishable_from=["stribeck"])
+    named = judged(case(STRIBECK), report(alike, selected=(("coulomb", "x"),)))
+    both = (by_the_fit(named, ("coulomb", "x", "stribeck")), named)
+    strictly, contract = strict(both), or_alike(both)
+    assert (strictly.absent, contract.absent) == (Rate(2, 2), Rate(1, 2))
+    assert strictly.brier == pytest.approx(0.81)
+    assert contract.brier == pytest.approx((0.1**2 + 0.9**2) / 2)
+    assert [one.right for one in contract.reliability if one.right.of] == [Rate(1, 2)]
+    assert (contract.claims, contract.untried) == (Rate(1, 1), 1)
+
+
+def test_what_stands_for_a_nuisance_is_there_by_the_contract_but_no_right_answer() -> None:
+    beside = case(STRIBECK, nuisances=(item("torque_offset", "y", torque=0.1),))
+    alike = cause("coulomb_asymmetry", "y", p=0.8, indistinguishable_from=["torque_offset"])
+    one = by_the_fit(judged(beside, report(alike)), ("coulomb_asymmetry", "y", "torque_offset"))
+    assert (one.right, one.events, one.events_or_alike) == (False, ((0.8, False),), ((0.8, True),))
 
 
 def test_a_nuisance_that_comes_first_is_there_but_not_the_answer() -> None:
@@ -215,6 +242,10 @@ class Silent:
 
     def examined(self) -> None: ...
 
+    def claims(self, count: int) -> None: ...
+
+    def tried(self) -> None: ...
+
 
 def test_a_run_of_wide_cases_ends_in_a_score(tmp_path: Path) -> None:
     stub = tmp_path / "stub.py"
@@ -232,6 +263,29 @@ def test_a_run_of_wide_cases_ends_in_a_score(tmp_path: Path) -> None:
     key = json.loads((tmp_path / "out/key.json").read_text(encoding="utf-8"))
     assert key["cases"][0]["causes"][0]["share"] == 0.8
     assert "Strictly" in (tmp_path / "out/score.html").read_text(encoding="utf-8")
+
+
+def test_a_claim_is_tried_once_and_the_score_says_what_came_of_it(tmp_path: Path) -> None:
+    """The stand-in names the true effect only among what it cannot be told from, and writes no effects.json to try it with."""
+    stub = tmp_path / "stub.py"
+    text = STUB.format(path=str(Path(__file__).parents[3]))
+    alike = text.replace('"share": 0.7}', '"share": 0.7, "indistinguishable_from": ["stribeck"]}').replace(
+        '"effect": "stribeck"', '"effect": "coulomb"'
+    )
+    stub.write_text(alike, encoding="utf-8")
+    procedure = Procedure(
+        "code", record=record, layout=Layout("train_*", "validate_*", None), diagnoser=(sys.executable, str(stub))
+    )
+    order, place = Order((case(STRIBECK),), 1, ("exact",)), Place(tmp_path / "out")
+    run(order, place, procedure, cluster(None, 1), Silent())
+    written = place.outcome(0, "exact") / "alike.json"
+    (claim,) = json.loads(written.read_text(encoding="utf-8"))["claims"]
+    assert (claim["effect"], claim["axis"], claim["truth"], claim["holds"]) == ("coulomb", "x", "stribeck", False)
+    score = json.loads((tmp_path / "out/score.json").read_text(encoding="utf-8"))["nominal"]["exact"]
+    assert (score["rates"]["effect_first"]["hits"], score["or_alike"]["claims"]["of"]) == (0, 1)
+    before = written.stat().st_mtime_ns
+    run(order, place, procedure, cluster(None, 1), Silent())
+    assert written.stat().st_mtime_ns == before
 
 
 def test_measured_gaps_are_those_of_the_predictions(tmp_path: Path) -> None:

@@ -31,6 +31,7 @@ PARAMETERS = {
     "torque_ripple": {"amplitude": 0.2, "order": 12.0},
     "encoder_eccentricity": {"amplitude": 0.001},
     "delay": {"delay": 0.002},
+    "residual_table": {"low": -1.0, "high": 1.0, "top": 2.0, "forward_3": 0.3, "position_06": 0.2},
 }
 ELSEWHERE = {"belt_elasticity", "coupling", "torque_saturation", "current_bandwidth"}
 """Between axes, and in the loops of a drive: other tests."""
