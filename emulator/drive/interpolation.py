@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.drive.servo import SERVO_PERIOD
 from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.enums import quick
 
 
+@quick
 class Interpolation(IntEnum):
     """Kinds of interpolation (as P370 CON_IP of a ServoOne counts them)."""
 

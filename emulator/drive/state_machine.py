@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import Enum, IntEnum, auto
 
+from drivetwin.foundation.enums import quick
 
+
+@quick
 class State(Enum):
     """States of the FSA with their statusword bits under mask 006Fh."""
 
@@ -19,6 +22,7 @@ class State(Enum):
     FAULT = 0x0008
 
 
+@quick
 class Command(Enum):
     """Commands of the controlword; bits 0..3 and 7 decide."""
 
@@ -29,6 +33,7 @@ class Command(Enum):
     QUICK_STOP = auto()
 
 
+@quick
 class Statusword(IntEnum):
     """Bits of 6041h beside those of the state."""
 
@@ -42,6 +47,7 @@ class Statusword(IntEnum):
     MODE_BIT_13 = 1 << 13
 
 
+@quick
 class Controlword(IntEnum):
     """Bits of 6040h beside those of the command."""
 
@@ -52,6 +58,7 @@ class Controlword(IntEnum):
     HALT = 1 << 8
 
 
+@quick
 class Stop(Enum):
     """A ramp to standstill that a transition asks for, named by the option code that says how."""
 

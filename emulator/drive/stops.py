@@ -10,8 +10,10 @@ from drivetwin.emulator.drive.ramp import ramp_cycle
 from drivetwin.emulator.drive.servo import POSITION, TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
 from drivetwin.emulator.drive.state_machine import Stop
 from drivetwin.emulator.drive.windows import Window
+from drivetwin.foundation.enums import quick
 
 
+@quick
 class Way(Enum):
     """How the axis is stopped."""
 
