@@ -8,6 +8,7 @@ and `position_integral` in the place of `position_gain` and `integral_rate`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntEnum, IntFlag
 from math import floor, pi
 from typing import Any
@@ -193,8 +194,8 @@ class Record:
     """
 
     def __init__(self, table: NDArray[Any], index: int) -> None:
-        fields = table.dtype.fields or {}
-        views = {code: memoryview(table.view(code)) for code in {kind.str[1:] for kind, *_ in fields.values()}}
+        fields: Mapping[str, Any] = table.dtype.fields or {}
+        views = {code: table.view(code).data for code in {kind.str[1:] for kind, *_ in fields.values()}}
         first = index * len(fields)
         self._cells = {
             name: views[kind.str[1:]][first + offset // kind.itemsize :] for name, (kind, offset, *_) in fields.items()
@@ -203,7 +204,7 @@ class Record:
     def __getitem__(self, name: str) -> Any:
         return self._cells[name][0]
 
-    def __setitem__(self, name: str, value: float) -> None:
+    def __setitem__(self, name: str, value: Any) -> None:
         self._cells[name][0] = value
 
     def cell(self, name: str) -> memoryview[Any]:
@@ -219,7 +220,7 @@ class Servo:
         self.state = Record(bank.state, index)
         self._bank = bank
         self._index = index
-        self._loop, self._brake = memoryview(bank.loops)[index:], memoryview(bank.brakes)[index:]
+        self._loop, self._brake = bank.loops.data[index:], bank.brakes.data[index:]
 
     @property
     def loop(self) -> Loop:
@@ -235,8 +236,7 @@ class Servo:
     @property
     def brake(self) -> bool:
         """Whether the holding brake is engaged; setting `loop` engages it where the loops are off and releases it elsewhere."""
-        engaged: bool = self._brake[0]
-        return engaged
+        return bool(self._brake[0])
 
     @brake.setter
     def brake(self, engaged: bool) -> None:
@@ -246,6 +246,11 @@ class Servo:
     def demand(self) -> NDArray[np.float64]:
         """Demand of the coming cycle, a view of (periods, 4): position, velocity, velocity offset, torque offset."""
         return self._bank.demands[self._index]
+
+    @property
+    def periods(self) -> int:
+        """Servo periods of the coming cycle, or of the last one after it."""
+        return self._bank.periods
 
     @property
     def takes_setpoints(self) -> bool:

@@ -21,6 +21,9 @@ class State(Enum):
     FAULT_REACTION_ACTIVE = 0x000F
     FAULT = 0x0008
 
+    def __init__(self, bits: int) -> None:
+        self.bits = bits
+
 
 @quick
 class Command(Enum):
@@ -47,6 +50,10 @@ class Statusword(IntEnum):
     MODE_BIT_13 = 1 << 13
 
 
+ALWAYS = int(Statusword.VOLTAGE_ENABLED | Statusword.REMOTE)
+"""Bits of 6041h in every state."""
+
+
 @quick
 class Controlword(IntEnum):
     """Bits of 6040h beside those of the command."""
@@ -66,6 +73,10 @@ class Stop(Enum):
     SHUTDOWN = 0x605B
     DISABLE_OPERATION = 0x605C
     FAULT_REACTION = 0x605E
+
+
+STAY_ENABLED = 0x0F
+"""Bits of the commonest command, 'enable operation', which an enabled drive gets with every set-point."""
 
 
 def command_of(controlword: int) -> Command:
@@ -121,6 +132,9 @@ class StateMachine:
         """Apply a controlword; bit 7 acts on its rising edge (transition 15)."""
         rising = controlword & ~self._last_controlword
         self._last_controlword = controlword
+        if self.state is State.OPERATION_ENABLED and controlword & STAY_ENABLED == STAY_ENABLED:
+            self._clear_stop()
+            return
         if self.state is State.FAULT:
             if rising & Controlword.FAULT_RESET and self.may_reset():
                 self.state = State.SWITCH_ON_DISABLED
@@ -171,7 +185,7 @@ class StateMachine:
 
     def statusword(self) -> int:
         """State bits of 6041h with `voltage enabled` and `remote`."""
-        return self.state.value | Statusword.VOLTAGE_ENABLED | Statusword.REMOTE
+        return self.state.bits | ALWAYS
 
     def _begin_stop(self, stop: Stop, following: State | None) -> None:
         self.stop = stop
