@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 MOST_BASE = 0x7FF
+"""Greatest identifier of eleven bits."""
 
 
 def candump_line(

@@ -12,6 +12,7 @@ import canopen
 from canopen.sdo.client import SdoClient
 from canopen.sdo.exceptions import SdoCommunicationError
 
+from drivetwin.bus.candump import MOST_BASE
 from drivetwin.bus.frame import DataFrame
 from drivetwin.controller.interruption import Interruption
 from drivetwin.foundation.errors import UserError
@@ -97,7 +98,10 @@ class Link(canopen.Network):
 
     def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
         """Send one frame for canopen, as `Network.send_message`."""
-        self._put(can.Message(arbitration_id=can_id, data=data, is_extended_id=can_id > 0x7FF, is_remote_frame=remote))
+        if remote or can_id > MOST_BASE:
+            self._put(can.Message(arbitration_id=can_id, data=data, is_extended_id=can_id > MOST_BASE, is_remote_frame=remote))
+        else:
+            self._put(DataFrame(can_id, data))
 
     def pump(self, timeout: float) -> bool:
         """Take one frame from the bus, waiting up to `timeout` seconds; whether one came."""
