@@ -197,7 +197,7 @@ class Record:
         fields: Mapping[str, Any] = table.dtype.fields or {}
         views = {code: table.view(code).data for code in {kind.str[1:] for kind, *_ in fields.values()}}
         first = index * len(fields)
-        self._cells = {
+        self._cells: dict[str, memoryview[Any]] = {
             name: views[kind.str[1:]][first + offset // kind.itemsize :] for name, (kind, offset, *_) in fields.items()
         }
 
