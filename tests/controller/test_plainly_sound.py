@@ -16,7 +16,7 @@ SOUND = OPERATION_ENABLED | VOLTAGE_ENABLED
 
 def drive(**values: object) -> DriveNode:
     """An enabled drive that streams and stands, without trouble, but for `values`."""
-    liveness = {"expected": True, "boots": 0, "silence": 0.0, "state": 0x05}
+    liveness: dict[str, object] = {"expected": True, "boots": 0, "silence": 0.0, "state": 0x05}
     liveness |= {name: values.pop(name) for name in list(values) if name in liveness}
     made = SimpleNamespace(
         **{"name": "lift", "node_id": 1, "unit": 1e-6, "received": 1, "answers": True, "homed": True, "operating": True},
