@@ -18,6 +18,8 @@ from pathlib import Path
 
 import can
 
+from drivetwin.bus.candump import MOST_BASE
+from drivetwin.bus.frame import DataFrame
 from drivetwin.foundation.errors import UserError
 
 logger = logging.getLogger(__name__)
@@ -80,6 +82,8 @@ def unpack(packet: bytes) -> list[can.Message]:
 
 
 def _message(identifier: int, length: int, data: bytes, now: float) -> can.Message:
+    if identifier <= MOST_BASE:
+        return DataFrame(identifier, data[:length], now)
     remote = bool(identifier & REMOTE)
     extended = bool(identifier & EXTENDED)
     return can.Message(
@@ -167,7 +171,7 @@ class UnixBus(can.BusABC):
 
 
 class _Client:
-    """One client as the host sees it: its socket, and the packets that it has not taken yet.
+    """One client as the host sees it: its socket, the packets that it has not taken yet, whether its host waits for room there.
 
     One that has gone takes nothing any more; what it sent before is still there to be read.
     """
@@ -177,6 +181,7 @@ class _Client:
         self.connection = connection
         self._waiting: deque[bytes] = deque()
         self._gone = False
+        self.is_watched_for_room = False
 
     def give(self, packet: bytes) -> None:
         """Send a packet, or keep it until the client reads."""
@@ -324,7 +329,9 @@ class UnixHost(can.BusABC):
 
     def _watch(self, client: _Client) -> None:
         """Be woken by a client that sends, and by one that can take what waits for it."""
-        self._poll.modify(client.connection, select.POLLIN | (select.POLLOUT if client.waits else 0))
+        if client.waits is not client.is_watched_for_room:
+            client.is_watched_for_room = client.waits
+            self._poll.modify(client.connection, select.POLLIN | (select.POLLOUT if client.waits else 0))
 
     def _drop(self, client: _Client) -> None:
         self._poll.unregister(client.connection)

@@ -28,5 +28,5 @@ class BusLog:
     def frame(self, message: can.Message) -> None:
         """Add one frame."""
         requested = message.dlc if message.is_remote_frame else None
-        data, extended = bytes(message.data), message.is_extended_id
-        self._stream.write(candump_line(self._now(), self._channel, message.arbitration_id, data, requested, extended))
+        identifier, extended = message.arbitration_id, message.is_extended_id
+        self._stream.write(candump_line(self._now(), self._channel, identifier, message.data, requested, extended))

@@ -34,7 +34,8 @@ class Cycle:
         self._pacing.wait(self.period)
         self._link.drain()
         for watch in self._watches:
-            watch.close()
+            if watch.drive.received > 1:
+                watch.close()
         for drive in self._drives:
             drive.received = 0
             drive.send_output()

@@ -10,10 +10,13 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Interruption:
-    """A request to stop. It is raised once, so that impatience does not interrupt the stopping itself."""
+    """A request to stop, that has come once it is `requested`.
+
+    It is raised once, so that impatience does not interrupt the stopping itself.
+    """
 
     def __init__(self) -> None:
-        self._requested = False
+        self.requested = False
         self._raised = False
         self._former: dict[signal.Signals, signal._HANDLER] = {}
 
@@ -30,9 +33,9 @@ class Interruption:
 
     def raise_once(self) -> None:
         """Raise KeyboardInterrupt if a signal has come and was not raised before."""
-        if self._requested and not self._raised:
+        if self.requested and not self._raised:
             self._raised = True
             raise KeyboardInterrupt
 
     def _note(self, _number: int, _frame: FrameType | None) -> None:
-        self._requested = True
+        self.requested = True

@@ -12,6 +12,8 @@ import canopen
 from canopen.sdo.client import SdoClient
 from canopen.sdo.exceptions import SdoCommunicationError
 
+from drivetwin.bus.candump import MOST_BASE
+from drivetwin.bus.frame import DataFrame
 from drivetwin.controller.interruption import Interruption
 from drivetwin.foundation.errors import UserError
 
@@ -92,26 +94,30 @@ class Link(canopen.Network):
 
     def send(self, cob_id: int, data: bytes) -> None:
         """Send one data frame."""
-        self._put(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False))
+        self._put(DataFrame(cob_id, data))
 
     def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
         """Send one frame for canopen, as `Network.send_message`."""
-        self._put(can.Message(arbitration_id=can_id, data=data, is_extended_id=can_id > 0x7FF, is_remote_frame=remote))
+        if remote or can_id > MOST_BASE:
+            self._put(can.Message(arbitration_id=can_id, data=data, is_extended_id=can_id > MOST_BASE, is_remote_frame=remote))
+        else:
+            self._put(DataFrame(can_id, data))
 
     def pump(self, timeout: float) -> bool:
         """Take one frame from the bus, waiting up to `timeout` seconds; whether one came."""
-        self._interruption.raise_once()
+        if self._interruption.requested:
+            self._interruption.raise_once()
         try:
-            message = self.wire.recv(max(timeout, 0.0))
+            message = self.wire.recv(timeout if timeout > 0.0 else 0.0)
         except can.CanError as error:
             raise UserError(str(error)) from None
         if message is None:
             return False
         if self.log is not None:
             self.log(message)
-        handler = self.fast.get(message.arbitration_id)
         if message.is_error_frame or message.is_remote_frame or message.is_extended_id:
             return True  # no answer of a drive
+        handler = self.fast.get(message.arbitration_id)
         if handler is not None:
             handler(bytes(message.data))
         else:

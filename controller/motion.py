@@ -205,8 +205,8 @@ def stream(
     velocity = offsets.velocity if offsets is not None else None
     if velocity is not None and (deaf := [drive.where() for drive in drives if not drive.takes_velocity_offset]):
         raise UserError(f"{', '.join(deaf)} maps no velocity offset (60B1h): open the session with one")
-    raw_position = np.zeros((len(positions), len(drives)))
-    raw_torque = np.zeros((len(positions), len(drives)))
+    raw_position: list[list[int]] = []
+    raw_torque: list[list[float]] = []
     for row in range(len(positions)):
         for axis, drive in enumerate(drives):
             drive.setpoint = setpoints[axis][row]
@@ -214,16 +214,16 @@ def stream(
             if velocity is not None:
                 drive.velocity_offset = drive.in_units(velocity[row, axis])
         cycle.run()
-        for axis, drive in enumerate(drives):
-            raw_position[row, axis] = drive.position
-            raw_torque[row, axis] = drive.torque
+        raw_position.append([drive.position for drive in drives])
+        raw_torque.append([drive.torque for drive in drives])
         if progress is not None and row % 100 == 99:
             progress(100)
     for drive in drives:
         drive.velocity_offset = 0
     units = np.array([drive.unit for drive in drives])
     gears = np.array([drive.axis.gear_ratio for drive in drives])
-    return Samples(raw_position * units, raw_torque * gears)
+    shape = (len(positions), len(drives))
+    return Samples(np.array(raw_position, float).reshape(shape) * units, np.array(raw_torque, float).reshape(shape) * gears)
 
 
 def positions_now(drives: Sequence[DriveNode]) -> NDArray[np.float64]:

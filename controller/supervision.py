@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from drivetwin.controller.drive_node import OPERATION_ENABLED, DriveNode
+from drivetwin.controller.drive_node import OPERATION_ENABLED, STATE_MASK, DriveNode
 from drivetwin.controller.error_control import NODE_IS_LOST_AFTER
 from drivetwin.controller.liveness import NMT_STATES, OPERATIONAL
 from drivetwin.controller.trouble import DriveFaultError, TroubleError
@@ -33,6 +33,9 @@ AT_LIMIT, AT_LIMIT_FOR = 0.95, 0.3
 """Share of the torque limit, and for how long [s]: an acceleration is over by then, an axis that is blocked is not."""
 
 VOLTAGE_ENABLED = 1 << 4
+
+STATE_AND_VOLTAGE, ENABLED_WITH_VOLTAGE = STATE_MASK | VOLTAGE_ENABLED, OPERATION_ENABLED | VOLTAGE_ENABLED
+"""Bits of the statusword, and what they are while all is well."""
 
 
 @dataclass
@@ -92,11 +95,31 @@ Check = Callable[[Watch], TroubleError | None]
 def supervise(watch: Watch, elapsed: float) -> None:
     """Raise TroubleError for the first thing that is wrong with a drive, `elapsed` [s] after the SYNC before."""
     watch.count(elapsed)
-    for check in CHECKS:
-        trouble = check(watch)
-        if trouble is not None:
-            raise trouble
+    if not is_plainly_sound(watch):
+        for check in CHECKS:
+            trouble = check(watch)
+            if trouble is not None:
+                raise trouble
     watch.keep()
+
+
+def is_plainly_sound(watch: Watch) -> bool:
+    """Whether it can be seen at one glance, which every cycle takes, that no check finds anything; they are asked where not."""
+    drive, liveness = watch.drive, watch.drive.liveness
+    if drive.emergencies or watch.surplus or watch.missed >= MISSED or watch.at_limit >= AT_LIMIT_FOR or drive.outside:
+        return False
+    if liveness.expected and (
+        liveness.boots or liveness.silence >= NODE_IS_LOST_AFTER or liveness.state not in (None, OPERATIONAL)
+    ):
+        return False
+    if drive.operating and drive.statusword & STATE_AND_VOLTAGE != ENABLED_WITH_VOLTAGE:
+        return False
+    if not drive.streaming:
+        return True
+    if watch.position is None or _has_jumped(watch, watch.position):
+        return False
+    limit = drive.following_error_limit
+    return limit is None or drive.following_error <= limit
 
 
 def rebooted(watch: Watch) -> TroubleError | None:
@@ -193,8 +216,7 @@ def jump(watch: Watch) -> TroubleError | None:
     drive = watch.drive
     if not drive.streaming or watch.position is None or not drive.received:
         return None
-    expected = watch.position + watch.speed * watch.age
-    if abs(drive.position - expected) * drive.unit <= MOST_CHANGE * drive.axis.max_speed * watch.age + drive.unit:
+    if not _has_jumped(watch, watch.position):
         return None
     way = abs(drive.position - watch.position) * drive.unit
     drive.streaming = drive.homed = False
@@ -203,6 +225,12 @@ def jump(watch: Watch) -> TroubleError | None:
         f"tells a position {way:.4g} from where it was {watch.age * 1e3:.3g} ms before, and cannot have moved that far: "
         "is its encoder sound?",
     )
+
+
+def _has_jumped(watch: Watch, before: int) -> bool:
+    drive = watch.drive
+    expected = before + watch.speed * watch.age
+    return abs(drive.position - expected) * drive.unit > MOST_CHANGE * drive.axis.max_speed * watch.age + drive.unit
 
 
 def following_error(watch: Watch) -> TroubleError | None:

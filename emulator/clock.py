@@ -61,9 +61,14 @@ class SyncClock(Clock):
 
     runs_alone = False
 
+    def __init__(self) -> None:
+        self._cycle = Cycle(MILLISECOND, MILLISECOND)
+
     def at_sync(self, told: int) -> Iterable[Cycle]:
         periods = told or MILLISECOND
-        return (Cycle(periods, periods),)
+        if periods != self._cycle.periods:
+            self._cycle = Cycle(periods, periods)
+        return (self._cycle,)
 
     def due(self, told: int) -> Iterable[Cycle]:
         return ()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 
 import can
 
+from drivetwin.bus.frame import DataFrame
 from drivetwin.drive_profiles import DriveProfile
 from drivetwin.emulator.canopen.alarms import Alarms
 from drivetwin.emulator.canopen.parameter_store import ParameterStore
@@ -103,23 +104,25 @@ class VirtualMachine:
         Each drive obeys SYNC by its own 1005h; that of the first drive advances time.
         """
         self._hear(message)
-        self._hear_own()
+        if self._produced:
+            self._hear_own()
 
     def _hear(self, message: can.Message) -> None:
         if message.is_error_frame or message.is_extended_id or message.is_fd:
             return
         cob_id, data, remote = message.arbitration_id, bytes(message.data), message.is_remote_frame
-        moves_time = cob_id == self._nodes[0][1].sync_cob_id and not remote
+        moves_time = cob_id == self._nodes[0][1].synchronisation.cob_id and not remote
         if moves_time:
             self._run(self._clock.before_sync())
         for wire, device in self._nodes:
-            if cob_id == device.sync_cob_id and not remote:
+            if cob_id == device.synchronisation.cob_id and not remote:
                 wire.sync(data[0] if data else None)
             else:
                 wire.receive(cob_id, data, remote)
         if moves_time:
             self._run(self._clock.at_sync(self._told()))
-        self._look_at_timers()
+        if self._clock.runs_alone:
+            self._look_at_timers()
 
     def attach(self, answer_requests: Callable[[], None]) -> None:
         """Let `poll` answer what another interface (Modbus) asks of the drives: between two frames, in the owner's thread."""
@@ -129,9 +132,11 @@ class VirtualMachine:
         """Run the cycles that are due without a SYNC, and answer other interfaces; call it often."""
         for answer in self._requests:
             answer()
-        self._run(self._clock.due(self._told()))
-        self._look_at_timers()
-        self._hear_own()
+        if self._clock.runs_alone:
+            self._run(self._clock.due(self._told()))
+            self._look_at_timers()
+        if self._produced:
+            self._hear_own()
 
     def wait(self) -> float | None:
         """Seconds until `poll` is to be called again, None if it need not be."""
@@ -182,9 +187,9 @@ class VirtualMachine:
     def _told(self) -> int:
         """1006h of the first drive that has one, in servo periods; 0 where none has."""
         for _, device in self._nodes:
-            cycle = device.cycle
+            cycle = device.synchronisation.cycle
             if cycle > 0.0:
-                return max(1, round(min(cycle, LONGEST_CYCLE) / SERVO_PERIOD))
+                return _whole_periods(cycle)
         return 0
 
     def _run(self, cycles: Iterable[Cycle]) -> None:
@@ -206,7 +211,7 @@ class VirtualMachine:
     def _produce(self, number: int, cob_id: int, data: bytes) -> None:
         """A drive sends SYNC or TIME: on the bus, and for the drives of this machine."""
         self.wires[number].transmit(cob_id, data)
-        self._produced.append(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False))
+        self._produced.append(DataFrame(cob_id, data))
 
     def _hear_own(self) -> None:
         produced, self._produced = self._produced, []
@@ -218,9 +223,15 @@ class VirtualMachine:
             self._tick()
 
     def _tick(self) -> None:
-        self._ticked = self._timers()
+        self._ticked = now = self._timers()
         for _, device in self._nodes:
-            device.tick()
+            device.tick(now)
 
     def _send(self, cob_id: int, data: bytes) -> None:
-        self._transmit(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False, timestamp=self._time))
+        self._transmit(DataFrame(cob_id, data, self._time))
+
+
+@lru_cache(maxsize=8)
+def _whole_periods(cycle: float) -> int:
+    """A cycle [s] in servo periods, one at least."""
+    return max(1, round(min(cycle, LONGEST_CYCLE) / SERVO_PERIOD))

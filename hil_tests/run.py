@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -13,9 +11,9 @@ from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
-from drivetwin.emulator.effects import EffectFile, add_effects, added_effects
+from drivetwin.emulator.effects import add_effects, added_effects
 from drivetwin.foundation.arithmetic import children_compute_alike
-from drivetwin.foundation.children import end_with_parent
+from drivetwin.foundation.children import tied_processes
 from drivetwin.foundation.collector import without_collector
 from drivetwin.foundation.errors import UserError
 from drivetwin.hil_tests.bench import EMBEDDED, Bench
@@ -116,8 +114,7 @@ class CaseProcesses:
     @cached_property
     def _pool(self) -> ProcessPoolExecutor:
         """With the effects that have been added by now."""
-        begun = (os.getpid(), added_effects())
-        return ProcessPoolExecutor(self._number, multiprocessing.get_context("spawn"), _begin_worker, begun)
+        return ProcessPoolExecutor(self._number, tied_processes(), add_effects, (added_effects(),))
 
     def submit(self, bench: Bench, scenario: Scenario, folder: Path) -> Future[CaseResult]:
         """`run_one` in one of them."""
@@ -140,12 +137,6 @@ class CaseProcesses:
 
 
 KILLED = "a process that ran a case was killed: is there enough memory"
-
-
-def _begin_worker(parent: int, effects: Sequence[EffectFile]) -> None:
-    """A process of the pool ends with the one that started it, and knows the same effects."""
-    end_with_parent(parent)
-    add_effects(effects)
 
 
 def _at_once(bench: Bench, scenarios: Sequence[Scenario], places: Sequence[Path], jobs: int) -> Iterator[CaseResult]:

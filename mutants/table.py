@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import sys
 from collections.abc import Iterator, Sequence
@@ -15,7 +14,7 @@ import typer
 from rich.console import Console
 from typer.exceptions import TyperException
 
-from drivetwin.foundation.children import end_with_parent
+from drivetwin.foundation.children import tied_processes
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import INSTALLED, new_file, own_directory, write_json
 from drivetwin.hil_tests.bench import Bench, read_bench
@@ -79,7 +78,7 @@ def _fields(mutants: Sequence[Mutant], scenarios: Sequence[Scenario], own: bool)
 
 def _filled(bench: Bench, fields: Sequence[Field], out: Path, jobs: int) -> Iterator[Cell]:
     """The cells as they come."""
-    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), end_with_parent, (os.getpid(),))
+    pool = ProcessPoolExecutor(jobs, tied_processes())
     try:
         for task in as_completed([pool.submit(fill, bench, field, out) for field in fields]):
             yield task.result()

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +24,7 @@ from drivetwin.blind.wide.sizing import Along, has_presliding, sized_causes, siz
 from drivetwin.blind.wide.truth import DRIVES, LAWS
 from drivetwin.blind.wide.weighing import Recorded, item_of, noise_of, torque_and_gap, weighed
 from drivetwin.blind.wide.world import Items, World, draw_world, rms, slowed, travel
-from drivetwin.foundation.children import end_with_parent
+from drivetwin.foundation.children import tied_processes
 from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
@@ -51,7 +49,7 @@ def each_wide(count: int, seed: int, allowed: Choice, workers: int = 1) -> Itera
     if workers == 1 or count == 1:
         yield from map(drawn, numbers, seeds, kinds, effects)
         return
-    with ProcessPoolExecutor(workers, get_context("spawn"), end_with_parent, (os.getpid(),)) as pool:
+    with ProcessPoolExecutor(workers, tied_processes()) as pool:
         yield from pool.map(drawn, numbers, seeds, kinds, effects)
 
 

@@ -36,7 +36,8 @@ class Device:
 
     `transmit` gets CAN-ID and data of every frame it sends, `now` tells the simulated time [s], `store` is what it keeps
     while it has no power: its values are in the dictionary once the device is made. Who owns the bus calls
-    `receive` for each frame but SYNC, `sync` for SYNC, and `tick` after time has moved.
+    `receive` for each frame but SYNC, `sync` for SYNC, and `tick` after time has moved; `synchronisation` knows which frame
+    is its SYNC.
     """
 
     def __init__(
@@ -73,7 +74,7 @@ class Device:
         self.heartbeat = Heartbeat(dictionary, nmt, transmit, now, alarms)
         self.heartbeat_consumer = HeartbeatConsumer(dictionary, emergency, behaviour, now, alarms, self._connect)
         self.node_guarding = NodeGuarding(dictionary, nmt, self.heartbeat, emergency, behaviour, transmit, now, alarms)
-        self._sync = sync = Sync(dictionary, emergency, now, self._connect)
+        self.synchronisation = sync = Sync(dictionary, emergency, now, self._connect)
         numbers = range(1, PDO_COUNT + 1)
         self.rpdos = tuple(Rpdo(dictionary, number, emergency, sync, now, alarms, self._connect) for number in numbers)
         self.tpdos = tuple(Tpdo(dictionary, number, transmit, now, sync, self._connect) for number in numbers)
@@ -89,12 +90,7 @@ class Device:
     @property
     def sync_cob_id(self) -> int:
         """CAN-ID of SYNC (1005h)."""
-        return self._sync.cob_id
-
-    @property
-    def cycle(self) -> float:
-        """Communication cycle that the node was told (1006h) [s], 0 where it was told none."""
-        return self._sync.cycle
+        return self.synchronisation.cob_id
 
     def add_lss(self) -> None:
         """Make it an LSS slave (CiA 305), with the node-ID that LSS stored; a device with node-ID 255 does nothing but LSS."""
@@ -103,7 +99,7 @@ class Device:
 
     def add_producers(self, produce: Produce) -> None:
         """Let it produce SYNC and TIME where 1005h and 1012h say so; `produce` gets each frame, for this node as well."""
-        self._sync.add_producer(self.nmt, produce, self._alarms)
+        self.synchronisation.add_producer(self.nmt, produce, self._alarms)
         self.time_stamp.add_producer(self.nmt, produce, self._alarms)
 
     def add_sync_timeout(self, kind: Variable, time: Variable, lost: Callable[[int], None]) -> None:
@@ -127,13 +123,12 @@ class Device:
 
     def sync(self, counter: int | None = None) -> None:
         """A SYNC came, perhaps with a counter: synchronous TPDOs are sampled and sent, then synchronous RPDOs take effect."""
-        self._sync.run(counter)
+        self.synchronisation.run(counter)
         if self._sync_timeout is not None:
             self._sync_timeout.came()
 
-    def tick(self) -> None:
-        """Simulated time has moved: send what is due by time or by a change of value."""
-        now = self._now()
+    def tick(self, now: float) -> None:
+        """Simulated time has moved to `now` [s]: send what is due by time or by a change of value."""
         if now >= self._alarms.due:
             self._alarms.tick(now)
         for tick in self._event_driven:
@@ -192,7 +187,7 @@ class Device:
         """Every service takes its parameters as they stand, and forgets what was under way."""
         self.sdo.reset()
         self.emergency.forget_waiting()
-        self._sync.load()
+        self.synchronisation.load()
         self.time_stamp.load()
         self.heartbeat_consumer.load()
         self.node_guarding.reset()
@@ -235,10 +230,10 @@ class Device:
             cob_id = rpdo.parameters.cob_id
             earlier = self._handlers.get(cob_id)
             self._handlers[cob_id] = rpdo.receive if earlier is None else _both(earlier, rpdo.receive)
-        self._sync.actuate = tuple(rpdo.take_effect for rpdo in rpdos if rpdo.parameters.synchronous)
+        self.synchronisation.actuate = tuple(rpdo.take_effect for rpdo in rpdos if rpdo.parameters.synchronous)
 
     def _connect_tpdos(self, tpdos: list[Tpdo]) -> None:
-        self._sync.sample = tuple(tpdo.on_sync for tpdo in tpdos if tpdo.at_sync)
+        self.synchronisation.sample = tuple(tpdo.on_sync for tpdo in tpdos if tpdo.at_sync)
         self._event_driven = tuple(tpdo.tick for tpdo in tpdos if tpdo.at_tick)
         for tpdo in tpdos:
             if tpdo.parameters.remote_allowed:

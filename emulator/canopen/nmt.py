@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import IntEnum
 
+from drivetwin.foundation.enums import quick
+
 COB_ID = 0x000
 
 
+@quick
 class NmtState(IntEnum):
     """NMT states, by the code that heartbeat sends (CiA 301, 7.2.8.3.2.2)."""
 

@@ -54,8 +54,8 @@ class Sync:
 
     @property
     def cycle(self) -> float:
-        """1006h [s]."""
-        return self._cycle.number * MICROSECOND
+        """Communication cycle that the node was told (1006h) [s], 0 where it was told none."""
+        return int(self._cycle.value) * MICROSECOND
 
     @property
     def windowed(self) -> bool:

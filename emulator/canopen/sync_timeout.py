@@ -38,7 +38,7 @@ class SyncTimeout:
 
     def came(self) -> None:
         """A SYNC came: the next one is due."""
-        if self._kind.number == SYNC and self._time.number:
+        if self._kind.value == SYNC and self._time.value:
             self._alarm.set(self._now() + self._time.number * MILLISECOND)
 
     def _set_kind(self, value: Value) -> None:

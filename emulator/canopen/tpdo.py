@@ -84,7 +84,7 @@ class Tpdo:
         """Begin anew with the parameters as they stand: an event-driven PDO sends its first value at the next tick."""
         parameters = self.parameters
         self._cob_id = parameters.cob_id
-        self._readers = tuple(variable.read for variable in parameters.mapping.variables)
+        self._variables = parameters.mapping.variables
         self._pack = parameters.mapping.layout.pack
         self._cycle = self._countdown = parameters.transmission_type
         self._start_at = self._start_value.number if self._start_value is not None else 0
@@ -148,11 +148,10 @@ class Tpdo:
 
     def _sample(self) -> bytes:
         try:
-            return self._pack(*[read() for read in self._readers])
+            return self._pack(*[one.value if one.on_read is None else one.on_read() for one in self._variables])
         except (struct.error, OverflowError):
             return self._sample_saturated()
 
     def _sample_saturated(self) -> bytes:
         """Some value is beyond its type: tell the nearest."""
-        variables = self.parameters.mapping.variables
-        return self._pack(*[saturate(variable.data_type, variable.read()) for variable in variables])
+        return self._pack(*[saturate(variable.data_type, variable.read()) for variable in self._variables])

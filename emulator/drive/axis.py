@@ -48,12 +48,13 @@ class Axis:
     @property
     def cycle(self) -> float:
         """Length of the coming communication cycle [s]."""
-        return len(self.servo.demand) * SERVO_PERIOD
+        return self.servo.periods * SERVO_PERIOD
 
     @property
     def set_point_interval(self) -> int:
         """Servo periods from one streamed position to the next: 60C2h, or from a SYNC to the next where that is more."""
-        return max(self.servo.interval, self.interpolation_time.periods())
+        interval, told = self.servo.interval, self.interpolation_time.periods()
+        return interval if interval > told else told
 
     def role(self, name: str) -> Variable | None:
         """The variable that plays a role on this drive type, None where the type has none."""
@@ -62,7 +63,8 @@ class Axis:
     def limit_switch(self, direction: int, angle: float) -> bool:
         """Whether the switch in a direction of user units (-1: the negative one) is actuated at a motor angle [rad]."""
         turned = self.scaling.position_per_radian < 0.0
-        return self.switches.negative(angle) if (direction < 0) is not turned else self.switches.positive(angle)
+        switches = self.hardware.switches
+        return switches.negative(angle) if (direction < 0) is not turned else switches.positive(angle)
 
     def move_origin(self, angle: float) -> None:
         """Make motor angle `angle` [rad] the zero of positions."""
@@ -75,13 +77,17 @@ class Axis:
         """
         return min(self._acceleration(index), self._acceleration(MOST_OF.get(index, 0)))
 
+    def offsets(self) -> tuple[float, float]:
+        """60B1h [rad/s] and 60B2h [N·m]."""
+        return self.velocity_offset(), self.torque_offset()
+
     def torque_offset(self) -> float:
         """60B2h [N·m]."""
-        return self._torque_offset.number * self.rated_torque() / 1000.0
+        return int(self._torque_offset.value) * (int(self._rated_torque.value) / 1000.0) / 1000.0
 
     def velocity_offset(self) -> float:
         """60B1h [rad/s]."""
-        return self.scaling.angular(float(self._velocity_offset.value))
+        return float(self._velocity_offset.value) / self.scaling.velocity_per_radian
 
     def rated_torque(self) -> float:
         """6076h [N·m]."""

@@ -8,7 +8,7 @@ from drivetwin.emulator.drive.interpolation import Interpolator
 from drivetwin.emulator.drive.limits import PositionLimits
 from drivetwin.emulator.drive.mode import Axis, Mode
 from drivetwin.emulator.drive.position_range import Rotary
-from drivetwin.emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
+from drivetwin.emulator.drive.servo import Loop
 from drivetwin.emulator.drive.state_machine import Statusword
 
 
@@ -30,13 +30,11 @@ class CyclicSynchronousPosition(Mode):
 
     def plan(self, controlword: int) -> Loop:
         axis = self.axis
-        demand = axis.servo.demand
-        if axis.servo.takes_setpoints:
+        servo = axis.servo
+        if servo.takes_setpoints:
             target = axis.scaling.target(float(self._target.value), self._interpolator.setpoint, Rotary.SHORTEST)
             self._wanted = self._limits.clamp(target)
-        self._interpolator.cycle(self._wanted, axis.interpolation, demand, axis.set_point_interval)
-        demand[:, VELOCITY_OFFSET] = axis.velocity_offset()
-        demand[:, TORQUE_OFFSET] = axis.torque_offset()
+        self._interpolator.cycle(self._wanted, axis.interpolation, servo.demand, axis.set_point_interval, axis.offsets())
         return Loop.POSITION
 
     def status_bits(self) -> int:

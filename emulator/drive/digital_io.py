@@ -39,8 +39,8 @@ class DigitalOutputs:
 
     def on(self) -> int:
         """Bits of 60FEh."""
-        written = 0 if self._written is None else self._written.number
-        return written if self._mask is None else written & self._mask.number
+        written = 0 if self._written is None else int(self._written.value)
+        return written if self._mask is None else written & int(self._mask.value)
 
     def sets_brake(self) -> bool:
         """Whether a master engages the holding brake: bit 0, 1 = brake activated."""

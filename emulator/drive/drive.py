@@ -8,6 +8,7 @@ from math import floor
 
 from drivetwin.drive_profiles import DriveProfile
 from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.canopen.data_types import Value
 from drivetwin.emulator.canopen.device import Device
 from drivetwin.emulator.canopen.parameter_store import ParameterStore
 from drivetwin.emulator.drive import faults, objects, readings
@@ -81,6 +82,7 @@ class Drive:
         self._mode: Mode | None = None
         self._halted: Mode | None = None
         self._scaling_is_old = True
+        self._is_limited = servo.state.cell("limited")
         self._controlword = 0
         self._unseen: deque[int] = deque(maxlen=UNSEEN)
         self._fault_bits = 0
@@ -104,8 +106,10 @@ class Drive:
 
     def plan(self) -> None:
         """Decide the demand and the loops of the coming cycle."""
-        self._refresh_scaling()
-        self._parameters.torque_limits.refresh()
+        if self._scaling_is_old:
+            self._refresh_scaling()
+        if self._parameters.torque_limits.is_old:
+            self._parameters.torque_limits.refresh()
         self._supervision.refresh()
         self.axis.limit_active = False
         if self.machine.state not in POWERED:
@@ -141,7 +145,7 @@ class Drive:
             self._plan_mode()
 
     def _plan_mode(self) -> None:
-        wanted = self._modes.get(self._wanted_mode.number)
+        wanted = self._modes.get(int(self._wanted_mode.value))
         if wanted is not self._mode:
             resumed = wanted is self._halted
             self._mode = wanted
@@ -151,11 +155,11 @@ class Drive:
                     wanted.notice(controlword)
         self._halted = None
         self._unseen.clear()
-        if self._mode is None:
+        if wanted is None:
             self._run(Way.SLOW_DOWN_RAMP)
         else:
-            self.axis.servo.loop = self._mode.plan(self._controlword)
-            self._stops.note(self._mode)
+            self.axis.servo.loop = loop = wanted.plan(self._controlword)
+            self._stops.note(wanted, loop)
 
     def _halt(self) -> None:
         self._unseen.clear()
@@ -167,7 +171,7 @@ class Drive:
             return
         self._mode = None
         self.axis.servo.loop = loop
-        self._stops.note(self._halted)
+        self._stops.note(self._halted, loop)
 
     def _stop(self, stop: Stop) -> None:
         self._halted = None
@@ -191,18 +195,20 @@ class Drive:
         if state is State.OPERATION_ENABLED:
             found += alarms
             if self._mode is None or self._mode is not self._homing:
-                found += self._limit_switch_faults()
+                self._look_at_limit_switches(found)
         if state is State.FAULT_REACTION_ACTIVE:
             found = [fault for fault in (*found, *alarms) if fault.coasts]
         for fault in found:
             self._enter(fault)
 
-    def _limit_switch_faults(self) -> list[Fault]:
+    def _look_at_limit_switches(self, found: list[Fault]) -> None:
+        """Add the fault of one that the axis moves into."""
         speed = self._stops.velocity
-        if self.axis.servo.loop is Loop.TORQUE and abs(speed) < CREEP:
-            return []
+        if speed == 0.0 or (abs(speed) < CREEP and self.axis.servo.loop is Loop.TORQUE):
+            return
         fault = self._supervision.limit_switch_fault(speed)
-        return [] if fault is None else [fault]
+        if fault is not None:
+            found.append(fault)
 
     def fault(self, code: int) -> None:
         """Enter the fault reaction with an EMCY of `code` (CiA 402-2, table 'Error codes')."""
@@ -259,16 +265,13 @@ class Drive:
         word = self.machine.statusword()
         if not self._supervision.voltage_enabled():
             word &= ~Statusword.VOLTAGE_ENABLED
-        if self._limited():
+        if self.axis.limit_active or self._is_limited[0]:
             word |= Statusword.INTERNAL_LIMIT_ACTIVE
         if self._mode is not None:
             word |= self._mode.status_bits()
         elif self._stands_by_halt():
             word |= Statusword.TARGET_REACHED
         return word | self._fault_bits
-
-    def _limited(self) -> bool:
-        return self.axis.limit_active or bool(self.axis.servo.state["limited"])
 
     def _stands_by_halt(self) -> bool:
         halting = self.machine.state is State.OPERATION_ENABLED and self._controlword & Controlword.HALT
@@ -278,7 +281,7 @@ class Drive:
         dictionary = self.dictionary
         dictionary[0x6041].on_read = self.statusword
         dictionary[0x6061].on_read = self._mode_display
-        dictionary[0x6040].on_write = lambda value: self._write_controlword(int(value))
+        dictionary[0x6040].on_write = self._write_controlword
         dictionary[0x6040].is_command = True
         dictionary[0x6060].on_write = lambda value: self._check_mode(int(value))
         for index, sub in FACTOR_GROUP:
@@ -292,7 +295,8 @@ class Drive:
     def _mode_display(self) -> int:
         return self._mode.code if self._mode is not None else self._wanted_mode.number
 
-    def _write_controlword(self, controlword: int) -> None:
+    def _write_controlword(self, value: Value) -> None:
+        controlword = int(value)
         was_fault = self.machine.state is State.FAULT
         before, was_enabled = self._controlword, self.machine.state is State.OPERATION_ENABLED
         self._controlword = controlword
@@ -309,7 +313,7 @@ class Drive:
 
     def _notice(self, before: int, controlword: int) -> None:
         """Show the mode a controlword; one that the coming cycle enters then sees all since it was chosen, edges included."""
-        wanted = self._modes.get(self._wanted_mode.number)
+        wanted = self._modes.get(int(self._wanted_mode.value))
         if self._mode is wanted and wanted is not None:
             wanted.notice(controlword)
             return
@@ -326,11 +330,11 @@ class Drive:
         self._scaling_is_old = True
 
     def _refresh_scaling(self) -> None:
-        if self._scaling_is_old:
-            origin = self.axis.scaling.origin
-            self.axis.scaling = Scaling.of(self.dictionary, self._increments_per_radian, origin)
-            self._scaling_is_old = False
+        origin = self.axis.scaling.origin
+        self.axis.scaling = Scaling.of(self.dictionary, self._increments_per_radian, origin)
+        self._scaling_is_old = False
 
     def _scaling(self) -> Scaling:
-        self._refresh_scaling()
+        if self._scaling_is_old:
+            self._refresh_scaling()
         return self.axis.scaling

@@ -14,11 +14,13 @@ from drivetwin.emulator.drive.mode import Axis, Mode, Ramps
 from drivetwin.emulator.drive.ramp import ramp_cycle
 from drivetwin.emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
 from drivetwin.emulator.drive.state_machine import Controlword, Statusword
+from drivetwin.foundation.enums import quick
 
 NOT_HOMED, HOMED = 0, 1
 """What the object of role `homing_status` tells."""
 
 
+@quick
 class Phase(Enum):
     """Where a homing run stands."""
 

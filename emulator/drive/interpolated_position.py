@@ -8,7 +8,7 @@ from drivetwin.emulator.drive.interpolation import Interpolator
 from drivetwin.emulator.drive.limits import PositionLimits
 from drivetwin.emulator.drive.mode import Axis, Mode
 from drivetwin.emulator.drive.position_range import Rotary
-from drivetwin.emulator.drive.servo import TORQUE_OFFSET, VELOCITY_OFFSET, Loop
+from drivetwin.emulator.drive.servo import Loop
 from drivetwin.emulator.drive.state_machine import Controlword, Statusword
 
 
@@ -32,13 +32,11 @@ class InterpolatedPosition(Mode):
 
     def plan(self, controlword: int) -> Loop:
         axis = self.axis
+        servo = axis.servo
         self._active = bool(controlword & Controlword.MODE_BIT_4)
-        if self._active and axis.servo.takes_setpoints:
+        if self._active and servo.takes_setpoints:
             self._hold = self._limits.clamp(axis.scaling.target(float(self._setpoint.value), self._hold, Rotary.SHORTEST))
-        demand = axis.servo.demand
-        self._interpolator.cycle(self._hold, axis.interpolation, demand, axis.set_point_interval)
-        demand[:, VELOCITY_OFFSET] = axis.velocity_offset()
-        demand[:, TORQUE_OFFSET] = axis.torque_offset()
+        self._interpolator.cycle(self._hold, axis.interpolation, servo.demand, axis.set_point_interval, axis.offsets())
         return Loop.POSITION
 
     def status_bits(self) -> int:

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.drive.servo import SERVO_PERIOD
 from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.enums import quick
 
 
+@quick
 class Interpolation(IntEnum):
     """Kinds of interpolation (as P370 CON_IP of a ServoOne counts them)."""
 
@@ -19,18 +21,25 @@ class Interpolation(IntEnum):
 
 
 @compiled
-def linear_cycle(start: float, end: float, passed: int, total: int, demand) -> None:  # type: ignore[no-untyped-def]
-    """Fill demand (n, 4) with a straight line that reaches `end` after `total` servo periods, `passed` of them over."""
+def linear_cycle(  # type: ignore[no-untyped-def]
+    start: float, end: float, passed: int, total: int, faster: float, torque: float, demand
+) -> None:
+    """Fill demand (n, 4) with a straight line that reaches `end` after `total` servo periods, `passed` of them over.
+
+    `faster` [rad/s] and `torque` [N·m] are the offsets beside it.
+    """
     velocity = (end - start) / (total * SERVO_PERIOD)
     for period in range(demand.shape[0]):
         step = passed + period + 1
         demand[period, 0] = start + (end - start) * step / total if step <= total else end
         demand[period, 1] = velocity if step <= total else 0.0
+        demand[period, 2] = faster
+        demand[period, 3] = torque
 
 
 @compiled
 def spline_cycle(  # type: ignore[no-untyped-def]
-    p0: float, p1: float, p2: float, p3: float, passed: int, total: int, demand
+    p0: float, p1: float, p2: float, p3: float, passed: int, total: int, faster: float, torque: float, demand
 ) -> None:
     """Fill demand (n, 4) with a segment of the uniform cubic B-spline of four set-points, as `linear_cycle`.
 
@@ -48,6 +57,8 @@ def spline_cycle(  # type: ignore[no-untyped-def]
             + u * u * u * (p3 - p0 + 3.0 * (p1 - p2)) / 6.0
         )
         demand[period, 1] = ((p2 - p0) / 2.0 + u * (p0 - 2.0 * p1 + p2) + u * u * (p3 - p0 + 3.0 * (p1 - p2)) / 2.0) / duration
+        demand[period, 2] = faster
+        demand[period, 3] = torque
 
 
 class Interpolator:
@@ -73,16 +84,23 @@ class Interpolator:
         self._start = self._reached = angle
         self._passed = self._total = 0
 
-    def cycle(self, setpoint: float, kind: Interpolation, demand: NDArray[np.float64], interval: int) -> None:
-        """Take the set-point [rad] as it stands in this cycle and fill position and velocity of `demand` (n, 4).
+    def cycle(
+        self,
+        setpoint: float,
+        kind: Interpolation,
+        demand: NDArray[np.float64],
+        interval: int,
+        offsets: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        """Take the set-point [rad] as it stands in this cycle and fill `demand` (n, 4).
 
-        `interval`: servo periods from a set-point to the next.
+        `interval`: servo periods from a set-point to the next. `offsets` of velocity [rad/s] and torque [N·m].
         """
         self._take(setpoint, kind, interval)
         if kind is Interpolation.CUBIC_SPLINE:
-            spline_cycle(*self._points, self._passed, self._total, demand)
+            spline_cycle(*self._points, self._passed, self._total, *offsets, demand)
         else:
-            linear_cycle(self._start, self.setpoint, self._passed, self._total, demand)
+            linear_cycle(self._start, self._points[3], self._passed, self._total, *offsets, demand)
         self._passed += len(demand)
         self._reached = demand.item(-1, 0)
 

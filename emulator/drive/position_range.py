@@ -7,6 +7,7 @@ from enum import IntEnum
 from math import floor
 
 from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
+from drivetwin.foundation.enums import quick
 
 RANGE, SOFTWARE_LIMIT = 0x607B, 0x607D
 INT32 = (-(1 << 31), (1 << 31) - 1)
@@ -14,6 +15,7 @@ HALF_UNIT = 0.5
 """What lies less than this behind is here, and not a turn ahead."""
 
 
+@quick
 class Rotary(IntEnum):
     """Rotary axis direction option: bits 6 and 7 of 60F2h."""
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
+from operator import itemgetter
 
 from drivetwin.emulator.drive import objects
 from drivetwin.emulator.drive.axis import Axis
@@ -13,6 +15,7 @@ from drivetwin.emulator.drive.scaling import Scaling, to_int32
 def install(axis: Axis, scaling: Callable[[], Scaling], power_on_angle: float, increments_per_radian: float) -> None:
     """Bind the actual and demand values; `scaling` is asked at each read, as a master may have just written it."""
     state = axis.servo.state
+    position = state.cell("position")
 
     def inputs() -> int:
         scaling()
@@ -21,7 +24,7 @@ def install(axis: Axis, scaling: Callable[[], Scaling], power_on_angle: float, i
     reads: dict[int, Callable[[], int | float]] = {
         0x6062: lambda: scaling().position(float(state["position_demand"])),
         0x6063: lambda: to_int32((float(state["position"]) - power_on_angle) * increments_per_radian),
-        0x6064: lambda: scaling().position(float(state["position"])),
+        0x6064: lambda: scaling().position(position[0]),
         0x6069: lambda: scaling().velocity(float(state["velocity"])),
         0x606B: lambda: scaling().velocity(float(state["velocity_demand"])),
         0x606C: lambda: scaling().velocity(float(state["velocity"])),
@@ -37,4 +40,4 @@ def install(axis: Axis, scaling: Callable[[], Scaling], power_on_angle: float, i
     for name, field in (("torque_actual", "torque_actual"), ("torque_reference", "torque_demand")):
         variable = axis.role(name)
         if variable is not None:
-            variable.on_read = lambda field=field: float(state[field])
+            variable.on_read = partial(itemgetter(0), state.cell(field))

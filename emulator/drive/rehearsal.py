@@ -13,8 +13,8 @@ from drivetwin.emulator.drive.servo import VELOCITY
 
 def rehearse(demand: NDArray[np.float64]) -> None:
     """Call each function once on a `demand` (n, 4) that lies in memory as those of the modes do; it is zero afterwards."""
-    linear_cycle(0.0, 0.0, 0, 1, demand)
-    spline_cycle(0.0, 0.0, 0.0, 0.0, 0, 1, demand)
+    linear_cycle(0.0, 0.0, 0, 1, 0.0, 0.0, demand)
+    spline_cycle(0.0, 0.0, 0.0, 0.0, 0, 1, 0.0, 0.0, demand)
     ramp_cycle(0.0, 0.0, 0.0, 0.0, 0.0, demand)
     approach(0.0, 0.0, 0.0, demand[:, VELOCITY])
     sample_segments(np.zeros((1, 5)), 0.0, 0.0, 0.0, demand)

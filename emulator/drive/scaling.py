@@ -15,7 +15,7 @@ from math import pi
 
 from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary
 from drivetwin.emulator.drive.objects import number, optional
-from drivetwin.emulator.drive.position_range import RANGE, PositionRange, Rotary
+from drivetwin.emulator.drive.position_range import INT32, RANGE, PositionRange, Rotary
 
 FRACTIONS = (0x608F, 0x6091, 0x6092, 0x6093, 0x6094, 0x6096, 0x6097)
 NOTATIONS = (0x6089, 0x608B, 0x608D)
@@ -25,6 +25,8 @@ FACTOR_GROUP = (
     *((index, 0) for index in (*NOTATIONS, POLARITY)),
 )
 """Every entry that the scaling depends on."""
+
+LEAST, MOST = INT32
 
 POSITION_POLARITY, VELOCITY_POLARITY = 1 << 7, 1 << 6
 """Bits of 607Eh."""
@@ -65,7 +67,8 @@ class Scaling:
     def position(self, angle: float) -> int:
         """Position in user units of a motor angle [rad], within its range and 32 bits."""
         position = (angle - self.origin) * self.position_per_radian
-        return to_int32(position if self.range is None else self.range.wrap(round(position)))
+        nearest = round(position if self.range is None else self.range.wrap(round(position)))
+        return nearest if LEAST <= nearest <= MOST else MOST if nearest > MOST else LEAST
 
     def angle(self, position: float) -> float:
         """Motor angle [rad] of a position in user units."""
@@ -75,7 +78,7 @@ class Scaling:
         """Motor angle [rad] to go to from the angle `here` [rad] to be at a position in user units."""
         if self.range is not None:
             position = self.range.target(position, (here - self.origin) * self.position_per_radian, option)
-        return self.angle(position)
+        return position / self.position_per_radian + self.origin
 
     def distance(self, angular: float) -> int:
         """Difference of positions in user units, of a difference of motor angles [rad]."""
@@ -100,7 +103,8 @@ class Scaling:
 
 def to_int32(value: float) -> int:
     """Nearest integer that a 32-bit object can hold."""
-    return max(-(1 << 31), min((1 << 31) - 1, round(value)))
+    nearest = round(value)
+    return nearest if LEAST <= nearest <= MOST else MOST if nearest > MOST else LEAST
 
 
 def default_increments_per_radian(increments_per_revolution: int) -> float:

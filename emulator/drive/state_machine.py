@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import Enum, IntEnum, auto
 
+from drivetwin.foundation.enums import quick
 
+
+@quick
 class State(Enum):
     """States of the FSA with their statusword bits under mask 006Fh."""
 
@@ -18,7 +21,11 @@ class State(Enum):
     FAULT_REACTION_ACTIVE = 0x000F
     FAULT = 0x0008
 
+    def __init__(self, bits: int) -> None:
+        self.bits = bits
 
+
+@quick
 class Command(Enum):
     """Commands of the controlword; bits 0..3 and 7 decide."""
 
@@ -29,6 +36,7 @@ class Command(Enum):
     QUICK_STOP = auto()
 
 
+@quick
 class Statusword(IntEnum):
     """Bits of 6041h beside those of the state."""
 
@@ -42,6 +50,11 @@ class Statusword(IntEnum):
     MODE_BIT_13 = 1 << 13
 
 
+ALWAYS = int(Statusword.VOLTAGE_ENABLED | Statusword.REMOTE)
+"""Bits of 6041h in every state."""
+
+
+@quick
 class Controlword(IntEnum):
     """Bits of 6040h beside those of the command."""
 
@@ -52,6 +65,7 @@ class Controlword(IntEnum):
     HALT = 1 << 8
 
 
+@quick
 class Stop(Enum):
     """A ramp to standstill that a transition asks for, named by the option code that says how."""
 
@@ -59,6 +73,10 @@ class Stop(Enum):
     SHUTDOWN = 0x605B
     DISABLE_OPERATION = 0x605C
     FAULT_REACTION = 0x605E
+
+
+STAY_ENABLED = 0x0F
+"""Bits of the commonest command, 'enable operation', which an enabled drive gets with every set-point."""
 
 
 def command_of(controlword: int) -> Command:
@@ -114,6 +132,9 @@ class StateMachine:
         """Apply a controlword; bit 7 acts on its rising edge (transition 15)."""
         rising = controlword & ~self._last_controlword
         self._last_controlword = controlword
+        if self.state is State.OPERATION_ENABLED and controlword & STAY_ENABLED == STAY_ENABLED:
+            self._clear_stop()
+            return
         if self.state is State.FAULT:
             if rising & Controlword.FAULT_RESET and self.may_reset():
                 self.state = State.SWITCH_ON_DISABLED
@@ -164,7 +185,7 @@ class StateMachine:
 
     def statusword(self) -> int:
         """State bits of 6041h with `voltage enabled` and `remote`."""
-        return self.state.value | Statusword.VOLTAGE_ENABLED | Statusword.REMOTE
+        return self.state.bits | ALWAYS
 
     def _begin_stop(self, stop: Stop, following: State | None) -> None:
         self.stop = stop

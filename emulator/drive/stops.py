@@ -7,11 +7,13 @@ from math import inf, isfinite
 
 from drivetwin.emulator.drive.mode import Axis, Mode, Ramps
 from drivetwin.emulator.drive.ramp import ramp_cycle
-from drivetwin.emulator.drive.servo import POSITION, TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
+from drivetwin.emulator.drive.servo import POSITION, SERVO_PERIOD, TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
 from drivetwin.emulator.drive.state_machine import Stop
 from drivetwin.emulator.drive.windows import Window
+from drivetwin.foundation.enums import quick
 
 
+@quick
 class Way(Enum):
     """How the axis is stopped."""
 
@@ -56,6 +58,7 @@ class Stops:
         self._standstill = Window()
         self._slowest = inf
         self._waited = 0.0
+        self._actual_velocity = axis.servo.state.cell("velocity")
         self.position = float(axis.servo.state["position"])
         self.velocity = 0.0
 
@@ -81,10 +84,10 @@ class Stops:
         self._way = None
         self.position, self.velocity = float(self._axis.servo.state["position"]), self._speed()
 
-    def note(self, mode: Mode) -> None:
+    def note(self, mode: Mode, loop: Loop) -> None:
         """The demand of a mode is planned: a stop that follows starts at its end, if it is of motion and the axis follows."""
         self._mode = mode
-        if self._axis.servo.loop is Loop.TORQUE:
+        if loop is Loop.TORQUE:
             self.measure()
             return
         self._way = None
@@ -112,7 +115,7 @@ class Stops:
 
     def after(self) -> None:
         """Look at what the cycle brought: does the axis stand, and if not, does it get slower?"""
-        speed, cycle = abs(self._speed()), self._axis.cycle
+        speed, cycle = abs(self._actual_velocity[0]), self._axis.servo.periods * SERVO_PERIOD
         self._standstill.look(speed < STANDSTILL, STANDSTILL_TIME, cycle)
         ramping = self.velocity != 0.0
         self._waited = 0.0 if ramping or speed < self._slowest else self._waited + cycle
@@ -122,7 +125,8 @@ class Stops:
         return OPTIONS[option_code].get(int(self._axis.dictionary[option_code].value), Way.QUICK_STOP_RAMP)
 
     def _speed(self) -> float:
-        return float(self._axis.servo.state["velocity"])
+        speed: float = self._actual_velocity[0]
+        return speed
 
     def _begin(self, way: Way) -> None:
         """Start at the speed of the axis, and at the demanded position only where the axis follows it.

@@ -50,7 +50,7 @@ class TouchProbe:
 
     def after(self) -> None:
         """Look at the cycle that has passed."""
-        function = 0 if self._function is None else self._function.number
+        function = 0 if self._function is None else int(self._function.value)
         first, second = self._probes
         if not (function or first.status or second.status):
             return

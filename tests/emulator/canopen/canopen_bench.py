@@ -83,7 +83,7 @@ class Bench:
         frames = []
         while self.time < time - step / 2:
             self.time += step
-            self.device.tick()
+            self.device.tick(self.time)
             frames += [(round(self.time, 9), *frame) for frame in self.take()]
         return frames
 

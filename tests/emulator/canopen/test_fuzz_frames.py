@@ -51,7 +51,7 @@ def test_no_frame_raises(frames: list[tuple[int, bytes, bool]]) -> None:
         else:
             bench.device.receive(cob_id, data, remote)
         bench.time += 1e-3
-        bench.device.tick()
+        bench.device.tick(bench.time)
     if bench.device.node_id == UNCONFIGURED:
         assert bench.device.nmt.state is NmtState.INITIALISING
     else:
