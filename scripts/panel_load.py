@@ -39,6 +39,7 @@ from drivetwin.controller.machine import load_machine
 from drivetwin.controller.pacing import Realtime
 from drivetwin.drive_profiles import load_profile
 from drivetwin.foundation.files import provenance, write_json
+from drivetwin.foundation.priority import real_time
 from drivetwin.foundation.scratch import scratch
 
 MACHINE, PROFILE = "scara", "servoone"
@@ -329,7 +330,8 @@ def main() -> None:
     with scratch() as folder:
         bus = f"unix:{folder / 'bus'}"
         emulated = ("emulate", "--machine", MACHINE, "--profile", PROFILE, "--clock", "realtime", "--bus", bus)
-        with command(*emulated) as (emulator, _), Link(open_bus(bus)) as link:
+        with command(*emulated) as (emulator, line), Link(open_bus(bus)) as link, real_time() as priority:
+            print(f"{line.strip()}\nmaster {priority}", flush=True)
             drives = connect(link, load_machine(MACHINE), load_profile(PROFILE))
             bring_up(link, drives, PERIOD)
             master = Master(link, drives, psutil.Process(emulator.pid))
@@ -337,6 +339,7 @@ def main() -> None:
             long = lasting(master, bus, told.minutes) if told.minutes else None
     ratio = beside.share / without.share if without.late else None
     report: dict[str, Any] = {"without": asdict(without), "with": asdict(beside), "ratio": ratio}
+    report |= {"emulator": line.strip(), "master": priority}
     print(f"late cycles: {without.late} of {without.cycles} without, {beside.late} of {beside.cycles} with: ratio {ratio}")
     for name, block in (("without", without), ("with", beside)):
         a_second = [value / max(1e-9, block.seconds) for value in (block.cycles, block.emulator, block.panel)]

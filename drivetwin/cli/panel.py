@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import secrets
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -20,6 +19,7 @@ from drivetwin.drive_profiles import load_profile
 from drivetwin.drive_profiles.eds_profile import profile_from_eds
 from drivetwin.emulator.machine import load_machine as load_plant
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.priority import give_way
 from drivetwin.foundation.scratch import scratch
 from drivetwin.panel.access import Access, Pen, is_loopback
 from drivetwin.panel.bus_panel import BusPanel
@@ -32,9 +32,6 @@ from drivetwin.panel.panel import Panel, find_nodes
 from drivetwin.panel.run import RunWatch
 from drivetwin.panel.run_panel import RunPanel
 from drivetwin.panel.server import listen, serve
-
-GIVES_WAY = 5
-"""How much later than others a panel on somebody's bus gets the processor (nice(2)): whoever keeps a cycle goes first."""
 
 MACHINE = "scara"
 """What is emulated where nothing is said."""
@@ -96,9 +93,7 @@ def panel_command(
             link, node_ids, drive_type, seen.axes, pen, seen.motion, seen.control, seen.machine, seen.model, seen.commissioning,
             paced=seen.motion is not None or clock == "sync",
         ) as panel:  # fmt: skip
-            if seen.motion is None:
-                os.nice(GIVES_WAY)
-            else:
+            if seen.motion is not None:
                 seen.motion.start()
             print(_joinable(panel, access, where.getsockname()[1]), flush=True)
             serve(BusPanel(panel, shown), access, where)
@@ -123,6 +118,7 @@ def _seen(emulate: str | None, bus: str | None, profile: str, known: str | None,
     if (known is not None or control is not None) and (bus is None or emulate is not None):
         raise UserError("--machine and --control say what is on a bus that is joined: give --bus, and no --emulate")
     if bus is not None and emulate is None:
+        give_way()  # before there is a thread: each has a priority of its own
         yield _joined(bus, known, control)
         return
     if bus is not None and is_physical(bus):
