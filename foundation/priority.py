@@ -28,8 +28,8 @@ LONGEST_RUN = 0.2
 REST = 1.0
 """As an ordinary process after that [s]."""
 
-GIVES_WAY = 10
-"""Of nice(2)."""
+GIVES_WAY = 5
+"""Of nice(2): with more, a panel on a computer that is busy with other work sees nothing of its bus any more."""
 
 HOW = "docs/bus.md, Real time"
 
