@@ -25,8 +25,8 @@ export function commissioning(place) {
     close();
     result.replaceChildren();
     if (found === undefined) return;
-    const charts = element("section", {}, element("h2", {}, `${axis.value}: frequency response`));
-    result.append(charts, numbers(found));
+    const charts = element("div", { class: "charts" });
+    result.append(element("section", {}, element("h2", {}, `${axis.value}: frequency response`), charts), numbers(found));
     const mechanics = (values) => [{ label: "mechanics", frequency: found.frequency, values: relied(found, values) }];
     const loops = (which, part) => LOOPS.map(([label, name]) => ({ label, frequency: found.frequency, values: relied(found, found[name][which][part]) }));
     chart(charts, `Mechanics, gain`, found.units.mechanics, mechanics(found.mechanics.gain));
@@ -42,7 +42,7 @@ export function commissioning(place) {
   function chart(where, title, unit, curves, over) {
     const names = curves.length < 2 ? [] : curves.map((each, number) => element("span", { class: "soft key", "data-colour": number }, `${each.label} `));
     const box = element("div", { class: "plot", role: "img", "aria-label": title });
-    where.append(element("h3", {}, title), element("p", {}, ...names), box);
+    where.append(element("div", {}, element("h3", {}, title, " ", ...names), box));
     names.forEach((each, number) => { each.style.color = colour(number); });
     plots.push(over === undefined ? bodePlot(box, unit, curves) : linePlot(box, over, unit, curves));
   }
