@@ -77,8 +77,8 @@ START_ALL = b"\x01\x00"
 ANSWER = 0.02
 """Longest wait for the drives' answers to a SYNC [s]."""
 
-PATIENCE = 120.0
-"""Longest wait for a process [s]."""
+PATIENCE = 300.0
+"""Longest wait for a process [s]: on a busy computer a panel and its page take minutes to begin."""
 
 RESAMPLED = 2000
 """Times that pairs are drawn anew."""
