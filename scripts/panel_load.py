@@ -77,7 +77,7 @@ START_ALL = b"\x01\x00"
 ANSWER = 0.02
 """Longest wait for the drives' answers to a SYNC [s]."""
 
-PATIENCE = 300.0
+PATIENCE = 900.0
 """Longest wait for a process [s]: on a busy computer a panel and its page take minutes to begin."""
 
 RESAMPLED = 2000

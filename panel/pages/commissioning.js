@@ -27,13 +27,15 @@ export function commissioning(place) {
     if (found === undefined) return;
     const charts = element("div", { class: "charts" });
     result.append(element("section", {}, element("h2", {}, `${axis.value}: frequency response`), charts), numbers(found));
-    const mechanics = (values) => [{ label: "mechanics", frequency: found.frequency, values: relied(found, values) }];
+    const mechanics = (part) => [{ label: "mechanics", frequency: found.frequency, values: relied(found, found.mechanics[part]) }];
     const loops = (which, part) => LOOPS.map(([label, name]) => ({ label, frequency: found.frequency, values: relied(found, found[name][which][part]) }));
-    chart(charts, `Mechanics, gain`, found.units.mechanics, mechanics(found.mechanics.gain));
-    chart(charts, "Coherence", "1", [{ label: "coherence", frequency: found.frequency, values: found.coherence }]);
+    chart(charts, "Mechanics, gain", found.units.mechanics, mechanics("gain"));
     chart(charts, "Open loops, gain", "dB", loops("open", "gain"));
+    chart(charts, "Mechanics, phase", "degrees", mechanics("phase"));
     chart(charts, "Open loops, phase", "degrees", loops("open", "phase"));
     chart(charts, "Closed loops, gain", "dB", loops("closed", "gain"));
+    chart(charts, "Closed loops, phase", "degrees", loops("closed", "phase"));
+    chart(charts, "Coherence", "1", [{ label: "coherence", frequency: found.frequency, values: found.coherence }]);
     chart(charts, "Step of the position, its height is 1", "1", [{ label: "position", over: found.step.time, values: found.step.position }], "s");
     chart(charts, "Torque over speed", found.units.torque, [torqueOverSpeed(found)], found.units.speed);
   }
