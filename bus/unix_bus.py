@@ -258,9 +258,11 @@ class UnixHost(can.BusABC):
         while not self._received:
             left = None if deadline is None else max(0.0, deadline - time.monotonic())
             ready = self._poll.poll(None if left is None else left * 1e3)
-            joined = [self._attend(descriptor) for descriptor, _event in ready]
-            if not any(joined) and deadline is not None and time.monotonic() >= deadline:
-                return None  # a client that has just joined may have sent already
+            for descriptor, _event in ready:
+                self._attend(descriptor)
+            only_took = all(event == select.POLLOUT for _descriptor, event in ready)
+            if only_took and deadline is not None and time.monotonic() >= deadline:
+                return None  # else: a client that has just joined may have sent already
         return self._received.popleft()
 
     def shutdown(self) -> None:
@@ -274,11 +276,11 @@ class UnixHost(can.BusABC):
         self._listener.close()
         self._path.unlink(missing_ok=True)
 
-    def _attend(self, descriptor: int) -> bool:
-        """Let a client join, take its packet, or send what waits for it; whether somebody wanted to join."""
+    def _attend(self, descriptor: int) -> None:
+        """Let a client join, take its packet, or send what waits for it."""
         if descriptor == self._listener.fileno():
             self._welcome()
-            return True
+            return
         client = self._clients[descriptor]
         client.flush()
         self._watch(client)
@@ -290,7 +292,6 @@ class UnixHost(can.BusABC):
                 self._give_all_but(client, packet)
         elif packet is not None:
             self._drop(client)
-        return False
 
     def _welcome(self) -> None:
         """Let a client join; where no file descriptor is left it waits, and the door is looked at again later."""

@@ -144,7 +144,7 @@ function keep(blob, name) {
 }
 
 // Of an entry: what is above each, whether it is a number, and its share of the width, so that those of all objects line up.
-const COLUMNS = [["sub", false, 4], ["name", false, 19], ["value", true, 12], ["", false, 19], ["unit", false, 14], ["limits", false, 14], ["default", true, 6], ["file", true, 6], ["access", false, 6]];
+const COLUMNS = [["sub", false, 3], ["name", false, 17], ["value", true, 11], ["", false, 17], ["unit", false, 17], ["limits", false, 12], ["default", true, 8], ["file", true, 9], ["access", false, 6]];
 
 function widths() {
   return element("colgroup", {}, ...COLUMNS.map(([, , share]) => {
