@@ -122,7 +122,7 @@ def compare(shown: Page) -> None:
         expect(shown.locator("[data-is='outcome']")).to_contain_text("differ from the drive's")
         shown.locator("#changed").check()
         shown.wait_for_timeout(500)
-        keep(shown, "compare")
+        keep(shown.locator("body"), "compare")
         shown.locator("#changed").uncheck()
         for index, value in ((0x2168, "2400"), (0x2184, "0")):
             line = shown.locator(f"[data-index='{index}']")
