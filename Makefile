@@ -9,7 +9,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := run
 
-.PHONY: run test suite check tutorial coverage nightly test-long test-vcan interoperability seeds bench panel-load wafer-handler fuzz fuzz-files unbroken blind position-only measured sensitivity accept accept-repeats mutants docs lock clean
+.PHONY: run test suite check tutorial coverage nightly test-long test-vcan interoperability seeds bench panel-load panel-pictures wafer-handler fuzz fuzz-files unbroken blind position-only measured sensitivity accept accept-repeats mutants docs lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -83,6 +83,10 @@ bench: .venv/.installed
 # Late cycles with a panel and without in turn, its memory, a page that reads nothing beside one that does; about 22 minutes.
 panel-load: .venv/.installed
 	$(BIN)/python scripts/panel_load.py
+
+# The panel's pictures in docs/images, of the product as it runs, by headless Chromium; some five minutes.
+panel-pictures: .venv/.installed
+	$(BIN)/python scripts/panel_pictures.py
 
 # A million random and mutated frames at a live emulator, judged after each one, then twenty thousand at the Modbus ports.
 fuzz: .venv/.installed

@@ -47,6 +47,8 @@ MOST_WAITING = 256
 """Packets that the host keeps for a client that does not read, beside those in its socket; further ones are lost to it, as a
 SocketCAN socket loses them."""
 
+MOST_AT_ONCE = 8
+"""Of them that go out together once the client reads again: the host has others to serve within the same cycle."""
 
 _SO_TIMESTAMPNS = 35
 """The kernel stamps packets as they are sent (socket(7), asm-generic/socket.h); Python 3.11 has no name for it."""
@@ -190,8 +192,8 @@ class _Client:
         self.flush()
 
     def flush(self) -> None:
-        """Send what waits."""
-        while self._waiting:
+        """Send what waits, `MOST_AT_ONCE` at most."""
+        for _ in range(min(len(self._waiting), MOST_AT_ONCE)):
             try:
                 self.connection.send(self._waiting[0])
             except BlockingIOError:
@@ -263,8 +265,9 @@ class UnixHost(can.BusABC):
             ready = self._poll.poll(None if left is None else left * 1e3)
             for descriptor, _event in ready:
                 self._attend(descriptor)
-            if not ready and deadline is not None and time.monotonic() >= deadline:
-                return None  # a client that has just joined may have sent already
+            only_took = all(event == select.POLLOUT for _descriptor, event in ready)
+            if only_took and deadline is not None and time.monotonic() >= deadline:
+                return None  # else: a client that has just joined may have sent already
         return self._received.popleft()
 
     def shutdown(self) -> None:
@@ -287,15 +290,13 @@ class UnixHost(can.BusABC):
         client.flush()
         self._watch(client)
         packet = client.take()
-        if packet is None:
-            return
-        if not packet:
+        if packet:
+            frames = unpack(packet)
+            self._received.extend(frames)
+            if frames:
+                self._give_all_but(client, packet)
+        elif packet is not None:
             self._drop(client)
-            return
-        frames = unpack(packet)
-        self._received.extend(frames)
-        if frames:
-            self._give_all_but(client, packet)
 
     def _welcome(self) -> None:
         """Let a client join; where no file descriptor is left it waits, and the door is looked at again later."""

@@ -7,12 +7,14 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
 from math import inf
 from typing import TypeVar
 
 from drivetwin.controller.bring_up import check_time_stands_still
 from drivetwin.controller.drive_node import DriveNode
 from drivetwin.controller.link import Link
+from drivetwin.foundation.priority import real_time
 
 Found = TypeVar("Found")
 
@@ -48,6 +50,10 @@ class Pacing(ABC):
     @abstractmethod
     def check(self, link: Link, drive: DriveNode) -> None:
         """Raise UserError where the drive's time is not what this pacing takes it for."""
+
+    def priority(self) -> AbstractContextManager[str]:
+        """The processor's, in words, while cycles are kept in this way: an ordinary one where a late cycle costs nothing."""
+        return nullcontext("at ordinary priority")
 
     @abstractmethod
     def time(self) -> float:
@@ -136,6 +142,9 @@ class Realtime(Pacing):
 
     def check(self, link: Link, drive: DriveNode) -> None:
         return  # a drive that SYNC moves, moves on the wall clock if SYNC does
+
+    def priority(self) -> AbstractContextManager[str]:
+        return real_time()
 
     def time(self) -> float:
         return time.time()

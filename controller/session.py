@@ -270,6 +270,7 @@ def machine_on(
     """
     with ExitStack() as stack:
         stack.enter_context(without_collector())
+        logger.info("cycles run %s", stack.enter_context(pacing.priority()))
         link = stack.enter_context(Link(bus))
         if log is not None:
             link.log = stack.enter_context(BusLog(log, str(bus.channel_info), pacing.time)).frame

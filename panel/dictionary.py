@@ -11,7 +11,9 @@ LUST = 0x16
 
 MANUFACTURER = range(0x2000, 0x3000)
 
-_POSITION, _VELOCITY, _ACCELERATION = "position units", "position units/s", "position units/s²"
+_POSITION, _VELOCITY, _ACCELERATION, _JERK = "position units", "position units/s", "position units/s²", "position units/s³"
+_VL = "1/min (× 604Ch)"
+"""Of velocity mode (CiA 402-2, 'vl target velocity')."""
 
 _UNITS = {
     0x1006: "µs",
@@ -20,6 +22,9 @@ _UNITS = {
     0x1015: "100 µs",
     0x1017: "ms",
     0x1019: "SYNCs",
+    0x6042: _VL,
+    0x6043: _VL,
+    0x6044: _VL,
     0x6062: _POSITION,
     0x6063: "encoder increments",
     0x6064: _POSITION,
@@ -27,10 +32,16 @@ _UNITS = {
     0x6066: "ms",
     0x6067: _POSITION,
     0x6068: "ms",
+    0x6069: "encoder increments/s",
     0x606B: _VELOCITY,
     0x606C: _VELOCITY,
+    0x606D: _VELOCITY,
+    0x606E: "ms",
+    0x606F: _VELOCITY,
+    0x6070: "ms",
     0x6071: "‰ of 6076h",
     0x6072: "‰ of 6076h",
+    0x6073: "‰ of 6075h",
     0x6074: "‰ of 6076h",
     0x6075: "mA",
     0x6076: "mN·m",
@@ -40,10 +51,12 @@ _UNITS = {
     0x607A: _POSITION,
     0x607C: _POSITION,
     0x607F: _VELOCITY,
+    0x6080: "1/min",
     0x6081: _VELOCITY,
     0x6083: _ACCELERATION,
     0x6084: _ACCELERATION,
     0x6085: _ACCELERATION,
+    0x6087: "‰ of 6076h/s",
     0x609A: _ACCELERATION,
     0x60B1: _VELOCITY,
     0x60B2: "‰ of 6076h",
@@ -51,13 +64,35 @@ _UNITS = {
     0x60BB: _POSITION,
     0x60BC: _POSITION,
     0x60BD: _POSITION,
+    0x60C5: _ACCELERATION,
+    0x60C6: _ACCELERATION,
+    0x60E0: "‰ of 6076h",
+    0x60E1: "‰ of 6076h",
     0x60F4: _POSITION,
     0x60FF: _VELOCITY,
 }
 """Of plain variables (CiA 301, 7.5.2; CiA 402-2, each object's own clause)."""
 
-_UNITS_OF_ENTRIES = {0x607B: _POSITION, 0x607D: _POSITION, 0x6099: _VELOCITY, 0x60C1: _POSITION}
+_UNITS_OF_ENTRIES = {
+    0x6046: _VL,
+    0x607B: _POSITION,
+    0x607D: _POSITION,
+    0x6099: _VELOCITY,
+    0x60A4: _JERK,
+    0x60C1: _POSITION,
+}
 """Of every entry of a record but its first."""
+
+_DELTA_SPEED, _DELTA_TIME = 1, 2
+"""Sub-indices of the ramps of velocity mode, 6048h to 604Ah."""
+
+_UNITS_OF_ENTRY = {
+    **{(ramp, _DELTA_SPEED): _VL for ramp in (0x6048, 0x6049, 0x604A)},
+    **{(ramp, _DELTA_TIME): "s" for ramp in (0x6048, 0x6049, 0x604A)},
+    (0x6092, 1): _POSITION,
+    (0x60C2, 1): "10^(60C2h:02) s",
+}
+"""Of one entry of a record."""
 
 
 def told_objects(profile: DriveProfile, node_id: int) -> list[dict[str, object]]:
@@ -68,10 +103,14 @@ def told_objects(profile: DriveProfile, node_id: int) -> list[dict[str, object]]
 
 def unit_of(profile: DriveProfile, index: int, subindex: int) -> tuple[str, float | None]:
     """The raw value's unit, and how many SI units of the motor's side it is where the drive type says so."""
-    for role in profile.roles.values():
-        if (role.index, role.subindex) == (index, subindex):
-            return role.unit, role.si_per_unit
-    return _UNITS.get(index, "") if subindex == 0 else _UNITS_OF_ENTRIES.get(index, ""), None
+    found = {(role.index, role.subindex): (role.unit, role.si_per_unit) for role in profile.roles.values()}
+    if (told := found.get((index, subindex))) is not None:
+        return told
+    if subindex > 1 and profile.vendor_id == LUST and index in MANUFACTURER:
+        return found.get((index, 1), ("", None))  # a parameter has one unit, that of all its values
+    if subindex == 0:
+        return _UNITS.get(index, ""), None
+    return _UNITS_OF_ENTRY.get((index, subindex), _UNITS_OF_ENTRIES.get(index, "")), None
 
 
 def _told(profile: DriveProfile, entry: ObjectEntry, node_id: int) -> dict[str, object]:

@@ -62,12 +62,17 @@ class Door(ABC):
     def is_free(self, node_id: int) -> bool:
         """Whether the panel may ask the node by itself."""
 
+    @abstractmethod
+    def catch_up(self) -> None:
+        """Hear what passed on the bus before the last answer."""
+
 
 class ServicePort(Door):
     """Beside the bus, through the emulator's control socket: no master loses an answer, and no frame is sent."""
 
     def __init__(self, link: Link, control: Path) -> None:
         super().__init__(link.quiet_for)
+        self._link = link
         self._control = control
 
     def read(self, node_id: int, index: int, subindex: int) -> bytes:
@@ -78,6 +83,9 @@ class ServicePort(Door):
 
     def is_free(self, node_id: int) -> bool:
         return True
+
+    def catch_up(self) -> None:
+        self._link.catch_up(ANSWER)
 
     def _asked(self, what: str, told: dict[str, object]) -> str:
         answer = ask_control(self._control, {what: told})
@@ -108,6 +116,9 @@ class SdoChannel(Door):
 
     def is_free(self, node_id: int) -> bool:
         return self._link.quiet_for(node_id) >= SETTLED
+
+    def catch_up(self) -> None:
+        """The answer came by the bus itself, and was heard in its turn."""
 
     def _ask(self, node_id: int, index: int, subindex: int, exchange: Callable[[SdoClient], bytes]) -> bytes:
         where = f"node {node_id}, {index:04X}h:{subindex:02X}"

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from drivetwin.foundation.children import end_with_parent
 from drivetwin.foundation.errors import UserError
@@ -48,14 +49,23 @@ class Emulated:
             start_new_session=True,  # Ctrl-C is the panel's, which then ends the emulator
             preexec_fn=partial(end_with_parent, os.getpid(), signal.SIGTERM),  # noqa: PLW1509
         )
+        try:
+            told = self._first_line()
+        except BaseException:  # Ctrl-C, or whoever waits gives up
+            self.stop()
+            raise
+        self.bus: str = told["on"][0]
+        self.nodes: dict[str, int] = told["nodes"]
+
+    def _first_line(self) -> dict[str, Any]:
+        """What it says once it is on its bus. Raises UserError where it ends before."""
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if not line:
             _, said = self._process.communicate(timeout=PATIENCE)
             raise UserError(said.strip().removeprefix("drivetwin: ") or "the emulator did not start")
-        told = json.loads(line)
-        self.bus: str = told["on"][0]
-        self.nodes: dict[str, int] = told["nodes"]
+        told: dict[str, Any] = json.loads(line)
+        return told
 
     def stop(self) -> None:
         """End it, and wait until it has gone."""

@@ -193,7 +193,9 @@ class NodeWatch:
             for address in VITAL:
                 sample = self.values.get(address)
                 if address in self.entries and (sample is None or time.monotonic() - sample.at > FRESH):
-                    self.ask(address)
+                    value = self._read_value(address)
+                    self._door.catch_up()  # else a state would be noted before what led to it
+                    self._keep_known(address, value)
             self._refresh_mapping()
             self.silent = ""
         except UserError as error:
@@ -201,10 +203,16 @@ class NodeWatch:
 
     def ask(self, address: Address) -> Value | None:
         """Read an object and keep its value. Raises UserError."""
-        value = decode(self.entries[address].data_type, self.read(*address))
+        value = self._read_value(address)
+        self._keep_known(address, value)
+        return value
+
+    def _read_value(self, address: Address) -> Value | None:
+        return decode(self.entries[address].data_type, self.read(*address))
+
+    def _keep_known(self, address: Address, value: Value | None) -> None:
         if value is not None:
             self._keep(address, value, self._now())
-        return value
 
     def _refresh_mapping(self) -> None:
         quiet = self._door.quiet_for(self.node_id)

@@ -19,11 +19,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, astuple, dataclass
 from itertools import cycle
+from math import inf, isfinite
 from multiprocessing.sharedctypes import Synchronized
 from multiprocessing.synchronize import Event
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import psutil
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
@@ -38,7 +40,9 @@ from drivetwin.controller.link import NMT_COB_ID, SYNC_COB_ID, Link
 from drivetwin.controller.machine import load_machine
 from drivetwin.controller.pacing import Realtime
 from drivetwin.drive_profiles import load_profile
+from drivetwin.foundation.collector import without_collector
 from drivetwin.foundation.files import provenance, write_json
+from drivetwin.foundation.priority import real_time
 from drivetwin.foundation.scratch import scratch
 
 MACHINE, PROFILE = "scara", "servoone"
@@ -73,8 +77,11 @@ START_ALL = b"\x01\x00"
 ANSWER = 0.02
 """Longest wait for the drives' answers to a SYNC [s]."""
 
-PATIENCE = 120.0
-"""Longest wait for a process [s]."""
+PATIENCE = 900.0
+"""Longest wait for a process [s]: on a busy computer a panel and its page take minutes to begin."""
+
+RESAMPLED = 2000
+"""Times that pairs are drawn anew."""
 
 
 @dataclass(frozen=True)
@@ -248,18 +255,41 @@ def panel(bus: str) -> Iterator[Seen]:
 # -- measurements ---------------------------------------------------------------------------------------------------------
 
 
-def compared(master: Master, bus: str, pairs: int, seconds: float) -> tuple[Block, Block]:
-    """Without a panel, with one, and so on in turn; the sums of both."""
-    without = beside = NOTHING
+Pair = tuple[Block, Block]
+"""Without a panel, and with one after it."""
+
+
+def compared(master: Master, bus: str, pairs: int, seconds: float) -> list[Pair]:
+    """Without a panel, with one, and so on in turn."""
+    found = []
     for number in range(pairs):
         alone = master.block(seconds)
         with entered(master, panel(bus)) as seen:
             master.block(SETTLING)
             together = master.block(seconds, seen)
-        without, beside = without + alone, beside + together
+        found.append((alone, together))
         shares = f"late without {100.0 * alone.share:.3f} %, with {100.0 * together.share:.3f} %"
         print(f"{number + 1}/{pairs}: {shares}", flush=True)
-    return without, beside
+    return found
+
+
+def summed(pairs: Sequence[Pair]) -> Pair:
+    """All blocks without a panel as one, and all with one."""
+    without, beside = zip(*pairs, strict=True)
+    return sum(without, NOTHING), sum(beside, NOTHING)
+
+
+def ratio(pairs: Sequence[Pair]) -> float:
+    """Of the shares of late cycles, with a panel over without; infinite where none was late without."""
+    without, beside = summed(pairs)
+    return beside.share / without.share if without.late else inf
+
+
+def ratio_within(pairs: Sequence[Pair]) -> tuple[float, float]:
+    """Its 90 % interval, by the bootstrap over pairs: late cycles come together, and so are no independent events."""
+    chosen = np.random.default_rng(0).integers(len(pairs), size=(RESAMPLED, len(pairs)))
+    low, high = np.quantile([ratio([pairs[one] for one in row]) for row in chosen], (0.05, 0.95), method="nearest")
+    return float(low), float(high)
 
 
 @dataclass(frozen=True)
@@ -329,15 +359,21 @@ def main() -> None:
     with scratch() as folder:
         bus = f"unix:{folder / 'bus'}"
         emulated = ("emulate", "--machine", MACHINE, "--profile", PROFILE, "--clock", "realtime", "--bus", bus)
-        with command(*emulated) as (emulator, _), Link(open_bus(bus)) as link:
+        with command(*emulated) as (emulator, line), Link(open_bus(bus)) as link, without_collector(), real_time() as priority:
+            print(f"{line.strip()}\nmaster {priority}", flush=True)
             drives = connect(link, load_machine(MACHINE), load_profile(PROFILE))
             bring_up(link, drives, PERIOD)
             master = Master(link, drives, psutil.Process(emulator.pid))
-            without, beside = compared(master, bus, told.pairs, told.seconds)
+            pairs = compared(master, bus, told.pairs, told.seconds)
             long = lasting(master, bus, told.minutes) if told.minutes else None
-    ratio = beside.share / without.share if without.late else None
-    report: dict[str, Any] = {"without": asdict(without), "with": asdict(beside), "ratio": ratio}
-    print(f"late cycles: {without.late} of {without.cycles} without, {beside.late} of {beside.cycles} with: ratio {ratio}")
+    without, beside = summed(pairs)
+    found, (low, high) = ratio(pairs), ratio_within(pairs)
+    report: dict[str, Any] = {"without": asdict(without), "with": asdict(beside)}
+    report["ratio"], report["ratio_low"], report["ratio_high"] = (one if isfinite(one) else None for one in (found, low, high))
+    report["pairs"] = [(alone.late, together.late) for alone, together in pairs]
+    report |= {"emulator": line.strip(), "master": priority}
+    print(f"late cycles: {without.late} of {without.cycles} without, {beside.late} of {beside.cycles} with")
+    print(f"ratio of the shares {found:.2f}, 90 % interval {low:.2f} to {high:.2f}")
     for name, block in (("without", without), ("with", beside)):
         a_second = [value / max(1e-9, block.seconds) for value in (block.cycles, block.emulator, block.panel)]
         print("{}: {:.0f} cycles a second; processor time a second: emulator {:.3f} s, panel {:.3f} s".format(name, *a_second))

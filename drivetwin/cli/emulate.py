@@ -37,6 +37,7 @@ from drivetwin.emulator.timed_bus import TIMED_BUSES, TimedBus
 from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.foundation.collector import keep_for_good
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.priority import real_time
 from drivetwin.foundation.scratch import scratch
 
 POLL = 0.2
@@ -89,8 +90,8 @@ def emulate_command(
 
     Example: drivetwin emulate --machine scara --profile servoone --bus ws://127.0.0.1:54701
 
-    One line says when others can join, and on which bus. Nodes have the IDs of the machine's file (scara: 1 lift, 2 rotate,
-    3 stretch), or those that LSS has stored. Ctrl-C ends it.
+    One line says when others can join, on which bus, and at which priority --clock realtime runs. Nodes have the IDs of the
+    machine's file (scara: 1 lift, 2 rotate, 3 stretch), or those that LSS has stored. Ctrl-C ends it.
 
     With a model of your own (same joints): drivetwin emulate --machine stage --model twin.xml --effects twin.effects.json. What
     is added acts in addition to the machine's own friction, or replaces it where both give the same quantity; a line says so.
@@ -122,9 +123,10 @@ def emulate_command(
             serve_modbus(virtual, modbus, modbus_serial) as ports,
             _control_path(control, panel) as door,
             serve_control(virtual, door),
+            real_time() if clock == "realtime" else nullcontext() as priority,
         ):
             where = (hosted.name, *ports, *(() if control is None else (f"control on {control}",)))
-            print(_joinable(chosen.machine, profile, nodes, where, clock, as_json=json_), flush=True)
+            print(_joinable(chosen.machine, profile, nodes, where, clock, priority, as_json=json_), flush=True)
             joined.power_on()
             keep_for_good()
             with _panel(hosted.name, machine, profile, clock, eds, door) if panel else nullcontext():
@@ -133,13 +135,24 @@ def emulate_command(
         hosted.close()
 
 
-def _joinable(machine: str, profile: str, nodes: Mapping[str, int], where: Sequence[str], clock: str, *, as_json: bool) -> str:
+def _joinable(
+    machine: str,
+    profile: str,
+    nodes: Mapping[str, int],
+    where: Sequence[str],
+    clock: str,
+    priority: str | None,
+    *,
+    as_json: bool,
+) -> str:
     """The line that says that others can join; of JSON one line as well."""
     if as_json:
         configured = {axis: None if node_id == UNCONFIGURED else node_id for axis, node_id in nodes.items()}
-        return json.dumps({"machine": machine, "profile": profile, "nodes": configured, "on": where, "clock": clock})
+        told = {"machine": machine, "profile": profile, "nodes": configured, "on": where, "clock": clock, "priority": priority}
+        return json.dumps(told)
     named = ", ".join(_node(node_id, axis) for axis, node_id in nodes.items())
-    return f"{machine}: {profile} drives, nodes {named}, on {', '.join(where)}, clock {clock}. Ctrl-C ends."
+    paced = f"clock {clock}" if priority is None else f"clock {clock} {priority}"
+    return f"{machine}: {profile} drives, nodes {named}, on {', '.join(where)}, {paced}. Ctrl-C ends."
 
 
 def _node(node_id: int, axis: str) -> str:

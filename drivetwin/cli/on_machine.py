@@ -16,6 +16,7 @@ from rich.progress import Progress as Bars
 from drivetwin.bus.channel import INPROC, InprocBus, is_physical, open_bus
 from drivetwin.cli.live import SILENT, Live
 from drivetwin.cli.terminal import terminal
+from drivetwin.cli.waiting import ITS_START, waiting
 from drivetwin.controller.limits import Limits, read_limits, within
 from drivetwin.controller.machine import Machine
 from drivetwin.controller.pacing import PACINGS
@@ -90,7 +91,8 @@ def emulated_apart(machine: str, profile: str, clock: str, truth: Path | None, s
     """The machine as a process of its own, on a bus that a panel can join too."""
     more = ["--clock", clock, "--seed", str(seed), *(() if truth is None else ("--truth", str(truth)))]
     with scratch() as folder:
-        emulated = Emulated(machine, profile, None, folder, more)
+        with waiting(f"the emulator of {machine}: {ITS_START}"):
+            emulated = Emulated(machine, profile, None, folder, more)
         try:
             yield Joined(open_bus(emulated.bus), lambda: ask_control(emulated.control, {"parameters": {}})["axes"]), emulated
         finally:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import secrets
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -13,6 +12,7 @@ from typing import Annotated
 import typer
 
 from drivetwin.bus.channel import is_physical, open_bus
+from drivetwin.cli.waiting import ITS_START, waiting
 from drivetwin.controller.machine import Axis as MachineAxis
 from drivetwin.controller.machine import load_machine
 from drivetwin.controller.pacing import PACINGS
@@ -20,6 +20,7 @@ from drivetwin.drive_profiles import load_profile
 from drivetwin.drive_profiles.eds_profile import profile_from_eds
 from drivetwin.emulator.machine import load_machine as load_plant
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.priority import give_way
 from drivetwin.foundation.scratch import scratch
 from drivetwin.panel.access import Access, Pen, is_loopback
 from drivetwin.panel.bus_panel import BusPanel
@@ -33,8 +34,8 @@ from drivetwin.panel.run import RunWatch
 from drivetwin.panel.run_panel import RunPanel
 from drivetwin.panel.server import listen, serve
 
-GIVES_WAY = 5
-"""How much later than others a panel on somebody's bus gets the processor (nice(2)): whoever keeps a cycle goes first."""
+ANSWER = 60.0
+"""Longest that the host of a bus may take to let the panel in [s]."""
 
 MACHINE = "scara"
 """What is emulated where nothing is said."""
@@ -90,15 +91,14 @@ def panel_command(
             print(f"panel on {_address(access, where.getsockname()[1])}. Ctrl-C ends.", flush=True)
             serve(RunPanel(shown), access, where)
         return
-    with listen(host, port) as where, _seen(emulate, bus, profile, machine, control) as seen, Link(open_bus(seen.bus)) as link:
-        node_ids = sorted(seen.axes) or find_nodes(link)
+    with listen(host, port) as where, _seen(emulate, bus, profile, machine, control) as seen, _joined_by(seen.bus) as link:
+        with waiting(f"drives to be heard on {seen.bus}"):
+            node_ids = sorted(seen.axes) or find_nodes(link)
         with Panel(
             link, node_ids, drive_type, seen.axes, pen, seen.motion, seen.control, seen.machine, seen.model, seen.commissioning,
             paced=seen.motion is not None or clock == "sync",
         ) as panel:  # fmt: skip
-            if seen.motion is None:
-                os.nice(GIVES_WAY)
-            else:
+            if seen.motion is not None:
                 seen.motion.start()
             print(_joinable(panel, access, where.getsockname()[1]), flush=True)
             serve(BusPanel(panel, shown), access, where)
@@ -123,6 +123,7 @@ def _seen(emulate: str | None, bus: str | None, profile: str, known: str | None,
     if (known is not None or control is not None) and (bus is None or emulate is not None):
         raise UserError("--machine and --control say what is on a bus that is joined: give --bus, and no --emulate")
     if bus is not None and emulate is None:
+        give_way()  # before there is a thread: each has a priority of its own
         yield _joined(bus, known, control)
         return
     if bus is not None and is_physical(bus):
@@ -131,7 +132,8 @@ def _seen(emulate: str | None, bus: str | None, profile: str, known: str | None,
     described = load_machine(machine)
     with ExitStack() as ends:
         folder = ends.enter_context(scratch())
-        emulated = Emulated(machine, profile, bus, folder)
+        with waiting(f"the emulator of {machine}: {ITS_START}"):
+            emulated = Emulated(machine, profile, bus, folder)
         ends.callback(emulated.stop)
         motion = Motion(emulated.bus, machine, profile, folder)
         ends.callback(motion.stop)
@@ -140,6 +142,15 @@ def _seen(emulate: str | None, bus: str | None, profile: str, known: str | None,
         ends.callback(program.stop)
         desk = Commissioning(program, motion, tuple(described.axes))
         yield _Seen(emulated.bus, axes, motion, emulated.control, machine, load_plant(machine).model_path, desk)
+
+
+@contextmanager
+def _joined_by(bus: str) -> Iterator[Link]:
+    """The panel's end of a bus."""
+    with waiting(f"an answer of {bus}: does its host run, or was it stopped?", ANSWER):
+        opened = open_bus(bus)
+    with Link(opened) as link:
+        yield link
 
 
 def _joined(bus: str, machine: str | None, control: Path | None) -> _Seen:

@@ -51,7 +51,7 @@ def record_command(
         bool, typer.Option("--lockstep", help="A SYNC is one cycle, whenever it comes: drives of `emulate --clock sync`.")
     ] = False,
     mcap: Annotated[
-        bool, typer.Option("--mcap", help="Also write recording.mcap, for Foxglove and Rerun (pip install 'drivetwin[mcap]').")
+        bool, typer.Option("--mcap", help="Also write recording.mcap, for Foxglove and Rerun (needs the extra `mcap`).")
     ] = False,
     no_ask: Annotated[
         bool, typer.Option("--no-ask", help="Send nothing: scales and mapping are those of the log, map and DCF.")

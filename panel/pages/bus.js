@@ -10,7 +10,7 @@ export function bus(place) {
   const load = element("p", { class: "big", "data-is": "load" });
   const bar = element("div", { class: "load", role: "img", "aria-label": "Load by service" });
   const cycles = element("p", { "data-is": "cycles" });
-  const services = element("div"), identifiers = element("div", { "data-is": "identifiers" }), frames = element("div", { "data-is": "frames" });
+  const services = element("div"), identifiers = element("div", { "data-is": "identifiers" }), frames = element("div", { class: "list", "data-is": "frames" });
   const hold = element("input", { type: "checkbox", id: "hold" });
   let drawn = 0;
   rate.addEventListener("change", () => act("bit rate", { bit_rate: Number(rate.value) }));

@@ -25,15 +25,17 @@ export function commissioning(place) {
     close();
     result.replaceChildren();
     if (found === undefined) return;
-    const charts = element("section", {}, element("h2", {}, `${axis.value}: frequency response`));
-    result.append(charts, numbers(found));
-    const mechanics = (values) => [{ label: "mechanics", frequency: found.frequency, values: relied(found, values) }];
+    const charts = element("div", { class: "charts" });
+    result.append(element("section", {}, element("h2", {}, `${axis.value}: frequency response`), charts), numbers(found));
+    const mechanics = (part) => [{ label: "mechanics", frequency: found.frequency, values: relied(found, found.mechanics[part]) }];
     const loops = (which, part) => LOOPS.map(([label, name]) => ({ label, frequency: found.frequency, values: relied(found, found[name][which][part]) }));
-    chart(charts, `Mechanics, gain`, found.units.mechanics, mechanics(found.mechanics.gain));
-    chart(charts, "Coherence", "1", [{ label: "coherence", frequency: found.frequency, values: found.coherence }]);
+    chart(charts, "Mechanics, gain", found.units.mechanics, mechanics("gain"));
     chart(charts, "Open loops, gain", "dB", loops("open", "gain"));
+    chart(charts, "Mechanics, phase", "degrees", mechanics("phase"));
     chart(charts, "Open loops, phase", "degrees", loops("open", "phase"));
     chart(charts, "Closed loops, gain", "dB", loops("closed", "gain"));
+    chart(charts, "Closed loops, phase", "degrees", loops("closed", "phase"));
+    chart(charts, "Coherence", "1", [{ label: "coherence", frequency: found.frequency, values: found.coherence }]);
     chart(charts, "Step of the position, its height is 1", "1", [{ label: "position", over: found.step.time, values: found.step.position }], "s");
     chart(charts, "Torque over speed", found.units.torque, [torqueOverSpeed(found)], found.units.speed);
   }
@@ -42,7 +44,7 @@ export function commissioning(place) {
   function chart(where, title, unit, curves, over) {
     const names = curves.length < 2 ? [] : curves.map((each, number) => element("span", { class: "soft key", "data-colour": number }, `${each.label} `));
     const box = element("div", { class: "plot", role: "img", "aria-label": title });
-    where.append(element("h3", {}, title), element("p", {}, ...names), box);
+    where.append(element("div", {}, element("h3", {}, title, " ", ...names), box));
     names.forEach((each, number) => { each.style.color = colour(number); });
     plots.push(over === undefined ? bodePlot(box, unit, curves) : linePlot(box, over, unit, curves));
   }

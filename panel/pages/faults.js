@@ -8,7 +8,7 @@ export function faults(place) {
   const fields = element("div", { class: "row" });
   const strike = element("button", { "data-is": "strike" }, "Strike");
   const struck = element("div", { "data-is": "struck" });
-  const events = element("div", { "data-is": "events" });
+  const events = element("div", { class: "list", "data-is": "events" });
   const controller = element("p", { "data-is": "controller" });
   let kinds = null, asked = false, nodes = [], shownStruck = "", shownEvents = "";
 

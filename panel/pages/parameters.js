@@ -32,7 +32,8 @@ export function parameters(place) {
     outcome.replaceChildren();
     withFile();
     const groups = Map.groupBy(rows, (each) => each.told.index);
-    tree.replaceChildren(...[...groups.values()].map(group));
+    const areas = Map.groupBy(groups.values(), ([first]) => area(first.told.index));
+    tree.replaceChildren(...[...areas].map(([name, members]) => element("div", {}, element("h3", {}, name), ...members.map(group))));
     filter();
   }
 
@@ -42,10 +43,11 @@ export function parameters(place) {
       const found = words.every((word) => each.words.includes(word)) && (!changed.checked || each.differs());
       each.line.hidden = !found;
     }
-    for (const each of tree.children) {
-      each.hidden = each.querySelector("tr:not([hidden])") === null;
+    for (const each of tree.querySelectorAll("details")) {
+      each.hidden = each.querySelector("tr[data-subindex]:not([hidden])") === null;
       if (words.length > 0 || changed.checked) each.open = true;
     }
+    for (const each of tree.children) each.hidden = each.querySelector("details:not([hidden])") === null;
     say(count, `${rows.filter((each) => !each.line.hidden).length} of ${rows.length} entries`);
   }
 
@@ -141,13 +143,30 @@ function keep(blob, name) {
   URL.revokeObjectURL(link.href);
 }
 
+// Of an entry: what is above each, whether it is a number, and its share of the width, so that those of all objects line up.
+const COLUMNS = [["sub", false, 3], ["name", false, 17], ["value", true, 11], ["", false, 17], ["unit", false, 17], ["limits", false, 12], ["default", true, 8], ["file", true, 9], ["access", false, 6]];
+
+function widths() {
+  return element("colgroup", {}, ...COLUMNS.map(([, , share]) => {
+    const column = element("col");
+    column.style.width = `${share}%`;
+    return column;
+  }));
+}
+
+// Where an index lies in an object dictionary (CiA 301, 7.4.1).
+function area(index) {
+  if (index < 0x2000) return "Communication (CiA 301)";
+  return index < 0x6000 ? "Manufacturer" : "Drive (CiA 402)";
+}
+
 // The entries of one index.
 function group(rows) {
   const { index, object, parameter } = rows[0].told;
   const title = `${address(index, 0).slice(0, 5)} ${object}${parameter === "" ? "" : ` · ${parameter}`}`;
-  const head = element("tr", {}, ...["sub", "name", "value", "", "unit", "limits", "default", "file", "access"].map((each) => element("th", {}, each)));
+  const head = element("tr", {}, ...COLUMNS.map(([name, number]) => element("th", number ? { class: "n" } : {}, name)));
   const details = element("details", { "data-index": index }, element("summary", {}, title),
-    element("div", { class: "scroll" }, element("table", {}, head, ...rows.map((each) => each.line))));
+    element("div", { class: "scroll" }, element("table", { class: "entries" }, widths(), head, ...rows.map((each) => each.line))));
   head.hidden = true;
   details.addEventListener("toggle", () => {
     head.hidden = !details.open;
@@ -167,7 +186,7 @@ function row(node, told) {
   const line = element("tr", { "data-subindex": told.subindex },
     element("td", {}, told.subindex), element("td", {}, told.name), element("td", { class: "n" }, value),
     element("td", {}, writable ? element("span", { class: "row" }, input, write) : ""),
-    element("td", {}, unit(told)), element("td", {}, limits(told)), element("td", {}, `${told.default ?? ""}`), inFile,
+    element("td", {}, unit(told)), element("td", {}, limits(told)), element("td", { class: "n" }, number(told, told.default)), inFile,
     element("td", {}, `${told.access} ${told.type}`));
   let present;
   let expected; // by the file, undefined without one
@@ -175,7 +194,7 @@ function row(node, told) {
 
   const show = (read) => {
     present = read;
-    say(value, read === null ? "no value" : `${read}`);
+    say(value, read === null ? "no value" : number(told, read));
     value.classList.toggle("changed", differs());
   };
   const differs = () => {
@@ -202,7 +221,7 @@ function row(node, told) {
     expect: (other) => {
       isCompared = true;
       expected = other;
-      say(inFile, `${other ?? ""}`);
+      say(inFile, number(told, other));
     },
     words: `${address(told.index, told.subindex)} ${told.object} ${told.name} ${told.parameter} ${told.unit}`.toLowerCase(),
     first: () => {
@@ -213,6 +232,14 @@ function row(node, told) {
       write.title = allowed ? "" : "needs --allow-writes";
     },
   };
+}
+
+// A value in words; a REAL32 with the digits that it has, not with those of the double that carries it.
+function number(told, value) {
+  if (value === null || value === undefined) return "";
+  if (told.type !== "R32" || typeof value !== "number") return `${value}`;
+  const digits = [6, 7, 8, 9].find((each) => Math.fround(Number(value.toPrecision(each))) === Math.fround(value)) ?? 9;
+  return `${Number(value.toPrecision(digits))}`;
 }
 
 function unit(told) {

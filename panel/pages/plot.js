@@ -7,16 +7,17 @@ const COLOURS = {
   dark: ["#56b4e9", "#f0854a", "#2fcf9f", "#e29cc8", "#f0e442", "#e4eaef"],
 };
 const DASH = [8, 4];
-const MOST_AXES = 2; // further units are read in the table
+const MOST_AXES = { wide: 4, narrow: 2 }; // further units are read in the table
+const NARROW = 700; // [px]
 
 const theme = () => (document.documentElement.dataset.theme === "dark" ? "dark" : "light");
 
 export const colour = (number) => COLOURS[theme()][number % 6];
 
-function axis(label) {
+function axis(label, upright, curve = null) {
   const style = getComputedStyle(document.body);
   const [ink, line] = ["--ink", "--line"].map((name) => style.getPropertyValue(name).trim());
-  return { label, stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 }, labelSize: 20, size: 60 };
+  return { label, stroke: curve === null ? ink : colour(curve), grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 }, labelSize: 20, size: upright ? 60 : 36 };
 }
 
 function size(place, height) {
@@ -25,13 +26,15 @@ function size(place, height) {
 
 // Curves over time; a scale for each unit. `onZoom(from, to)` is told what was dragged over, nothing where all is shown again.
 export function timePlot(place, channels, cursors, onZoom) {
-  const units = [...new Set(channels.map((each) => each.unit))];
+  const units = [...new Set(channels.map((each) => each.unit))].slice(0, MOST_AXES[place.clientWidth < NARROW ? "narrow" : "wide"]);
+  // In the colour of its curve, where it is the axis of one alone.
+  const only = (unit) => (channels.filter((each) => each.unit === unit).length === 1 ? channels.findIndex((each) => each.unit === unit) : null);
   const plot = new uPlot({
     ...size(place, 380),
     legend: { show: false },
     cursor: { drag: { x: true, y: false, setScale: false }, points: { show: false } },
     scales: { x: { time: false } },
-    axes: [axis("s"), ...units.slice(0, MOST_AXES).map((unit, number) => ({ ...axis(unit), scale: unit || "1", side: number === 0 ? 3 : 1, grid: { show: number === 0 } }))],
+    axes: [axis("s", false), ...units.map((unit, number) => ({ ...axis(unit || "1", true, only(unit)), scale: unit || "1", side: number === 0 ? 3 : 1, grid: { show: number === 0 } }))],
     series: [{}, ...channels.map((each, number) => ({
       label: each.label, scale: each.unit || "1", stroke: colour(number), width: 1.4, spanGaps: true, dash: number >= 6 ? DASH : undefined, points: { show: false },
     }))],
@@ -50,21 +53,23 @@ export function timePlot(place, channels, cursors, onZoom) {
 
 // Curves over the logarithm of the frequency, all in one unit.
 export function bodePlot(place, unit, curves) {
-  const horizontal = { ...axis("Hz"), values: (_, splits) => splits.map((each) => (each === null ? "" : String(each))) };
-  return curvePlot(place, horizontal, 3, unit, curves.map((each) => ({ ...each, over: each.frequency })));
+  const measured = curves[0].frequency.filter((each) => each > 0);
+  const horizontal = { ...axis("Hz", false), values: (_, splits) => splits.map((each) => (each === null ? "" : String(each))) };
+  const ends = [Math.min(...measured), Math.max(...measured)];
+  return curvePlot(place, horizontal, { distr: 3, range: ends }, unit, curves.map((each) => ({ ...each, over: each.frequency })));
 }
 
 // Curves over anything else that rises, `over`, each axis in its unit.
-export const linePlot = (place, over, unit, curves) => curvePlot(place, axis(over), 1, unit, curves);
+export const linePlot = (place, over, unit, curves) => curvePlot(place, axis(over, false), {}, unit, curves);
 
-function curvePlot(place, horizontal, distr, unit, curves) {
+function curvePlot(place, horizontal, scale, unit, curves) {
   const height = 240;
   const plot = new uPlot({
     ...size(place, height),
     legend: { show: false },
     cursor: { show: false },
-    scales: { x: { time: false, distr } },
-    axes: [horizontal, axis(unit)],
+    scales: { x: { time: false, ...scale } },
+    axes: [horizontal, axis(unit, true)],
     series: [{}, ...curves.map((each, number) => ({ label: each.label, stroke: colour(number), width: 1.6, points: { show: false } }))],
   }, [curves[0].over, ...curves.map((each) => each.values)], place);
   const watcher = new ResizeObserver(() => plot.setSize(size(place, height)));

@@ -4,6 +4,7 @@ import { colour } from "./plot.js";
 
 const HEIGHT = 320;
 const EDGE = { left: 78, right: 16, top: 12, bottom: 40 };
+const APART = 90; // numbers of the horizontal axis, at least [px]
 
 // A canvas in `place`, and a function that draws what it is told.
 export function xyPlot(place, x, y) {
@@ -21,23 +22,30 @@ function draw(canvas, width, told, labels) {
   ctx.scale(sharp, sharp);
   const style = getComputedStyle(document.body);
   const [ink, line] = ["--ink", "--line"].map((name) => style.getPropertyValue(name).trim());
-  const [xs, ys] = [scale(told.x, EDGE.left, width - EDGE.right), scale(told.y, HEIGHT - EDGE.bottom, EDGE.top)];
+  const [right, bottom] = [width - EDGE.right, HEIGHT - EDGE.bottom];
+  const [xs, ys] = [scale(told.x, EDGE.left, right), scale(told.y, bottom, EDGE.top)];
   ctx.font = "12px system-ui, sans-serif";
   ctx.fillStyle = ink;
   ctx.strokeStyle = line;
-  for (const share of [0, 0.25, 0.5, 0.75, 1]) {
-    const [x, y] = [xs.place(xs.at(share)), ys.place(ys.at(share))];
-    ctx.strokeRect(EDGE.left, y, width - EDGE.left - EDGE.right, 0);
-    ctx.strokeRect(x, EDGE.top, 0, HEIGHT - EDGE.top - EDGE.bottom);
-    ctx.textAlign = "right";
-    ctx.fillText(Number(ys.at(share).toPrecision(3)), EDGE.left - 6, y + 4);
-    ctx.textAlign = "center";
-    ctx.fillText(Number(xs.at(share).toPrecision(3)), x, HEIGHT - EDGE.bottom + 16);
+  const grid = (value, ...rest) => {
+    ctx.strokeStyle = value === 0 ? ink : line;
+    ctx.strokeRect(...rest);
+  };
+  ctx.textAlign = "center";
+  for (const value of ticks(xs, (right - EDGE.left) / APART)) {
+    grid(value, xs.place(value), EDGE.top, 0, bottom - EDGE.top);
+    ctx.fillText(value, xs.place(value), bottom + 16);
   }
-  ctx.fillText(labels[0], (EDGE.left + width - EDGE.right) / 2, HEIGHT - 6);
+  ctx.textAlign = "right";
+  for (const value of ticks(ys, (bottom - EDGE.top) / (APART / 2))) {
+    grid(value, EDGE.left, ys.place(value), right - EDGE.left, 0);
+    ctx.fillText(value, EDGE.left - 6, ys.place(value) + 4);
+  }
+  ctx.textAlign = "center";
+  ctx.fillText(labels[0], (EDGE.left + right) / 2, HEIGHT - 6);
   ctx.save();
   ctx.rotate(-Math.PI / 2);
-  ctx.fillText(labels[1], -HEIGHT / 2, 12);
+  ctx.fillText(labels[1], -(EDGE.top + bottom) / 2, 12);
   ctx.restore();
   ctx.fillStyle = colour(0);
   told.x.forEach((x, number) => ctx.fillRect(xs.place(x) - 1.5, ys.place(told.y[number]) - 1.5, 3, 3));
@@ -47,6 +55,15 @@ function draw(canvas, width, told, labels) {
 function scale(values, from, to) {
   const [low, high] = values.length === 0 ? [0, 1] : [Math.min(...values), Math.max(...values)];
   const margin = 0.05 * (high - low) || 1;
-  const at = (share) => low - margin + share * (high - low + 2 * margin);
-  return { at, place: (value) => from + (value - at(0)) / (at(1) - at(0)) * (to - from) };
+  const [start, end] = [low - margin, high + margin];
+  return { start, end, place: (value) => from + (value - start) / (end - start) * (to - from) };
+}
+
+// Round numbers on a scale, `most` at most: 1, 2 or 5 times a power of ten apart.
+function ticks({ start, end }, most) {
+  const least = (end - start) / most;
+  const power = 10 ** Math.floor(Math.log10(least));
+  const step = [1, 2, 5, 10].map((each) => each * power).find((each) => each >= least);
+  const first = Math.ceil(start / step);
+  return Array.from({ length: Math.floor(end / step) - first + 1 }, (_, number) => Number(((first + number) * step).toPrecision(12)));
 }

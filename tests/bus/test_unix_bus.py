@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import can
@@ -19,7 +20,7 @@ from processes import drivetwin, emulator
 
 from drivetwin.bus import unix_bus
 from drivetwin.bus.channel import host_bus, open_bus
-from drivetwin.bus.unix_bus import LONGEST_PATH, MOST_FRAMES, UnixBus, UnixHost, pack, unpack
+from drivetwin.bus.unix_bus import LONGEST_PATH, MOST_AT_ONCE, MOST_FRAMES, UnixBus, UnixHost, pack, unpack
 from drivetwin.foundation.errors import UserError
 
 PATIENCE = 30.0
@@ -184,6 +185,29 @@ def test_a_client_that_does_not_read_holds_nobody_up_and_loses_the_newest(host: 
     host.recv(0.0)
     assert number_of(client.recv(PATIENCE)) == 7
     reader.shutdown()
+
+
+def test_who_reads_again_gets_what_waits_a_little_at_a_time(host: UnixHost, client: UnixBus) -> None:
+    """Each time that the host looks, so that a client that has caught up costs nobody a cycle."""
+    assert host.recv(0.0) is None
+    while not waiting(host):
+        host.send(frame(0))
+        host.recv(0.0)
+    for _ in range(99):
+        host.send(frame(0))
+        host.recv(0.0)
+    left = [waiting(host)]
+    while client.recv(0.0) is not None or left[-1]:
+        assert host.recv(0.0) is None
+        left.append(waiting(host))
+    assert left[0] == 100
+    assert 0 < max(before - after for before, after in pairwise(left)) <= MOST_AT_ONCE
+
+
+def waiting(host: UnixHost) -> int:
+    """Packets that the only client has not taken yet."""
+    (client,) = host._clients.values()
+    return len(client._waiting)
 
 
 def test_a_client_is_told_that_the_host_has_gone(host: UnixHost, client: UnixBus) -> None:

@@ -26,10 +26,10 @@ def test_an_axis_is_measured_and_its_margins_are_shown() -> None:
             expect(result).to_contain_text("position loop: phase margin", timeout=MEASURED_WITHIN)
             expect(result.locator("tr", has_text="inertia")).to_contain_text(re.compile(r"94\.\d+ kg"))
             expect(result.locator("tr", has_text="position gain").last).to_contain_text("60FBh:01")
-            expect(result.locator("canvas")).to_have_count(7)
+            expect(result.locator("canvas")).to_have_count(9)
             expect(page.locator("[data-is='status']")).to_contain_text("The controller has ended: done")
         with browser_page(f"{served.url}#commissioning", width=390, theme="dark") as page:
-            expect(page.locator("[data-is='result'] canvas")).to_have_count(7)
+            expect(page.locator("[data-is='result'] canvas")).to_have_count(9)
             assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
