@@ -6,8 +6,8 @@ import io
 from dataclasses import replace
 
 import pytest
+from report_case import NOT_TESTABLE, ONE_WAY, RIPPLE, SLOW, STRIBECK, placed, two_axes
 from rich.console import Console
-from test_report_page import NOT_TESTABLE, ONE_WAY, RIPPLE, SLOW, STRIBECK, placed, two_axes
 
 from drivetwin.cli.diagnose_summary import print_summary
 from drivetwin.diagnosis.prepare.testable import NotTestable
