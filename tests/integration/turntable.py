@@ -1,4 +1,4 @@
-"""A turntable with more friction than its model says, and recordings of it: what `drivetwin diagnose` is called with in tests."""
+"""A turntable with more friction than its model says, and recordings of it: what tests call `drivetwin diagnose` with."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MODEL = """
 
 
 def record(folder: Path, seconds: float, frequency: float, seed: int) -> None:
-    """Two swings at once of a table whose Coulomb friction is 0.8 N·m where the model says 0.5; all else is as the model has it."""
+    """Two swings at once of a table whose Coulomb friction is 0.8 N·m, not 0.5 as in the model; the rest is the model's."""
     time = np.arange(round(seconds / PERIOD), dtype=np.float64) * PERIOD
     angle = 2.0 * np.pi * frequency * time
     position = 0.35 * np.sin(angle) + 0.65 * np.sin(0.31 * angle + 1.0)

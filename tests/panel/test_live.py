@@ -122,7 +122,8 @@ def test_an_identification_is_watched_and_is_the_same_as_one_that_nobody_watches
 @needs_chromium
 def test_a_diagnosis_is_watched(tmp_path: Path) -> None:
     turntable(tmp_path)
-    with live("diagnose", tmp_path / "model.xml", tmp_path / "fitted", "--out", tmp_path / "out") as (_, url), browser_page(url) as shown:
+    given = (tmp_path / "model.xml", tmp_path / "fitted", "--out", tmp_path / "out")
+    with live("diagnose", *given) as (_, url), browser_page(url) as shown:
         expect(shown.locator("#views a")).to_have_text(["run"])
         expect(shown.locator("[data-is='command']")).to_have_text("drivetwin diagnose model.xml")
         expect(shown.locator("[data-is='outcome']")).to_contain_text("The gap is explained by")
