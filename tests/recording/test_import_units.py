@@ -77,7 +77,7 @@ def test_by_hand(name: str, axis: dict[str, Any], column: dict[str, Any], raw: f
         ("torque", {}, {"unit": "permille"}, "needs rated_torque .* or motor_rated_torque"),
         ("torque", {}, {"unit": "A"}, "needs torque_constant .* or force_constant"),
         ("torque", {}, {"unit": "N"}, "does not fit a joint of type hinge"),
-        ("torque", {}, {"unit": "rpm"}, "'rpm' is no unit for torque; one of: N, mN"),
+        ("torque", {}, {"unit": "rpm"}, "'rpm' is not a unit for torque; one of: N, mN"),
     ],
 )
 def test_what_is_missing_is_said(name: str, axis: dict[str, Any], column: dict[str, Any], message: str) -> None:

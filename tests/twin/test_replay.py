@@ -180,7 +180,7 @@ def test_a_follower_moves_with_its_axis(tmp_path: Path) -> None:
         (
             {"position": np.zeros(50), "position_demand": np.full(50, np.nan)},
             {"law": "pd_position_servo", **GAINS},
-            "position_demand row 1 is no number",
+            "position_demand row 1 is not a number",
         ),
         (
             {"position": np.zeros(500), "position_demand": np.ones(500)},
