@@ -14,7 +14,7 @@ from plotly.subplots import make_subplots
 from drivetwin.foundation import page_table
 from drivetwin.foundation.figure_style import AFTER, BEFORE, MEASURED, range_buttons, small, styled
 from drivetwin.foundation.html_page import write_page
-from drivetwin.foundation.page_table import DASH, pictured, plain_table, stacking_table
+from drivetwin.foundation.page_table import DASH, inputs_section, pictured, plain_table, stacking_table
 from drivetwin.twin.comparison import MODEL, SIGNALS, WITH_EFFECTS, Array, AxisComparison, Comparison, worst
 
 _TITLE = "Model beside machine, in closed loop"
@@ -36,7 +36,7 @@ def write_replay_page(comparisons: Sequence[Comparison], picture: str, inputs: M
         f"<section><h2>Machine</h2>{picture}</section>" if picture else "",
         *(_pictures(comparison, axis) for comparison, axis in worst(comparisons)),
         _method(comparisons),
-        _inputs(inputs),
+        inputs_section(inputs),
     ]
     write_page(path, _TITLE, body)
 
@@ -139,8 +139,3 @@ def _method(comparisons: Sequence[Comparison]) -> str:
         f"(4th-order Butterworth, {cutoffs} Hz); position and following error are as they are. The filter's reach is left out "
         "at both ends.</p></section>"
     )
-
-
-def _inputs(inputs: Mapping[str, str]) -> str:
-    rows = [[f'<span class="path">{escape(path)}</span>', f"<code>{digest}</code>"] for path, digest in inputs.items()]
-    return f"<section><h2>Inputs</h2>{plain_table(['File', 'sha256'], rows)}</section>"
