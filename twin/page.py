@@ -53,13 +53,14 @@ def _figures(comparisons: Sequence[Comparison]) -> str:
     rows = [
         [escape(each.recording), f"<b>{escape(name)}</b>", NAMES[run], *(relative(axis, run, signal) for signal in SIGNALS)]
         for each in comparisons
-        for name, axis in each.axes.items()
+        for name, axis in each.moving.items()
         for run in axis.runs
     ]
     return (
         f"<section><h2>How far apart</h2>{stacking_table(head, rows, numeric=range(3, 8))}"
         '<p class="note">2-norm of measured less simulated over that of the measured signal. The share of the position depends '
-        "on where its zero is; the same in units is in replay.json and below.</p></section>"
+        "on where its zero is; the same in units is in replay.json and below. "
+        "Axes at rest in a recording are left out.</p></section>"
     )
 
 

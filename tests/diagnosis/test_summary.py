@@ -126,7 +126,7 @@ def test_a_pure_number_has_no_unit() -> None:
 
 
 def test_what_goes_with_nothing_says_so() -> None:
-    assert goes_with_words(Unknown(0.3, (), 0.0)) == "goes with no quantity that was looked at"
+    assert goes_with_words(Unknown(0.3, (), 0.0)) == "depends on none of the quantities tested"
     assert goes_with_words(Unknown(0.3, ("time",), 12.0)) == "goes with time and has a correlation time of 12 s"
 
 
