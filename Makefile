@@ -110,9 +110,9 @@ blind: .venv/.installed
 
 # 40 blind cases by position and demand alone, a line a case; resumes where it was.
 position-only: .venv/.installed
-	$(BIN)/python -m drivetwin.blind.position_only write --count 40 --seed 2127 --family rotary --family pendulum --family linear \
+	$(BIN)/python scripts/position_only.py write --count 40 --seed 2127 --family rotary --family pendulum --family linear \
 		--family lift --without coupling --out out/position_only
-	$(BIN)/python -m drivetwin.blind.position_only ask --way without --out out/position_only
+	$(BIN)/python scripts/position_only.py ask --way without --out out/position_only
 
 # Machines whose gap to their simulation is known, diagnosed and held against least squares: out/measured/score.html; resumes.
 measured: .venv/.installed

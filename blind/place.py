@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ from drivetwin.blind.case import Case
 from drivetwin.blind.key import Key, commit
 from drivetwin.emulator.effects import EffectFile
 from drivetwin.foundation.errors import UserError
-from drivetwin.foundation.files import INSTALLED, write_json
+from drivetwin.foundation.files import INSTALLED, refuse_unwritable, write_json
 
 SCHEMA = "blind-run/1"
 RUN = "run.json"
@@ -88,6 +87,4 @@ def code_hash(effects: Sequence[EffectFile] = ()) -> str:
 def _refuse_foreign(out: Path) -> None:
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UserError(f"{out} is not of `drivetwin blind`; choose an empty or a new directory for --out")
-    existing = next(path for path in (out.absolute(), *out.absolute().parents) if path.exists())
-    if not existing.is_dir() or not os.access(existing, os.W_OK):
-        raise UserError(f"{out} cannot be written: {existing} is no directory that may be written to; choose another --out")
+    refuse_unwritable(out / "key.json")

@@ -139,7 +139,7 @@ def _check_device(drive: DriveNode) -> None:
     device_type = int(drive.read(0x1000))
     if device_type & 0xFFFF != 402:
         raise UserError(
-            f"{drive.where()} is no servo drive: device type 1000h is {device_type:08X}h, expected ....0192h (CiA 402)"
+            f"{drive.where()} is not a servo drive: device type 1000h is {device_type:08X}h, expected ....0192h (CiA 402)"
         )
     modes = int(drive.read(0x6502))
     if not modes & 1 << drive.profile.streaming_mode - 1:

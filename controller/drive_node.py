@@ -418,7 +418,7 @@ class DriveNode:
                 self.node_id,
             )
         if isinstance(error, ObjectDictionaryError):
-            return TroubleError(f"{self.where()}: {doing} {place(index, subindex)}: the answer is no value of it", self.node_id)
+            return TroubleError(f"{self.where()}: {doing} {place(index, subindex)}: the answer does not fit it", self.node_id)
         return UserError(f"{self.where()}: {doing} {place(index, subindex)} was aborted by the drive: {error}")
 
 

@@ -193,7 +193,7 @@ class Session:
         lost = self.cycle.missed
         samples = stream(self.cycle, self.drives, demand, offsets, self._advance)
         if self.cycle.missed > lost:
-            raise TroubleError(f"'{name}': {self.cycle.missed - lost} PDOs were lost, so it is no recording of the motion")
+            raise TroubleError(f"'{name}': {self.cycle.missed - lost} PDOs were lost, so it is not a recording of the motion")
         shown = position_demand(self.drives, start, demand)
         return record(name, self.machine.machine, self.cycle.period, self.axes, shown, samples, offsets)
 

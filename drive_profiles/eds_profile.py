@@ -171,7 +171,7 @@ def _default(
         return None, False
     value = number_of(text, data_type)
     if value is None:
-        complaints.note("the value of {} is no value of its type and is not taken", entry.section)
+        complaints.note("the value of {} is not a value of its type and is not taken", entry.section)
         return None, False
     written, default = parse_number(text), parse_number(entry.default)
     if written is not None and written.node_relative:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from math import pi
 from pathlib import Path
-from typing import TypeVar
+from typing import Self
 
 from pydantic import Field, PositiveFloat, PositiveInt, field_validator, model_validator
 
@@ -58,36 +58,26 @@ class Loops(Strict):
     velocity_filter_hz: PositiveFloat
 
 
-_Ends = TypeVar("_Ends", "LimitSwitches", "HomeSwitch")
-
-
-def _in_order(ends: _Ends) -> _Ends:
-    """Raises ValueError where the negative end is not below the positive one; the comparison refuses NaN, too."""
-    if not ends.negative < ends.positive:
-        raise ValueError(f"negative is {ends.negative:g} and positive {ends.positive:g}; the negative one stands below")
-    return ends
-
-
-class LimitSwitches(Strict):
-    """Joint positions [rad or m] beyond which the negative and the positive limit switch are actuated."""
+class Ends(Strict):
+    """Two joint positions [rad or m]."""
 
     negative: float
     positive: float
 
     @model_validator(mode="after")
-    def _in_order(self) -> LimitSwitches:
-        return _in_order(self)
+    def _in_order(self) -> Self:
+        """Raises ValueError where the negative end is not below the positive one; the comparison refuses NaN, too."""
+        if not self.negative < self.positive:
+            raise ValueError(f"negative is {self.negative:g} and positive {self.positive:g}; the negative one must be less")
+        return self
 
 
-class HomeSwitch(Strict):
-    """Joint positions [rad or m] between which the home switch is actuated."""
+class LimitSwitches(Ends):
+    """Beyond these positions the negative and the positive limit switch are actuated."""
 
-    negative: float
-    positive: float
 
-    @model_validator(mode="after")
-    def _in_order(self) -> HomeSwitch:
-        return _in_order(self)
+class HomeSwitch(Ends):
+    """Between these positions the home switch is actuated."""
 
 
 class Axis(Strict):

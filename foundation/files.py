@@ -72,10 +72,10 @@ def _same_disk(one: Path, other: Path) -> bool:
 def new_file(path: Path) -> Iterator[Path]:
     """Yield a temporary sibling of `path` that replaces it when the block ends without an error.
 
-    Raises UserError where `path` is no regular file, such as a device, and DiskError where the disk takes no more.
+    Raises UserError where `path` is not a regular file, such as a device, and DiskError where the disk takes no more.
     """
     if path.exists() and not path.is_file():
-        raise UserError(f"{path} is no regular file: --out names a file to write, choose another")
+        raise UserError(f"{path} is not a regular file: --out names a file to write, choose another")
     path.parent.mkdir(parents=True, exist_ok=True)
     with _told_of(path):
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=path.suffix)
@@ -143,9 +143,14 @@ def refuse_foreign(path: Path) -> None:
         raise UserError(f"{path} is a file; --out names the directory to write: choose another")
     if path.is_dir() and any(path.iterdir()) and not (path / _MARK).exists():
         raise UserError(f"{path} holds files that drivetwin did not write; choose an empty or a new directory for --out")
-    existing = next(parent for parent in path.parents if parent.exists())
+    refuse_unwritable(path)
+
+
+def refuse_unwritable(path: Path) -> None:
+    """Raise UserError if nothing can be made at `path`, for the folder that is there."""
+    existing = next(parent for parent in path.absolute().parents if parent.exists())
     if not existing.is_dir() or not os.access(existing, os.W_OK):
-        raise UserError(f"{path} cannot be written: {existing} is no directory that may be written to; choose another --out")
+        raise UserError(f"{path} cannot be written: {existing} is not a writable directory; choose another --out")
 
 
 def refuse_to_replace(path: Path, inputs: Iterable[Path]) -> None:

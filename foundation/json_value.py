@@ -19,7 +19,7 @@ def json_value(value: object) -> object:
             return value
         case float():
             if not math.isfinite(value):
-                raise ValueError(f"{value} is no finite number")
+                raise ValueError(f"{value} is not a finite number")
             return value
         case date():
             return value.isoformat()
@@ -32,7 +32,7 @@ def json_value(value: object) -> object:
 
 def _key(key: object) -> str:
     if not isinstance(key, str):
-        raise ValueError(f"the key {key!r:.40} is no text; put it in quotes")
+        raise ValueError(f"the key {key!r:.40} is not text; put it in quotes")
     return key
 
 

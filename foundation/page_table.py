@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
 import plotly.graph_objects as go
@@ -70,6 +70,12 @@ def plain_table(head: Sequence[str], rows: Iterable[Sequence[str]], numeric: Ite
         for row in rows
     )
     return f'<table class="plain"><thead><tr>{titles}</tr></thead><tbody>{lines}</tbody></table>'
+
+
+def inputs_section(inputs: Mapping[str, str]) -> str:
+    """What was read, with its sha256."""
+    rows = [[f'<span class="path">{escape(path)}</span>', f"<code>{digest}</code>"] for path, digest in inputs.items()]
+    return f"<section><h2>Inputs</h2>{stacking_table(['File', 'sha256'], rows)}</section>"
 
 
 def bar(share: float) -> str:

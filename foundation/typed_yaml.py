@@ -45,7 +45,7 @@ def typed(kind: type[Model], content: dict[str, Any], path: Path) -> Model:
         where = ".".join(str(part) for part in first["loc"])
         message = first["msg"].removeprefix("Value error, ")
         if first["type"] == "extra_forbidden":
-            message = f"is no key here; there are {', '.join(_keys_at(kind, first['loc'][:-1]))}"
+            message = f"is not a known key; there are {', '.join(_keys_at(kind, first['loc'][:-1]))}"
         raise UserError(f"{path}: {where}: {message}") from None
 
 

@@ -111,7 +111,7 @@ class Bench(Strict):
     def _each_a_pdo(cls, pdos: dict[str, OrderedPdo]) -> dict[str, OrderedPdo]:
         known = [f"{direction} {number}" for direction in ("rpdo", "tpdo") for number in range(1, 5)]
         if unknown := [name for name in pdos if name not in known]:
-            raise ValueError(f"{unknown[0]!r} is no PDO; expected {', '.join(known)}")
+            raise ValueError(f"{unknown[0]!r} is not a PDO; expected {', '.join(known)}")
         return pdos
 
     @cached_property
@@ -275,4 +275,4 @@ def mapping_entry(text: str) -> int:
         index, subindex, bits = text.removesuffix("h").split(":")
         return int(index, 16) << 16 | int(subindex, 16) << 8 | int(bits)
     except ValueError:
-        raise ValueError(f"{text!r} is no object of a PDO; write index:subindex:bits, for example 6040:00:16") from None
+        raise ValueError(f"{text!r} is not an object of a PDO; write index:subindex:bits, for example 6040:00:16") from None

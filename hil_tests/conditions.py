@@ -68,7 +68,7 @@ def read_condition(given: object, nodes: dict[str, int]) -> Condition:
     if not isinstance(given, dict) or not given:
         raise UserError(f"when: expected a mapping like {{time: 1.0}} of {', '.join(_KEYS)}, not {given!r}")
     if unknown := [key for key in given if key not in _KEYS]:
-        raise UserError(f"when: {unknown[0]!r} is no condition; there are {', '.join(_KEYS)}")
+        raise UserError(f"when: {unknown[0]!r} is not a condition; there are {', '.join(_KEYS)}")
     _refuse_what_would_be_ignored(given, nodes)
     named = "axis" if "axis" in given else "node"
     return Condition(
@@ -118,7 +118,7 @@ def _axis(key: str, value: object, nodes: dict[str, int]) -> str | None:
     if isinstance(value, int) and not isinstance(value, bool) and value in by_node:
         return by_node[value]
     choice = ", ".join(f"{axis} (node {node})" for axis, node in nodes.items())
-    raise UserError(f"when: {key}: {value!r} is no axis of this machine; it has {choice}")
+    raise UserError(f"when: {key}: {value!r} is not an axis of this machine; it has {choice}")
 
 
 def _axis_or_all(key: str, value: object, nodes: dict[str, int]) -> str | None:
@@ -129,5 +129,5 @@ def _state(value: object) -> State | None:
     if value is None:
         return None
     if not isinstance(value, str) or value not in STATES:
-        raise UserError(f"when: state: {value!r} is no state of a drive; there are {', '.join(STATES)}")
+        raise UserError(f"when: state: {value!r} is not a state of a drive; there are {', '.join(STATES)}")
     return STATES[value]

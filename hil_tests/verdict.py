@@ -53,7 +53,7 @@ class CaseResult:
     `number` is that of the group as the machine comes alive (1 boot, ... 11 soak), `name` that of the scenario's file.
     `skipped_because` says why where the outcome is skipped; `not_judged` are expectations that only the plant's truth can
     answer, where drives are real. `tries` counts the runs in real time that the stand itself spoilt, and the last one.
-    `wall` [s] is no part of what is compared from run to run.
+    `wall` [s] is not a part of what is compared from run to run.
     """
 
     number: int

@@ -103,7 +103,7 @@ def _tell(table: Table, bench: Bench, out: Path) -> None:
     for line in wrong:
         _say(line, "red")
     caught = sum(table.caught(one) for one in table.mutants)
-    _say(f"{caught} of {len(table.mutants)} mutants caught as they are meant to be: {out / 'table.md'}")
+    _say(f"{caught} of {len(table.mutants)} mutants caught as intended: {out / 'table.md'}")
     if wrong:
         raise typer.Exit(NOT_CAUGHT)
 

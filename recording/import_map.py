@@ -118,7 +118,7 @@ class AxisMap(_Strict):
         for name, column in columns.items():
             if name not in COLUMNS:
                 raise ValueError(
-                    f"{name!r} is no column of a recording;{_meant(name, COLUMNS)} one of: {', '.join(COLUMNS)}"
+                    f"{name!r} is not a column of a recording;{_meant(name, COLUMNS)} one of: {', '.join(COLUMNS)}"
                 )
             if column.unit is not None:
                 try:
@@ -157,7 +157,7 @@ class TimeMap(_Strict):
         if (self.column is None) == (self.period is None):
             raise ValueError("give one of `column` (name or number) and `period` (seconds, where the file has no time)")
         if self.unit not in (None, ISO) and canonical(self.unit or "") not in ("s", "ms", "us", "ns", "min"):
-            raise ValueError(f"{self.unit!r} is no unit for time; one of: s, ms, us, ns, min, {ISO}")
+            raise ValueError(f"{self.unit!r} is not a unit for time; one of: s, ms, us, ns, min, {ISO}")
         return self
 
 
@@ -168,7 +168,7 @@ def _delimiter(text: str) -> str:
     """One character that is no part of a number or a quotation, or the name of one; raises ValueError otherwise."""
     character = len(text) == 1 and not text.isalnum() and text not in "\"'.+-" and (text.isprintable() or text == "\t")
     if not character and text not in _DELIMITER_NAMES:
-        raise ValueError(f"{text!r:.40} is no delimiter; give one character, such as ; or |, or tab, or whitespace")
+        raise ValueError(f"{text!r:.40} is not a delimiter; give one character, such as ; or |, or tab, or whitespace")
     return text
 
 

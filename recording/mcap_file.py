@@ -37,7 +37,7 @@ def write_mcap(path: Path, recording: Recording, more: Mapping[str, Mapping[str,
     """Write `recording` as the file `path`; its time 0 is `start` [s since 1970].
 
     An axis A has the topic /A, messages in JSON with the columns of the recording in their units, and what `more` has of it,
-    `more[A][column]` (n,). What is no number is left out. The joints are named as in the MuJoCo model.
+    `more[A][column]` (n,). What is not a number is left out. The joints are named as in the MuJoCo model.
     """
     from mcap.writer import Writer  # noqa: PLC0415  # an extra: nothing but this file needs it
 

@@ -147,7 +147,7 @@ def unit_for(column: str, text: str) -> Unit:
     allowed = [name for name, unit in UNITS.items() if unit.kind in ALLOWED[column]]
     name = canonical(text)
     if name not in allowed:
-        raise UserError(f"{text!r} is no unit for {column}; one of: {', '.join(allowed)}")
+        raise UserError(f"{text!r} is not a unit for {column}; one of: {', '.join(allowed)}")
     return UNITS[name]
 
 
@@ -163,5 +163,5 @@ def quantity(value: float | str, kinds: tuple[Kind, ...]) -> float:
     name = canonical(match[2])
     allowed = [known for known, unit in UNITS.items() if unit.kind in kinds]
     if name not in allowed:
-        raise ValueError(f"{match[2]!r} in {value!r} is no unit here; one of: {', '.join(allowed)}")
+        raise ValueError(f"{match[2]!r} in {value!r} is not a unit allowed here; one of: {', '.join(allowed)}")
     return UNITS[name].factor * float(match[1])

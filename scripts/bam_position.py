@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 from beside_sysid import compared, ratio
 from numpy.typing import NDArray
+from position_only import answer, position_only
 
-from drivetwin.blind.position_only import answer, position_only
 from drivetwin.foundation.files import write_json
 from drivetwin.recording.reader import read_recording
 from drivetwin.recording.recording import Recording

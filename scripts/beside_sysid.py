@@ -1,9 +1,9 @@
 """Position errors on unseen motion beside `mujoco.sysid`, which fits damping, friction and armature to the same logs.
 
-    python -m drivetwin.blind.position_only ask --way without --out out/position_only
+    python scripts/position_only.py ask --way without --out out/position_only
     python scripts/beside_sysid.py --out out/position_only
 
-Each case of `drivetwin.blind.position_only` is fitted by output error in MuJoCo: the same model and gains, as its own PID
+Each case of `position_only` is fitted by output error in MuJoCo: the same model and gains, as its own PID
 actuators, the same recordings. Both are measured on the validation recordings by the rms of simulated less recorded position.
 """
 
@@ -22,8 +22,8 @@ import mujoco
 import numpy as np
 from mujoco import sysid
 from numpy.typing import NDArray
+from position_only import position_only
 
-from drivetwin.blind.position_only import position_only
 from drivetwin.blind.with_and_without import recordings_of
 from drivetwin.diagnosis.prepare.asked_torque import completed
 from drivetwin.diagnosis.prepare.simulation import simulation

@@ -44,7 +44,10 @@ class Run:
 
 @dataclass(frozen=True)
 class AxisComparison:
-    """One axis of a recording: what was measured, and what the runs make of it; `used` (n,) are the samples that count."""
+    """One axis of a recording: what was measured, and what the runs make of it; `used` (n,) are the samples that count.
+
+    `moves`: whether it is commanded to. Of an axis at rest nothing is left to relate a difference to.
+    """
 
     axis: str
     loops: str
@@ -52,6 +55,7 @@ class AxisComparison:
     measured: dict[str, Array]
     used: NDArray[np.bool_]
     runs: dict[str, Run]
+    moves: bool = True
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,11 @@ class Comparison:
     period: float
     cutoff_hz: float
     axes: dict[str, AxisComparison]
+
+    @property
+    def moving(self) -> dict[str, AxisComparison]:
+        """The axes that are commanded to move."""
+        return {name: axis for name, axis in self.axes.items() if axis.moves}
 
 
 MODEL, WITH_EFFECTS = "model", "with_effects"
@@ -97,9 +106,9 @@ def compared(
 
 
 def worst(comparisons: Sequence[Comparison]) -> Iterator[tuple[Comparison, AxisComparison]]:
-    """For each axis the recording in which the model as it stands is furthest off, by torque or else by position."""
-    for axis in dict.fromkeys(name for each in comparisons for name in each.axes):
-        having = [each for each in comparisons if axis in each.axes]
+    """For each axis that moves the recording in which the model as it stands is furthest off, by torque or else by position."""
+    for axis in dict.fromkeys(name for each in comparisons for name in each.moving):
+        having = [each for each in comparisons if axis in each.moving]
         furthest = max(having, key=lambda each: _how_far(each.axes[axis]))
         yield furthest, furthest.axes[axis]
 
@@ -128,7 +137,8 @@ def _axis(
     for name, run in replayed.items():
         signals = _signals(run.position, run.torque, demand, period, cutoff_hz)
         runs[name] = Run(signals, {key: _apart(values[used], signals[key][used]) for key, values in measured.items()})
-    return AxisComparison(axis, replayed[MODEL].loops.told_by, UNITS[slides], measured, used, runs)
+    moves = demand is None or float(np.ptp(demand)) > 0.0
+    return AxisComparison(axis, replayed[MODEL].loops.told_by, UNITS[slides], measured, used, runs, moves)
 
 
 def _signals(

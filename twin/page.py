@@ -14,7 +14,7 @@ from plotly.subplots import make_subplots
 from drivetwin.foundation import page_table
 from drivetwin.foundation.figure_style import AFTER, BEFORE, MEASURED, range_buttons, small, styled
 from drivetwin.foundation.html_page import write_page
-from drivetwin.foundation.page_table import DASH, pictured, plain_table, stacking_table
+from drivetwin.foundation.page_table import DASH, inputs_section, pictured, plain_table, stacking_table
 from drivetwin.twin.comparison import MODEL, SIGNALS, WITH_EFFECTS, Array, AxisComparison, Comparison, worst
 
 _TITLE = "Model beside machine, in closed loop"
@@ -36,7 +36,7 @@ def write_replay_page(comparisons: Sequence[Comparison], picture: str, inputs: M
         f"<section><h2>Machine</h2>{picture}</section>" if picture else "",
         *(_pictures(comparison, axis) for comparison, axis in worst(comparisons)),
         _method(comparisons),
-        _inputs(inputs),
+        inputs_section(inputs),
     ]
     write_page(path, _TITLE, body)
 
@@ -53,13 +53,14 @@ def _figures(comparisons: Sequence[Comparison]) -> str:
     rows = [
         [escape(each.recording), f"<b>{escape(name)}</b>", NAMES[run], *(relative(axis, run, signal) for signal in SIGNALS)]
         for each in comparisons
-        for name, axis in each.axes.items()
+        for name, axis in each.moving.items()
         for run in axis.runs
     ]
     return (
         f"<section><h2>How far apart</h2>{stacking_table(head, rows, numeric=range(3, 8))}"
         '<p class="note">2-norm of measured less simulated over that of the measured signal. The share of the position depends '
-        "on where its zero is; the same in units is in replay.json and below.</p></section>"
+        "on where its zero is; the same in units is in replay.json and below. "
+        "Axes at rest in a recording are left out.</p></section>"
     )
 
 
@@ -139,8 +140,3 @@ def _method(comparisons: Sequence[Comparison]) -> str:
         f"(4th-order Butterworth, {cutoffs} Hz); position and following error are as they are. The filter's reach is left out "
         "at both ends.</p></section>"
     )
-
-
-def _inputs(inputs: Mapping[str, str]) -> str:
-    rows = [[f'<span class="path">{escape(path)}</span>', f"<code>{digest}</code>"] for path, digest in inputs.items()]
-    return f"<section><h2>Inputs</h2>{plain_table(['File', 'sha256'], rows)}</section>"

@@ -70,7 +70,7 @@ def _speeds(path: Path, root: ElementTree.Element) -> dict[str, float]:
         try:
             speed = float(told)
         except ValueError:
-            raise UserError(f"{path}: joint {joint.get('name')!r}: limit velocity {told!r} is no number") from None
+            raise UserError(f"{path}: joint {joint.get('name')!r}: limit velocity {told!r} is not a number") from None
         if isfinite(speed) and speed > 0.0:
             found[str(joint.get("name"))] = speed
     return found

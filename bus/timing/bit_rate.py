@@ -20,5 +20,5 @@ def read_bit_rate(text: str) -> int:
     found = re.fullmatch(r"(\d+(?:\.\d+)?)([kM]?)", text)
     rate = round(float(found[1]) * FACTORS[found[2]]) if found else 0
     if rate not in BIT_RATES:
-        raise UserError(f"--bit-rate {text} is no bit rate of a classic CAN bus; write 1M, 500k, 250k or 125k (10k to 1M)")
+        raise UserError(f"--bit-rate {text} is not a bit rate of a classic CAN bus; write 1M, 500k, 250k or 125k (10k to 1M)")
     return rate

@@ -12,13 +12,13 @@ from drivetwin.diagnosis.report import page_shares
 from drivetwin.diagnosis.report.page_axis import axis_section
 from drivetwin.diagnosis.report.page_causes import causes_section
 from drivetwin.diagnosis.report.page_closed_loop import closed_loop_section
-from drivetwin.diagnosis.report.page_method import inputs_section, method_section
+from drivetwin.diagnosis.report.page_method import method_section
 from drivetwin.diagnosis.report.result import Diagnosis, Verdict
 from drivetwin.diagnosis.report.wording import closed, listed, number, of_torque, p_words, percent, verdict_sentence
 from drivetwin.foundation import page_table
 from drivetwin.foundation.html_page import write_page
 from drivetwin.foundation.machine_picture import machine_picture
-from drivetwin.foundation.page_table import DASH, stacking_table
+from drivetwin.foundation.page_table import DASH, inputs_section, stacking_table
 
 _TITLE = "Simulation against machine"
 

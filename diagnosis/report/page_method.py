@@ -84,9 +84,3 @@ def _value(name: str, value: float | int | None) -> str:
         return "chosen from the recordings"
     unit = _UNITS.get(name, "")
     return f"{value:g} {unit}".strip()
-
-
-def inputs_section(inputs: Mapping[str, str]) -> str:
-    """What was read, with its sha256."""
-    rows = [[f'<span class="path">{escape(path)}</span>', f"<code>{digest}</code>"] for path, digest in inputs.items()]
-    return f"<section><h2>Inputs</h2>{stacking_table(['File', 'sha256'], rows)}</section>"

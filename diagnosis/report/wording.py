@@ -116,7 +116,7 @@ _QUANTITIES: Mapping[str, str] = {"cross_axis": "the motion of another axis", "f
 def goes_with_words(unknown: Unknown) -> str:
     """What the unknown goes with and how fast it varies, as the end of a sentence."""
     if not unknown.goes_with:
-        return "goes with no quantity that was looked at"
+        return "depends on none of the quantities tested"
     with_it = listed([_QUANTITIES.get(each, each) for each in unknown.goes_with])
     fast = f" and has a correlation time of {number(unknown.correlation_time)} s" if unknown.correlation_time > 0.0 else ""
     return f"goes with {with_it}{fast}"

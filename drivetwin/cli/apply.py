@@ -55,7 +55,8 @@ def apply_command(
         part.write_text(applied.xml, encoding="utf-8")
         write_json(beside, effects_payload(applied.beside) | provenance(0, inputs))
     console = terminal(silent=quiet or json_)
-    console.print(_table(applied))
+    if applied.changes:
+        console.print(_table(applied))
     console.print(_said(applied.beside, out, beside), highlight=False, soft_wrap=True)
     if json_:
         print(json.dumps(_payload(applied, out, beside), ensure_ascii=False))
@@ -80,9 +81,9 @@ def _table(applied: Applied) -> Table:
 
 def _said(effects: Sequence[PlacedEffect], out: Path, beside: Path) -> str:
     if not effects:
-        return f"{out} holds all of it; {beside} is empty"
+        return f"{out} contains everything; {beside} is empty"
     named = ", ".join(f"{placed.effect.name} of {placed.axis}" for placed in effects)
-    return f"{out}; MJCF cannot hold {named}: in {beside}"
+    return f"{out}; MJCF cannot express {named}: see {beside}"
 
 
 def _payload(applied: Applied, out: Path, beside: Path) -> dict[str, object]:

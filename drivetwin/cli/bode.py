@@ -30,14 +30,14 @@ from drivetwin.identification.frequency.wording import rows
 from drivetwin.recording.writer import write_into
 
 SOME_FAILED = 1
-"""Exit status where an axis tells nothing and another one does."""
+"""Exit status where an axis has no result and another one has."""
 
 
 def bode_command(
     machine: Annotated[
         str, typer.Option(metavar="NAME|DIR|FILE.yaml", help="Machine: scara, stage, arm or one of your own.")
     ] = "scara",
-    axis: Annotated[list[str] | None, typer.Option(help="Axis to commission, several times for several; default: all.")] = None,
+    axis: Annotated[list[str] | None, typer.Option(help="Axis to commission; repeatable; default: all.")] = None,
     profile: Annotated[str, typer.Option(help="Drive type on the bus: servoone or cia402-full.")] = "servoone",
     bus: Annotated[str, typer.Option(help="inproc (starts the emulator here), vcan0, can0 or ws://127.0.0.1:PORT.")] = INPROC,
     clock: Annotated[
@@ -56,15 +56,14 @@ def bode_command(
 ) -> None:
     """Measure the frequency response of the velocity and position loop over the bus, and propose gains with margins.
 
-    Brings up the drives, homes, and excites one axis after the other by a multisine torque (60B2h) while it travels slowly to
-    and fro, the others holding. Then it steps the position and measures the torque over the speed. The report has mechanics,
-    open and closed loops with coherence, phase and gain margin, resonances, and the proposed gains as the drive takes them.
+    Brings up the drives, homes, and excites one axis after the other with a multisine torque (60B2h) while it travels slowly to
+    and fro and the others hold. Then it steps the position and measures torque over speed. The report contains the mechanics,
+    open and closed loops with coherence, phase and gain margin, resonances, and the proposed gains in the drive's own units.
 
     Example: drivetwin bode --machine stage --out out/bode
 
-    Nothing is written to a drive that stays. Ctrl-C quick-stops and disables every axis. If it fails, OUT is not written; the
-    bus log is OUT.failed.log. Exit status 1 where an axis was measured and tells nothing, which costs the others nothing; 2
-    where none tells anything.
+    The drives keep their parameters. Ctrl-C quick-stops and disables every axis. If the command fails, it does not write OUT;
+    the bus log is OUT.failed.log. Exit status: 1 if some axes have no result, the others are then in OUT; 2 if no axis has one.
     """
     console = terminal(silent=quiet or json_)
     check_clock(clock, bus)
@@ -119,5 +118,5 @@ def _print(console: Console, found: list[AxisResponse], out: Path) -> None:
             table.add_row(row.quantity, row.now, row.proposed)
         console.print(table)
         if each.proposal is None:
-            console.print(f"{each.axis}: no gain that was tried keeps the margins: there is no proposal", highlight=False)
+            console.print(f"{each.axis}: no gains that were tried keep the margins: there is no proposal", highlight=False)
     console.print(f"{out / 'report.html'}  {out / 'bode.json'}  {out / 'bus.log'}", highlight=False, soft_wrap=True)

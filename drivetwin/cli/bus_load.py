@@ -79,7 +79,7 @@ def _seconds(text: str) -> float:
     found = re.fullmatch(r"(\d+(?:\.\d+)?)(ms|s)", text)
     seconds = float(found[1]) * factors[found[2]] if found else 0.0
     if seconds < 1e-3:
-        raise UserError(f"--window {text} is no stretch of time from 1ms on; write for example 100ms or 1s")
+        raise UserError(f"--window {text} is not a time of 1ms or more; write for example 100ms or 1s")
     return seconds
 
 

@@ -75,7 +75,7 @@ def _closed_loop(found: Diagnosis) -> Table:
     for name in SIGNALS:
         table.add_column(name.replace("_", " "), justify="right")
     for each in found.closed_loop:
-        for name, axis in each.axes.items():
+        for name, axis in each.moving.items():
             table.add_row(each.recording, name, *(shrinks(axis, signal) for signal in SIGNALS))
     return table
 

@@ -26,7 +26,7 @@ def eds_command(
 ) -> None:
     """Write the EDS (CiA 306) of a drive type.
 
-    DefaultValue is what a drive holds at power-on; it stays empty where that depends on the axis, unless --machine says which.
+    DefaultValue is the value at power-on. Where it depends on the axis, it stays empty unless --machine and --axis are given.
 
     Example: drivetwin eds --profile cia402-full --machine scara --axis lift --out lift.eds
     """

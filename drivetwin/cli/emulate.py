@@ -81,7 +81,7 @@ def emulate_command(
         Path | None, typer.Option(metavar="PATH", help="Unix socket on which `drivetwin fault` injects faults.")
     ] = None,
     panel: Annotated[
-        bool, typer.Option("--panel", help="Also serve a front panel in the browser; it reads, on a free port of this machine.")
+        bool, typer.Option("--panel", help="Also serve a front panel in the browser, on a free port; it only reads.")
     ] = False,
     effects_from: EffectsFrom = None,
     json_: AsJson = False,
@@ -90,11 +90,11 @@ def emulate_command(
 
     Example: drivetwin emulate --machine scara --profile servoone --bus ws://127.0.0.1:54701
 
-    One line says when others can join, on which bus, and at which priority --clock realtime runs. Nodes have the IDs of the
-    machine's file (scara: 1 lift, 2 rotate, 3 stretch), or those that LSS has stored. Ctrl-C ends it.
+    Prints one line when others can join, with the bus and the priority at which --clock realtime runs. Nodes have the IDs of
+    the machine's file (scara: 1 lift, 2 rotate, 3 stretch), or those stored by LSS. Ctrl-C ends it.
 
-    With a model of your own (same joints): drivetwin emulate --machine stage --model twin.xml --effects twin.effects.json. What
-    is added acts in addition to the machine's own friction, or replaces it where both give the same quantity; a line says so.
+    With your own model (same joints): drivetwin emulate --machine stage --model twin.xml --effects twin.effects.json. Added
+    effects act in addition to the machine's own friction, or replace it where both give the same quantity; a line says so.
     """
     if clock not in CLOCKS:
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(CLOCKS)}")

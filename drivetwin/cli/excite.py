@@ -37,7 +37,7 @@ def excite_command(
     Example: drivetwin excite model.xml --report out/gap/report.json --axis lift --limits limits.yaml --out out/motion
 
     Writes setpoints.parquet and setpoints.csv (time and position of each moving axis, one row per cycle), motion.json (what
-    each passage is for) and motion.png. Every set-point stays within travel, speed, acceleration and jerk of the limits.
+    each part is for) and motion.png. Every set-point stays within travel, speed, acceleration and jerk of the limits.
     """
     if not 1e-4 <= period <= 0.02:
         raise UserError(f"--period {period:g}: expected a controller's cycle, 0.0001 to 0.02 s")

@@ -61,7 +61,7 @@ def _parameters(words: list[str]) -> dict[str, object]:
         option, equals, value = word.partition("=")
         given = value if equals else next(rest, None)
         if not option.startswith("--") or given is None:
-            raise UserError(f"{word!r} is no parameter with a value; write for example --code 0x2310")
+            raise UserError(f"{word!r} is not a parameter with a value; write for example --code 0x2310")
         told[option.removeprefix("--").replace("-", "_")] = given
     return told
 

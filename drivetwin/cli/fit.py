@@ -119,7 +119,7 @@ def _thresholds(given: list[str], axes: set[str]) -> dict[str, float]:
         try:
             value = float(speed)
         except ValueError:
-            raise UserError(f"--standstill {text}: '{speed}' is no number; write 0.002 or AXIS=0.002") from None
+            raise UserError(f"--standstill {text}: '{speed}' is not a number; write 0.002 or AXIS=0.002") from None
         if not value > 0:
             raise UserError(f"--standstill {text}: the speed must be above 0")
         thresholds |= dict.fromkeys([axis] if axis else axes, value)

@@ -44,7 +44,7 @@ class Action(StrEnum):
 
 
 def machine_command(
-    action: Annotated[Action, typer.Argument(help="new: make one from a robot's model. check: say whether one can be used.")],
+    action: Annotated[Action, typer.Argument(help="new: make one from a robot's model; check: say whether one can be used.")],
     path: Annotated[
         Path, typer.Argument(metavar="ROBOT.xml|DIR|FILE.yaml", help="new: the MJCF or URDF file; check: the machine.")
     ],
@@ -59,13 +59,13 @@ def machine_command(
 
     Example: drivetwin machine new robot.xml --out out/robot, then drivetwin emulate --machine out/robot
 
-    The folder holds machine.yaml (docs/machines.md), model.xml and effects.json. What could not be derived from the model is
-    assumed and listed.
+    The folder contains machine.yaml (docs/machines.md), model.xml, effects.json and bench.yaml. Whatever the model does not
+    contain is assumed, and listed.
     """
     console = terminal(silent=quiet or json_)
     if action is Action.NEW:
         if out is None:
-            raise UserError("--out DIR is missing: the folder in which the machine is to stand")
+            raise UserError("--out DIR is missing: the folder for the machine")
         if not 1.0 <= bandwidth <= 60.0:
             raise UserError(f"--bandwidth {bandwidth:g}: expected 1 to 60 Hz, which loops of 8 kHz can have")
         refuse_foreign(out)

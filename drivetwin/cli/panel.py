@@ -43,11 +43,11 @@ MACHINE = "scara"
 
 def panel_command(
     emulate: Annotated[
-        str | None, typer.Option(metavar="MACHINE", help="Emulate this machine and move it; default where no --bus is given.")
+        str | None, typer.Option(metavar="MACHINE", help="Emulate this machine and move it; default without --bus: scara.")
     ] = None,
     bus: Annotated[
         str | None,
-        typer.Option(help="Join this bus; with --emulate, where the machine is: vcan0, unix:PATH, ws://127.0.0.1:PORT."),
+        typer.Option(help="Join this bus; with --emulate, the bus of the machine: vcan0, unix:PATH, ws://127.0.0.1:PORT."),
     ] = None,
     profile: Annotated[str, typer.Option(help="Drive type: servoone, cia402-full or dryve_d1.")] = "servoone",
     eds: Annotated[Path | None, typer.Option(help="A drive's own EDS or DCF; replaces the profile's objects.")] = None,
@@ -60,25 +60,25 @@ def panel_command(
         typer.Option(metavar="PATH", help="With --bus: control socket of the emulator on it, for faults and truth."),
     ] = None,
     clock: Annotated[
-        str, typer.Option(help="With --bus, of the machine on it: sync, whose time SYNC moves, or realtime.")
+        str, typer.Option(help="With --bus, the clock of its machine: sync (SYNC advances time) or realtime.")
     ] = "realtime",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0: a free one.")] = 8402,
     host: Annotated[
-        str, typer.Option(help="Address of the page; one that others reach needs the token that is printed.")
+        str, typer.Option(help="Address of the page; if other computers can reach it, the printed token is required.")
     ] = "127.0.0.1",
     allow_writes: Annotated[
         bool, typer.Option("--allow-writes", help="Let one page at a time write, command and inject faults.")
     ] = False,
     run: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Show the command that tells of itself in this folder (run/1), with --bus or alone."),
+        typer.Option(metavar="DIR", help="Show the command that writes run.json (run/1) to this folder, with --bus or alone."),
     ] = None,
 ) -> None:
     """Look at drives in the browser: states, parameters, faults. Without a bus it starts the SCARA in motion.
 
     Example: drivetwin panel
 
-    One line says where the page is. Without --allow-writes the panel only reads. Ctrl-C ends it, and what it has started.
+    Prints the address of the page. Without --allow-writes the panel only reads. Ctrl-C ends it, and everything it started.
     """
     if clock not in PACINGS:
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(PACINGS)}")
@@ -121,7 +121,7 @@ class _Seen:
 def _seen(emulate: str | None, bus: str | None, profile: str, known: str | None, control: Path | None) -> Iterator[_Seen]:
     """A bus to join, or a machine that is emulated meanwhile and moves, until it is stopped at the end."""
     if (known is not None or control is not None) and (bus is None or emulate is not None):
-        raise UserError("--machine and --control say what is on a bus that is joined: give --bus, and no --emulate")
+        raise UserError("--machine and --control describe a bus that is joined: give --bus, and no --emulate")
     if bus is not None and emulate is None:
         give_way()  # before there is a thread: each has a priority of its own
         yield _joined(bus, known, control)

@@ -32,29 +32,29 @@ DEMANDS = ((0x60C1, 1), (0x607A, 0), (0x6062, 0))
 
 
 def record_command(
-    bus: Annotated[str, typer.Option(help="can0, vcan0 or ws://127.0.0.1:PORT: a bus with a master and drives of any make.")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="The recording's folder; the log stands in it as bus.log.")],
+    bus: Annotated[str, typer.Option(help="can0, vcan0 or ws://127.0.0.1:PORT: a bus with any master and any drives.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Output folder: the recording, and the log as bus.log.")],
     *,
     map_: Annotated[
-        Path | None, typer.Option("--map", metavar="MAP.yaml", help="Which object is what (docs/import.md).")
+        Path | None, typer.Option("--map", metavar="MAP.yaml", help="Defines which object is which column (docs/import.md).")
     ] = None,
     eds: Annotated[
         Path | None, typer.Option(metavar="FILE", help="EDS or DCF of the drives; without a map, 6064h and 6077h are recorded.")
     ] = None,
     node: Annotated[
-        list[int] | None, typer.Option(metavar="ID", min=1, max=127, help="With --eds alone: a node-ID; may be given again.")
+        list[int] | None, typer.Option(metavar="ID", min=1, max=127, help="With --eds alone: a node-ID; repeatable.")
     ] = None,
     seconds: Annotated[
-        float | None, typer.Option(metavar="S", min=0.0, help="Ends by itself then; else Ctrl-C ends it.")
+        float | None, typer.Option(metavar="S", min=0.0, help="Stop after this time; default: until Ctrl-C.")
     ] = None,
     lockstep: Annotated[
-        bool, typer.Option("--lockstep", help="A SYNC is one cycle, whenever it comes: drives of `emulate --clock sync`.")
+        bool, typer.Option("--lockstep", help="Each SYNC is one cycle, whenever it comes: drives of `emulate --clock sync`.")
     ] = False,
     mcap: Annotated[
         bool, typer.Option("--mcap", help="Also write recording.mcap, for Foxglove and Rerun (needs the extra `mcap`).")
     ] = False,
     no_ask: Annotated[
-        bool, typer.Option("--no-ask", help="Send nothing: scales and mapping are those of the log, map and DCF.")
+        bool, typer.Option("--no-ask", help="Send nothing: take scales and mapping from log, map and DCF.")
     ] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -62,9 +62,9 @@ def record_command(
 
     Example: drivetwin record --bus can0 --map drives.yaml --seconds 60 --out out/monday
 
-    At the start each drive is asked by SDO for encoder (608Fh), gear (6091h), feed (6092h), rated torque (6076h) and what its
-    PDOs carry, and at no time while a master asks it. Nothing else is sent. What a master sets later is taken from the log.
-    A default of an EDS that neither confirms is no scale.
+    At the start it reads from each drive, by SDO, encoder (608Fh), gear (6091h), feed (6092h), rated torque (6076h) and the PDO
+    mapping, but never while a master uses the drive's SDO channel. It sends nothing else. If a master changes one of these
+    later, the log has the new value. A default in an EDS that neither confirms is not used as a scale.
     """
     import_map = _map(map_, eds, node, lockstep)
     if mcap:
@@ -81,8 +81,8 @@ def record_command(
                 with Listener(joined, log, str(import_map.bus.channel or "can0")) as listener:
                     for axis, entry in import_map.axes.items():
                         if not no_ask and not listener.ask_scales(entry.node or 0, ended.is_set):
-                            said = f"{axis}: node {entry.node} does not answer by SDO, or its master asks it all the time"
-                            console.print(f"{said}: its scales are those of log and map", highlight=False)
+                            said = f"{axis}: node {entry.node} does not answer by SDO, or its master is always using SDO"
+                            console.print(f"{said}: its scales are taken from log and map", highlight=False)
                     console.print("recording; Ctrl-C ends it" if seconds is None else f"recording for {seconds:g} s")
                     listener.listen(seconds, ended.is_set)
             finally:
@@ -99,13 +99,13 @@ def _map(path: Path | None, eds: Path | None, nodes: list[int] | None, lockstep:
     """The user's, or one of the standard's objects of some nodes. Raises UserError where neither is told."""
     if path is not None:
         if nodes:
-            raise UserError("--node is for --eds without a map; the map says the nodes")
+            raise UserError("--node is for --eds without a map; the map names the nodes")
         told = read_map(path)
     elif eds is not None and nodes:
         axes = {f"node_{number}": AxisMap(node=number, columns=_columns()) for number in nodes}
         told = ImportMap(machine="recorded", axes=axes)
     else:
-        raise UserError("what the objects are is not told: give --map MAP.yaml, or --eds FILE and --node ID of each drive")
+        raise UserError("nothing says which objects to record: give --map MAP.yaml, or --eds FILE and --node ID of each drive")
     changes = {"eds": eds.absolute()} if eds is not None else {}
     layout = BusLayout.model_validate(told.bus.model_dump() | changes | ({"grid": "count"} if lockstep else {}))
     for axis, entry in told.axes.items():

@@ -70,6 +70,8 @@ def replay_command(
         with new_directory(out) as staged:
             write_replay(found, _picture(model, read), list(dict.fromkeys(files)), staged, html=not no_html)
     console.print(_table(found))
+    if any(len(each.moving) < len(each.axes) for each in found):
+        console.print("Axes at rest in a recording are not shown; replay.json contains them.", highlight=False)
     written = [*([] if no_html else ["replay.html"]), "replay.json"]
     console.print("  ".join(str(out / name) for name in written), highlight=False, soft_wrap=True)
     if json_:
@@ -84,7 +86,7 @@ def _picture(model: Path, recordings: Sequence[Recording]) -> str:
 def _table(found: Sequence[Comparison]) -> Table:
     table = Table("recording", "axis", "run", *(name.replace("_", " ") for name in SIGNALS))
     for each in found:
-        for name, axis in each.axes.items():
+        for name, axis in each.moving.items():
             for run in axis.runs:
                 cells = (relative(axis, run, signal).replace(DASH, "-") for signal in SIGNALS)
                 table.add_row(each.recording, name, NAMES[run], *cells)

@@ -6,27 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import deflection, replayed
-from drivetwin.emulator.effects.base import (
-    DAMPING,
-    JOINT_ENCODER,
-    POSITION,
-    STIFFNESS,
-    Exciting,
-    Look,
-    Need,
-    Parameter,
-    ReplayedEffect,
-    Start,
-)
+from drivetwin.emulator.effects.base import DAMPING, POSITION, STIFFNESS, Exciting, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.seen_deflection import play_seen
 from drivetwin.emulator.effects.springs import damped, springs, too_soft
+from drivetwin.emulator.effects.transmission_effect import TransmissionEffect
 from drivetwin.emulator.effects.waves import travel
 
 _FLANKS = (15.0, 45.0)
@@ -41,7 +28,7 @@ LARGEST_GAP = (0.02, 0.2)
 
 
 @dataclass(frozen=True)
-class Backlash(ReplayedEffect):
+class Backlash(TransmissionEffect):
     """Torque = 0 while |m - q| < gap / 2, else stiffness (|m - q| - gap / 2) sgn(m - q) + damping (m' - q'), which never pulls.
 
     m, q and the sides of armature and friction as with `elasticity`, whose compliance adds. `gap` is the whole lost motion.
@@ -49,12 +36,10 @@ class Backlash(ReplayedEffect):
     """
 
     name: ClassVar[str] = "backlash"
-    family: ClassVar[str] = "transmission"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.REVERSALS})
     scales: ClassVar[bool] = False
     shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SMALL_REVERSALS, Exciting.SWEEP})
     by_motion: ClassVar[str] = "slow reversals with a light load, at several positions"
-    by_sensor: ClassVar[str] = JOINT_ENCODER
     looks: ClassVar[frozenset[Look]] = frozenset({Look.PLAY})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("gap", POSITION, low=0.0),
@@ -65,15 +50,6 @@ class Backlash(ReplayedEffect):
     gap: float
     stiffness: float
     damping: float = 0.0
-
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
-        return self._on(axis)
-
-    def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return replayed(motion, self._on(axis))
-
-    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return deflection(motion, self._on(axis)) - deflection(motion, axis)
 
     def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """A gear has minutes of arc of play, a hobby servo a degree or two: what has ten times that is no drive train."""
@@ -116,6 +92,6 @@ class Backlash(ReplayedEffect):
 
         return Start((cls(gap, *flank),), compose)
 
-    def _on(self, axis: AxisDynamics) -> AxisDynamics:
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
         meshing = axis.transmission.in_series(self.stiffness, self.damping)
         return replace(axis, transmission=replace(meshing, gap=self.gap))

@@ -7,30 +7,18 @@ from dataclasses import dataclass, replace
 from math import sqrt
 from typing import ClassVar
 
-import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import deflection, replayed
-from drivetwin.emulator.effects.base import (
-    DAMPING,
-    JOINT_ENCODER,
-    STIFFNESS,
-    Exciting,
-    Look,
-    Need,
-    Parameter,
-    ReplayedEffect,
-    Start,
-)
+from drivetwin.emulator.effects.base import DAMPING, STIFFNESS, Exciting, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.seen_deflection import stiffness_seen
 from drivetwin.emulator.effects.springs import damped, springs, too_soft
+from drivetwin.emulator.effects.transmission_effect import TransmissionEffect
 
 
 @dataclass(frozen=True)
-class Elasticity(ReplayedEffect):
+class Elasticity(TransmissionEffect):
     """Torque = stiffness (m - q) + damping (m' - q'), m the motor's angle by the gear ratio, q the joint's.
 
     The joint's armature is the motor's side of the spring, its friction stays on the joint's. Spong, ASME J. Dyn. Sys. Meas.
@@ -38,12 +26,10 @@ class Elasticity(ReplayedEffect):
     """
 
     name: ClassVar[str] = "elasticity"
-    family: ClassVar[str] = "transmission"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
     scales: ClassVar[bool] = False
     shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SWEEP})
     by_motion: ClassVar[str] = "a sweep of small sines through the resonance"
-    by_sensor: ClassVar[str] = JOINT_ENCODER
     looks: ClassVar[frozenset[Look]] = frozenset({Look.PLAY})
     rings: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (
@@ -53,15 +39,6 @@ class Elasticity(ReplayedEffect):
 
     stiffness: float
     damping: float = 0.0
-
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
-        return self._on(axis)
-
-    def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return replayed(motion, self._on(axis))
-
-    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return deflection(motion, self._on(axis)) - deflection(motion, axis)
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         return too_soft(motion, self.stiffness)
@@ -89,5 +66,5 @@ class Elasticity(ReplayedEffect):
 
         return Start((cls(*spring),), compose)
 
-    def _on(self, axis: AxisDynamics) -> AxisDynamics:
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, transmission=axis.transmission.in_series(self.stiffness, self.damping))

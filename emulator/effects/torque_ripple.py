@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import log, pi, sqrt
+from math import pi, sqrt
 from typing import ClassVar
 
 import mujoco
@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion, Ripple
-from drivetwin.emulator.effects.base import ANGLE, NUMBER, TORQUE, Exciting, Look, Need, Parameter, Start, StaticEffect
+from drivetwin.emulator.effects.base import ANGLE, NUMBER, TORQUE, Exciting, Parameter, Start, StaticEffect
 from drivetwin.emulator.effects.ground import Ground
-from drivetwin.emulator.effects.waves import FRACTIONAL, amplitude_and_phase, orders, turns_apart, unexplained
+from drivetwin.emulator.effects.motor_wave import MotorWave
+from drivetwin.emulator.effects.waves import amplitude_and_phase, orders, unexplained
 
 
 @dataclass(frozen=True)
-class TorqueRipple(StaticEffect):
+class TorqueRipple(MotorWave, StaticEffect):
     """Shaft torque = reported torque + amplitude sin(order * motor angle + phase), motor angle = gear ratio * joint position.
 
     `order` is in waves a motor turn: the least common multiple of slots and poles, or once a turn. Amplitude on the joint side.
@@ -27,42 +28,21 @@ class TorqueRipple(StaticEffect):
 
     name: ClassVar[str] = "torque_ripple"
     family: ClassVar[str] = "motor and drive"
-    needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION})
     several: ClassVar[bool] = True
     shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SLOW_STROKES, Exciting.WHOLE_TRAVEL})
     by_motion: ClassVar[str] = "very slow constant velocities over some motor turns"
     by_sensor: ClassVar[str] = "a torque sensor on the joint"
-    looks: ClassVar[frozenset[Look]] = frozenset({Look.WAVE})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude", TORQUE, low=0.0),
         Parameter("order", NUMBER, low=0.5),
         Parameter("phase", ANGLE),
     )
 
-    amplitude: float
-    order: float
-    phase: float = 0.0
-
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, ripples=(*axis.ripples, Ripple(self.amplitude, self.order, self.phase)))
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return -self.amplitude * np.sin(self.order * axis.gear_ratio * motion.position + self.phase)
-
-    def natural(self, axis: AxisDynamics) -> TorqueRipple | None:
-        """Slots, poles and teeth come in whole numbers a turn."""
-        whole = max(1.0, float(round(self.order)))
-        return replace(self, order=whole) if whole != self.order else None
-
-    def fixed(self, axis: AxisDynamics) -> frozenset[str]:
-        return frozenset({"order"}) if self.order == round(self.order) else frozenset()
-
-    def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
-        """An order that is no whole number needs a gear ratio that is not the recording's."""
-        return 0.0 if self.order == round(self.order) else log(FRACTIONAL)
-
-    def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
-        return super().sizes(motion, axis) | {"order": turns_apart(motion, axis), "phase": 1.0}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:

@@ -4,29 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import log, pi, sqrt
+from math import pi, sqrt
 from typing import ClassVar
 
-import mujoco
-import numpy as np
-from numpy.typing import NDArray
-
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import deflection, replayed
-from drivetwin.emulator.effects.base import (
-    ANGLE,
-    JOINT_ENCODER,
-    NUMBER,
-    POSITION,
-    Exciting,
-    Look,
-    Need,
-    Parameter,
-    ReplayedEffect,
-    Start,
-)
+from drivetwin.emulator.effects.base import ANGLE, NUMBER, POSITION, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
-from drivetwin.emulator.effects.waves import FRACTIONAL, amplitude_and_phase, orders, turns_apart, unexplained
+from drivetwin.emulator.effects.motor_wave import MotorWave
+from drivetwin.emulator.effects.transmission_effect import TransmissionEffect
+from drivetwin.emulator.effects.waves import amplitude_and_phase, orders, unexplained
 
 _SMALL = 0.02
 _MOST = 0.9
@@ -34,7 +20,7 @@ _MOST = 0.9
 
 
 @dataclass(frozen=True)
-class TransmissionError(ReplayedEffect):
+class TransmissionError(MotorWave, TransmissionEffect):
     """q = motor angle / gear ratio + amplitude sin(order * motor angle + phase); rigid, or behind `elasticity`.
 
     `order` is in waves a motor turn, 2 for a strain wave gear, whose error goes with where its wave generator stands: Tuttle
@@ -43,45 +29,14 @@ class TransmissionError(ReplayedEffect):
     """
 
     name: ClassVar[str] = "transmission_error"
-    family: ClassVar[str] = "transmission"
-    needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION})
-    shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.WHOLE_TRAVEL})
     by_motion: ClassVar[str] = "constant velocities whose waves pass at several frequencies, with and without acceleration"
-    by_sensor: ClassVar[str] = JOINT_ENCODER
-    looks: ClassVar[frozenset[Look]] = frozenset({Look.WAVE})
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude", POSITION, low=0.0),
         Parameter("order", NUMBER, low=0.5),
         Parameter("phase", ANGLE),
     )
 
-    amplitude: float
     order: float = 2.0
-    phase: float = 0.0
-
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
-        return self._on(axis)
-
-    def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return replayed(motion, self._on(axis))
-
-    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return deflection(motion, self._on(axis)) - deflection(motion, axis)
-
-    def natural(self, axis: AxisDynamics) -> TransmissionError | None:
-        """Slots, poles and teeth come in whole numbers a turn."""
-        whole = max(1.0, float(round(self.order)))
-        return replace(self, order=whole) if whole != self.order else None
-
-    def fixed(self, axis: AxisDynamics) -> frozenset[str]:
-        return frozenset({"order"}) if self.order == round(self.order) else frozenset()
-
-    def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
-        """An order that is no whole number needs a gear ratio that is not the recording's."""
-        return 0.0 if self.order == round(self.order) else log(FRACTIONAL)
-
-    def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
-        return super().sizes(motion, axis) | {"order": turns_apart(motion, axis), "phase": 1.0}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
@@ -106,6 +61,6 @@ class TransmissionError(ReplayedEffect):
 
         return Start((cls(small, order), cls(small, order, 0.5 * pi)), compose)
 
-    def _on(self, axis: AxisDynamics) -> AxisDynamics:
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
         error = {"error_amplitude": self.amplitude, "error_order": self.order, "error_phase": self.phase}
         return replace(axis, transmission=replace(axis.transmission, **error))

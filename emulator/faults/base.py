@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
-from drivetwin.emulator.faults.parameter import ALL, Parameter
+from drivetwin.emulator.faults.parameter import ALL, NODE, Parameter
 from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.foundation.errors import UserError
 
@@ -19,7 +19,7 @@ class Fault(ABC):
     """
 
     name: ClassVar[str]
-    parameters: ClassVar[tuple[Parameter, ...]]
+    parameters: ClassVar[tuple[Parameter, ...]] = (NODE,)
 
     node: int | str
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from drivetwin.emulator.faults.base import LastingFault
-from drivetwin.emulator.faults.parameter import NODE, Parameter
 from drivetwin.emulator.virtual_machine import VirtualMachine
 
 
@@ -15,7 +14,6 @@ class BusOff(LastingFault):
     """A drive is off the bus and reacts as its 1029h and 6007h say; when it is back it tells EMCY 8140h."""
 
     name: ClassVar[str] = "bus_off"
-    parameters: ClassVar[tuple[Parameter, ...]] = (NODE,)
 
     def befall(self, virtual: VirtualMachine, axis: int) -> None:
         virtual.wires[axis].bus_off()

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from drivetwin.emulator.faults.base import LastingFault
-from drivetwin.emulator.faults.parameter import NODE, Parameter
 from drivetwin.emulator.virtual_machine import VirtualMachine
 
 
@@ -15,7 +14,6 @@ class EncoderLoss(LastingFault):
     """The count stands still; an enabled drive coasts in a fault with EMCY 7305h."""
 
     name: ClassVar[str] = "encoder_loss"
-    parameters: ClassVar[tuple[Parameter, ...]] = (NODE,)
 
     def befall(self, virtual: VirtualMachine, axis: int) -> None:
         virtual.drives[axis].hardware.encoder_alive = False

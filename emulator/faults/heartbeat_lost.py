@@ -8,7 +8,6 @@ from typing import ClassVar
 from drivetwin.emulator.canopen.heartbeat import BASE_COB_ID
 from drivetwin.emulator.faults.base import LastingFault
 from drivetwin.emulator.faults.frames_lost import Lost
-from drivetwin.emulator.faults.parameter import NODE, Parameter
 from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.emulator.wire.choice import EveryNth
 from drivetwin.emulator.wire.frames import Direction, Selective
@@ -19,7 +18,6 @@ class HeartbeatLost(LastingFault):
     """Heartbeats of a drive stay away, and with them what has the same COB-ID: answers to node guarding, boot-up."""
 
     name: ClassVar[str] = "heartbeat_lost"
-    parameters: ClassVar[tuple[Parameter, ...]] = (NODE,)
 
     def befall(self, virtual: VirtualMachine, axis: int) -> None:
         wire = virtual.wires[axis]

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from drivetwin.emulator.faults.base import LastingFault
-from drivetwin.emulator.faults.parameter import NODE, Parameter
 from drivetwin.emulator.virtual_machine import VirtualMachine
 
 TIMES_PEAK = 10.0
@@ -18,7 +17,6 @@ class Jam(LastingFault):
     """An axis stops dead and stays: friction of ten times what its motor can give at its peak."""
 
     name: ClassVar[str] = "jam"
-    parameters: ClassVar[tuple[Parameter, ...]] = (NODE,)
 
     def befall(self, virtual: VirtualMachine, axis: int) -> None:
         driven = list(virtual.machine.axes.values())[axis]

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from drivetwin.emulator.faults.base import Fault
-from drivetwin.emulator.faults.parameter import NODE, Parameter
 from drivetwin.emulator.virtual_machine import VirtualMachine
 
 
@@ -15,7 +14,6 @@ class NodeDies(Fault):
     """A drive is dead: no torque, its brake engaged, nothing on the bus; only a power cycle brings it back."""
 
     name: ClassVar[str] = "node_dies"
-    parameters: ClassVar[tuple[Parameter, ...]] = (NODE,)
 
     def befall(self, virtual: VirtualMachine, axis: int) -> None:
         virtual.switch_off(axis)

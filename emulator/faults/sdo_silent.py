@@ -8,7 +8,6 @@ from typing import ClassVar
 from drivetwin.emulator.canopen.sdo_server import REQUEST_COB_ID
 from drivetwin.emulator.faults.base import LastingFault
 from drivetwin.emulator.faults.frames_lost import Lost
-from drivetwin.emulator.faults.parameter import NODE, Parameter
 from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.emulator.wire.choice import EveryNth
 from drivetwin.emulator.wire.frames import Direction, Selective
@@ -19,7 +18,6 @@ class SdoSilent(LastingFault):
     """A drive's SDO server neither acts nor answers; NMT, PDO and heartbeat go on."""
 
     name: ClassVar[str] = "sdo_silent"
-    parameters: ClassVar[tuple[Parameter, ...]] = (NODE,)
 
     def befall(self, virtual: VirtualMachine, axis: int) -> None:
         wire = virtual.wires[axis]

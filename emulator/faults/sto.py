@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from drivetwin.emulator.faults.base import LastingFault
-from drivetwin.emulator.faults.parameter import NODE, Parameter
 from drivetwin.emulator.virtual_machine import VirtualMachine
 
 
@@ -15,7 +14,6 @@ class Sto(LastingFault):
     """Safe torque off is requested: an enabled drive coasts in a fault with EMCY 5441h, and no reset helps while it lasts."""
 
     name: ClassVar[str] = "sto"
-    parameters: ClassVar[tuple[Parameter, ...]] = (NODE,)
 
     def befall(self, virtual: VirtualMachine, axis: int) -> None:
         virtual.drives[axis].hardware.sto = True

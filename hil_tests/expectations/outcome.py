@@ -30,7 +30,7 @@ class Outcome(Expectation):
             raise UserError(f"there are {len(self.expected)}, and starts: {starts}; say one, or one for each start")
         for word in (word for expected in self.expected for word in _words(expected)):
             if word not in SOUND:
-                raise UserError(f"{word!r} is no way to end; there are {', '.join(SOUND)}, and several with `or` between")
+                raise UserError(f"{word!r} is not an outcome; there are {', '.join(SOUND)}, and several with `or` between")
 
     def judge(self, evidence: Evidence) -> Finding:
         finding, all_ran = MET, evidence.bus_lost is None

@@ -33,7 +33,7 @@ def expectation_kind(given: object) -> type[Expectation]:
     name, _told = _parts(given)
     kind = library().get(name)
     if kind is None:
-        raise UserError(f"expect: {name!r} is no expectation; there are {', '.join(sorted(library()))}")
+        raise UserError(f"expect: {name!r} is not an expectation; there are {', '.join(sorted(library()))}")
     return kind
 
 

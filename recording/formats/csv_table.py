@@ -82,7 +82,7 @@ class _Cells:
                 found.append(datetime.fromisoformat(cell.replace(",", ".")))
             except ValueError:
                 raise UserError(
-                    f"{self.file}: column {self.name!r} row {row}: {cell!r} is no ISO date and time "
+                    f"{self.file}: column {self.name!r} row {row}: {cell!r} is not an ISO date and time "
                     "(2026-11-23T08:15:00.001); correct it, or give another unit of time in the map"
                 ) from None
         return found

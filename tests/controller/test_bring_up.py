@@ -121,7 +121,7 @@ def test_an_answer_of_a_wrong_length_is_trouble_of_that_node(monkeypatch: pytest
     """As a bus with wrong bits makes it: three bytes for a statusword."""
     bench = VirtualBench("scara")
     monkeypatch.setattr(SdoClient, "upload", lambda *_: bytes(3))
-    with pytest.raises(TroubleError, match=r"axis rotate \(node 2\): reading 6041h: the answer is no value of it") as trouble:
+    with pytest.raises(TroubleError, match=r"axis rotate \(node 2\): reading 6041h: the answer does not fit it") as trouble:
         bench.drives[1].read(0x6041)
     assert trouble.value.node == 2
 
@@ -150,7 +150,7 @@ def as_device(index: int, value: int) -> Callable[[VirtualBench], None]:
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        (as_device(0x1000, 0x00030191), r"is no servo drive: device type 1000h is 00030191h"),
+        (as_device(0x1000, 0x00030191), r"is not a servo drive: device type 1000h is 00030191h"),
         (as_device(0x6502, 0x4), r"does not support mode 7 \(6502h is 00000004h\); choose the --profile"),
     ],
 )

@@ -44,7 +44,7 @@ def test_a_good_file(tmp_path: Path) -> None:
         ("axes: {slide: {travel: [-0.1, 0.1], speed: 0.1, torque: -50}}", "axes.slide.torque: .*greater than 0"),
         (
             "axes: {slide: {travel: [-0.1, 0.1], speed: 0.1, torque: 50, colour: red}}",
-            "slide.colour: is no key here; there are acceleration, jerk, speed, torque, travel",
+            "slide.colour: is not a known key; there are acceleration, jerk, speed, torque, travel",
         ),
         ("axes: {lift: {travel: [-0.1, 0.1], speed: 0.1, torque: 50}}", "axes: limits of lift, and the machine has slide"),
         ("- 1", "is not a mapping of keys"),

@@ -10,47 +10,20 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from gap_bench import PERIOD, swinging, time_of
 from in_process import Command
 from processes import Ended
+from turntable import MODEL, turntable
 
 from drivetwin.cli.diagnose import FailOn
 from drivetwin.cli.many_values import repeated
 from drivetwin.diagnosis.report.schema import read_report
 from drivetwin.emulator.effects import read_effects
-from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
-from drivetwin.recording.writer import write_recording
-
-MODEL = """
-<mujoco model="table">
-  <option gravity="0 0 0"/>
-  <worldbody><body name="table">
-    <joint name="rotate" type="hinge" axis="0 0 1" armature="0.2" frictionloss="0.5" damping="0.1"/>
-    <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>
-  </body></worldbody>
-  <actuator><motor name="rotate" joint="rotate"/></actuator>
-</mujoco>
-"""
-
-
-def record(folder: Path, seconds: float, frequency: float, seed: int) -> None:
-    """A table whose Coulomb friction is 0.8 N·m where the model says 0.5; all else is as the model has it."""
-    position, velocity, acceleration = swinging(time_of(seconds), frequency=frequency)
-    noise = 0.01 * np.random.default_rng(seed).standard_normal(len(position))
-    torque = 0.3 * acceleration + 0.1 * velocity + 0.8 * np.sign(velocity) + noise
-    axis = AxisInfo(joint="rotate", actuator="rotate", position_resolution=1e-7, torque_resolution=1e-3)
-    info = RecordingInfo(machine="table", sample_period=PERIOD, axes={"rotate": axis})
-    columns = {"rotate": {"torque": torque, "position": position}}
-    write_recording(Recording(folder.name, info, time_of(seconds), columns), folder)
 
 
 @pytest.fixture
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "model.xml").write_text(MODEL)
-    record(tmp_path / "fitted", 20.0, 0.25, 1)
-    record(tmp_path / "one", 8.0, 0.4, 2)
-    record(tmp_path / "two", 8.0, 0.33, 3)
+    turntable(tmp_path)
     return tmp_path
 
 

@@ -1,194 +1,24 @@
-"""The report as a parser of HTML sees it, and the arrays behind its pictures against plain numpy."""
+"""The report as a parser of HTML sees it."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, replace
 from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import signal
+from report_case import CASE, ONE_WAY, RIPPLE, SHARES, SLOW, slowly
 
 from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.report import page_shares
 from drivetwin.diagnosis.report.page import write_report_page
-from drivetwin.diagnosis.report.result import (
-    Array,
-    AxisGap,
-    AxisPrediction,
-    Cause,
-    Diagnosis,
-    Estimate,
-    FrequencyResponse,
-    NoResponse,
-    Pattern,
-    Prediction,
-    Regime,
-    Share,
-    Shrink,
-    Unknown,
-    Verdict,
-)
-from drivetwin.diagnosis.report.view import drawn, gap_map, mean_over, spectra_of, trace_of, worst_window
+from drivetwin.diagnosis.report.result import Diagnosis, FrequencyResponse, NoResponse, Share, Verdict
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.emulator.effects import PlacedEffect, library
 from drivetwin.identification.frequency.resonances import Resonances
 
-PERIOD, CUTOFF, STANDSTILL, NOISE = 1e-3, 48.0, 0.002, 0.02
 INPUTS = {"model.xml": "ab" * 32, "rec/<sweep>/signals.parquet": "cd" * 32}
-
-
-def time_of(seconds: float) -> Array:
-    """Sample times [s] at 1 kHz."""
-    return np.arange(round(seconds / PERIOD), dtype=np.float64) * PERIOD
-
-
-def coloured_noise(count: int, rms: float, seed: int = 0) -> Array:
-    """White noise through the filter that torque and prediction go through, of this expected rms."""
-    sections = signal.butter(4, CUTOFF, fs=1.0 / PERIOD, output="sos")
-    _, response = signal.sosfreqz(sections, 8192)
-    noise = signal.sosfiltfilt(sections, np.random.default_rng(seed).standard_normal(count + 2000))[1000:-1000]
-    return np.asarray(rms * noise / np.sqrt(np.mean(np.abs(response) ** 4)), dtype=np.float64)
-
-
-def swinging(time: Array) -> tuple[Array, Array, Array]:
-    """Position, velocity, acceleration of two swings at once, so that every place sees many speeds."""
-    angle = 0.5 * np.pi * time
-    position = 0.35 * np.sin(angle) + 0.65 * np.sin(0.31 * angle + 1.0)
-    velocity = np.gradient(position, PERIOD)
-    return position, velocity, np.gradient(velocity, PERIOD)
-
-
-def axis_of(time: Array, gap: Array, after: Array | None = None) -> AxisPrediction:
-    """An axis that swings, measured with `gap` more than simulated; `after` is what the patch leaves."""
-    position, velocity, acceleration = swinging(time)
-    before = 2.0 * acceleration + np.sign(velocity) + 0.3 * velocity
-    measured = before + gap
-    used = np.abs(velocity) > STANDSTILL
-    used[:30] = used[-30:] = False
-    patched = measured - (np.zeros_like(gap) if after is None else after)
-    return AxisPrediction(before, patched, measured, used, position, velocity, acceleration)
-
-
-def recording_of(time: Array, gap: Array, name: str = "swing") -> Prediction:
-    """A validation recording of one axis, rotate."""
-    return Prediction(name, time, {"rotate": axis_of(time, gap)})
-
-
-def slowly(run: Prediction, every: int) -> Prediction:
-    """The same recorded at a lower rate."""
-    parts = {
-        axis: AxisPrediction(**{one.name: getattr(found, one.name)[::every] for one in fields(found)})
-        for axis, found in run.axes.items()
-    }
-    return Prediction(run.recording, run.time[::every], parts)
-
-
-def placed(name: str, axis: str = "rotate", **parameters: float) -> PlacedEffect:
-    return PlacedEffect(axis, library()[name](**parameters), dict.fromkeys(parameters, "1"))
-
-
-def estimates(**values: tuple[float, str]) -> dict[str, Estimate]:
-    """Parameters whose 90 % interval is a tenth to either side."""
-    return {name: Estimate(value, unit, (0.9 * value, 1.1 * value)) for name, (value, unit) in values.items()}
-
-
-STRIBECK = placed("stribeck", static_torque=1.3, stribeck_velocity=0.05, exponent=1.0)
-RIPPLE = placed("torque_ripple", amplitude=0.11, order=24.0, phase=0.4)
-SLOW = "slow constant-velocity strokes, below a tenth of the top speed"
-CAUSES = (
-    Cause(
-        "stribeck", "rotate", 0.97, 0.62,
-        estimates(static_torque=(1.3, "N·m"), stribeck_velocity=(0.05, "rad/s"), exponent=(1.0, "1")),
-        Shrink(0.63, (0.58, 0.67), 0.66), ("presliding",), SLOW, "an encoder on the joint",
-    ),
-    Cause(
-        "torque_ripple", "rotate", 0.99, 0.18,
-        estimates(amplitude=(0.11, "N·m"), order=(24.0, "1"), phase=(0.4, "rad")),
-        Shrink(0.18, (0.15, 0.2), 0.19),
-    ),
-    Cause("unknown", "rotate", 0.93, 0.09, {}, None),
-    Cause(
-        "spring", "rotate", 0.66, 0.07, estimates(stiffness=(0.31, "N·m/rad"), rest=(0.1, "rad")),
-        Shrink(0.07, (0.03, 0.1), None),
-    ),
-    Cause("presliding", "rotate", 0.06, 0.05, {}, None),
-    Cause("delay", "rotate", 0.03, 0.01, {}, None),
-)  # fmt: skip
-SHARES = (
-    Share("stribeck", 0.62, (0.58, 0.66)),
-    Share("torque_ripple", 0.18, (0.15, 0.2)),
-    Share("spring", 0.07, (0.04, 0.09)),
-    Share("unknown", 0.09, (0.05, 0.12)),
-    Share("noise", 0.04, (0.03, 0.05)),
-)
-ONE_WAY = ("motion in one direction only", "the same strokes in the other direction")
-NOT_TESTABLE = (
-    NotTestable("coulomb_asymmetry", *ONE_WAY),
-    NotTestable("temperature_drift", "too short", "`start_time` in recording.json, or longer"),
-    NotTestable("viscous_asymmetry", *ONE_WAY),
-)
-
-
-def gap_of(gap_rms: float, significant: bool) -> AxisGap:
-    """An axis with all that a gap can have, or one with none of it."""
-    regimes = {
-        "reversal": (0.1, {"time": (-0.05, 0.05)}),
-        "presliding": (0.03, {"displacement": (0.0, 0.017)}),
-        "acceleration": (0.06, {"acceleration": (0.54, 1.3)}),
-        "low_speed": (0.71, {"velocity": (-0.19, 0.19)}),
-        "high_speed": (0.1, {"speed": (0.19, 0.77)}),
-    }
-    where = tuple(Regime(name, share, bounds) for name, (share, bounds) in regimes.items())
-    return AxisGap(
-        cutoff_hz=CUTOFF,
-        standstill_velocity=STANDSTILL,
-        torque_rms=1.31,
-        gap_rms=gap_rms,
-        noise_rms=NOISE,
-        noise_found_by="spectrum of the torque above 3 cut-offs",
-        model_error_rms=0.016,
-        standstill_rms=0.1,
-        significant=significant,
-        test="gap against noise, in blocks of a second",
-        p_value=1e-30 if significant else 0.41,
-        shares=SHARES if significant else (Share("unknown", 0.02, (0.0, 0.1)), Share("noise", 0.98, (0.9, 1.0))),
-        where=where,
-        where_after=(replace(where[0], share=0.8), replace(where[3], share=0.2)) if significant else (),
-        patterns=(Pattern("position", 0.18, "period 15 deg"),) if significant else (),
-        unknown=Unknown(0.09, ("position", "cross_axis"), 0.21) if significant else Unknown(0.02, (), 0.0),
-        not_testable=NOT_TESTABLE if significant else (),
-    )
-
-
-def two_axes(seconds: float = 20.0) -> Diagnosis:
-    """`rotate` has a gap of three effects, something unknown and noise; `stretch` has noise."""
-    time = time_of(seconds)
-    position, velocity, _ = swinging(time)
-    noise = coloured_noise(len(time), NOISE, 1)
-    unknown = np.where(position > 0.6, 0.12 * np.sin(30.0 * position), 0.0)
-    found = 0.5 * np.exp(-np.abs(velocity) / 0.12) * np.sign(velocity) + 0.11 * np.sin(24.0 * position) + 0.05 * position
-    axes = {"rotate": axis_of(time, found + unknown + noise, unknown + noise), "stretch": axis_of(time, noise, noise)}
-    rms = {name: float(np.sqrt(np.mean((one.measured - one.before)[one.used] ** 2))) for name, one in axes.items()}
-    after = {name: float(np.sqrt(np.mean((one.measured - one.after)[one.used] ** 2))) for name, one in axes.items()}
-    return Diagnosis(
-        verdict=Verdict.PARTLY_EXPLAINED,
-        settings=Settings(),
-        axes={"rotate": gap_of(rms["rotate"], True), "stretch": gap_of(rms["stretch"], False)},
-        causes=CAUSES,
-        selected=(STRIBECK, RIPPLE, placed("spring", stiffness=0.31, rest=0.1)),
-        after_rms=after,
-        predictions=(Prediction("sweep", time, axes),),
-        model_xml="<mujoco/>",
-        held_back=False,
-        units={"rotate": "N·m", "stretch": "N"},
-        notes=("the friction of the model was 3 % low",),
-    )
-
-
-CASE = two_axes()
 
 
 class Page(HTMLParser):
@@ -377,87 +207,6 @@ def test_an_axis_that_never_moves_is_said(tmp_path: Path) -> None:
     assert found.row("stretch", "48 Hz")[2] == "never moves"
     assert found.row("coulomb")[1:] == list(ONE_WAY)
     assert "inf" not in re.findall(r"\w+", found.text)
-
-
-def test_the_worst_window_is_where_the_gap_was_put() -> None:
-    time = time_of(60.0)
-    gap = np.where((time > 31.0) & (time < 33.0), 1.0, 0.1)
-    low, high = worst_window(trace_of([recording_of(time, gap)], "rotate", CUTOFF), 4.0)
-    assert low < 31.05
-    assert high > 32.95
-    assert high - low == pytest.approx(4.0, abs=0.02)
-
-
-def test_recordings_stand_one_after_the_other_with_a_break() -> None:
-    runs = [recording_of(time_of(5.0), np.zeros(5000), name) for name in "ab"]
-    trace = trace_of(runs, "rotate", CUTOFF)
-    assert trace.starts == pytest.approx((0.0, 5.0))
-    assert np.isnan(trace.time).sum() == 1
-    assert np.nanmax(trace.time) == pytest.approx(10.0, abs=0.01)
-
-
-def test_a_long_recording_is_thinned_but_not_where_it_is_looked_at_first() -> None:
-    time = time_of(500.0)
-    run = recording_of(time, np.zeros_like(time))
-    trace = trace_of([run, run], "rotate", CUTOFF)
-    assert 1.0 / np.nanmedian(np.diff(trace.time)) >= 4.0 * CUTOFF
-    points = drawn(trace, (100.0, 104.0))
-    assert len(points) < 45_000 < len(trace.time)
-    shown = trace.time[points]
-    assert np.isnan(shown).sum() == 1, "two recordings are not joined by a line"
-    inside = (trace.time >= 97.0) & (trace.time <= 107.0)
-    assert np.array_equal(shown[(shown >= 97.0) & (shown <= 107.0)], trace.time[inside])
-
-
-def test_the_map_s_cells_are_rms_of_what_is_in_them() -> None:
-    time = time_of(60.0)
-    position = swinging(time)[0]
-    trace = trace_of([recording_of(time, 0.3 * position)], "rotate", CUTOFF)
-    found = gap_map(trace)
-    row, column = np.unravel_index(np.nanargmax(found.before), found.before.shape)
-    inside = (
-        trace.used
-        & (trace.position >= found.position[column])
-        & (trace.position < found.position[column + 1])
-        & (trace.velocity >= found.velocity[row])
-        & (trace.velocity < found.velocity[row + 1])
-    )
-    assert found.before[row, column] == pytest.approx(np.sqrt(np.mean((0.3 * trace.position[inside]) ** 2)), rel=1e-6)
-    assert np.nanmax(found.after) == pytest.approx(0.0, abs=1e-12)
-
-
-def test_the_spectrum_of_noise_lies_on_the_noise_s_own() -> None:
-    time = time_of(200.0)
-    noise = coloured_noise(len(time), 0.05)
-    found = spectra_of([recording_of(time, noise)], "rotate", 0.05, CUTOFF)
-    band = found.frequency < 0.8 * CUTOFF
-    assert np.mean(found.before[band] / found.noise[band]) == pytest.approx(1.0, abs=0.08)
-
-
-def test_recordings_of_two_rates_are_drawn_each_at_its_own() -> None:
-    """A gap of 20 Hz in a recording at 1 kHz, beside a slow one that can have no more than 4 Hz."""
-    time = time_of(20.0)
-    fast = recording_of(time, 0.5 * np.sin(2.0 * np.pi * 20.0 * time))
-    slow = slowly(recording_of(time, np.zeros_like(time), "slow"), 100)
-    trace = trace_of([slow, fast], "rotate", CUTOFF)
-    step = np.diff(trace.time[~np.isnan(trace.time)])
-    assert step[:190] == pytest.approx(0.1)
-    assert 1.0 / step[-1] >= 4.0 * CUTOFF
-    found = spectra_of([slow, fast], "rotate", 0.05, CUTOFF)
-    assert found.frequency[np.argmax(found.before)] == pytest.approx(20.0, abs=0.5)
-    total = np.sum(found.before) * (found.frequency[1] - found.frequency[0])
-    assert total == pytest.approx(0.125, rel=0.05)
-    low, high = worst_window(trace, 4.0)
-    assert low > 20.0
-    assert high - low == pytest.approx(4.0, abs=0.02)
-
-
-def test_the_mean_over_velocity_does_not_join_both_directions() -> None:
-    velocity = np.linspace(-1.0, 1.0, 2001)
-    centre, mean = mean_over(velocity, np.sign(velocity) + 0.5 * velocity)
-    at = np.flatnonzero(np.isnan(mean))
-    assert list(centre[at]) == [0.0]
-    assert np.nanmax(np.abs(mean - np.sign(centre) - 0.5 * centre)) < 0.03
 
 
 def test_an_axis_says_its_frequency_response_or_why_it_has_none(tmp_path: Path) -> None:

@@ -6,8 +6,8 @@ import io
 from dataclasses import replace
 
 import pytest
+from report_case import NOT_TESTABLE, ONE_WAY, RIPPLE, SLOW, STRIBECK, placed, two_axes
 from rich.console import Console
-from test_report_page import NOT_TESTABLE, ONE_WAY, RIPPLE, SLOW, STRIBECK, placed, two_axes
 
 from drivetwin.cli.diagnose_summary import print_summary
 from drivetwin.diagnosis.prepare.testable import NotTestable
@@ -126,7 +126,7 @@ def test_a_pure_number_has_no_unit() -> None:
 
 
 def test_what_goes_with_nothing_says_so() -> None:
-    assert goes_with_words(Unknown(0.3, (), 0.0)) == "goes with no quantity that was looked at"
+    assert goes_with_words(Unknown(0.3, (), 0.0)) == "depends on none of the quantities tested"
     assert goes_with_words(Unknown(0.3, ("time",), 12.0)) == "goes with time and has a correlation time of 12 s"
 
 

@@ -180,7 +180,7 @@ def test_a_report_is_read_back(written: Path, tmp_path: Path) -> None:
     assert report.axes["rotate"].gap_rms == CASE.axes["rotate"].gap_rms
     assert report.causes[0].parameters["static_torque"].ci90 == (1.2, 1.4)
     (tmp_path / "other.json").write_text(json.dumps(EXAMPLE | {"schema": "gap-report/1"}))
-    with pytest.raises(UserError, match=r"other.json is no gap-report/2 file: schema"):
+    with pytest.raises(UserError, match=r"other.json is not a valid gap-report/2 file: schema"):
         read_report(tmp_path / "other.json")
     with pytest.raises(UserError, match="no file"):
         read_report(tmp_path / "nowhere.json")

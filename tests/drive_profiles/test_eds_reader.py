@@ -97,7 +97,7 @@ def test_what_is_no_number(text: str) -> None:
         (changed("OptionalObjects", "0x1003", "0x1FFF"), "1003 is in no list of objects and has a section"),
         (changed("1018", "SubNumber=5", "SubNumber=9"), "SubNumber of 1018 is not the number of its sub-indices"),
         (changed("605A", "LowLimit=0", "LowLimit=9"), "the limits of 605A make no sense"),
-        (changed("6072", "DefaultValue=.*", "DefaultValue=0x10000"), "the value of 6072 is no value of its type"),
+        (changed("6072", "DefaultValue=.*", "DefaultValue=0x10000"), "the value of 6072 is not a value of its type"),
         (changed("605A", "DefaultValue=2", "DefaultValue=9"), "the value of 605A is outside its limits"),
         (changed("6041", "AccessType=ro\n", ""), "no AccessType in 6041; they are taken as read-only"),
         (

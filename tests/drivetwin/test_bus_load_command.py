@@ -117,9 +117,9 @@ def test_of_several_interfaces_one_is_counted(bus_load: BusLoad, log: Callable[[
 @pytest.mark.parametrize(
     ("text", "arguments", "expected"),
     [
-        (lines([SYNC]), ["--bit-rate", "2M"], "--bit-rate 2M is no bit rate of a classic CAN bus; write 1M, 500k"),
-        (lines([SYNC]), ["--bit-rate", "fast"], "--bit-rate fast is no bit rate"),
-        (lines([SYNC]), ["--window", "100"], "--window 100 is no stretch of time from 1ms on; write for example 100ms or 1s"),
+        (lines([SYNC]), ["--bit-rate", "2M"], "--bit-rate 2M is not a bit rate of a classic CAN bus; write 1M, 500k"),
+        (lines([SYNC]), ["--bit-rate", "fast"], "--bit-rate fast is not a bit rate"),
+        (lines([SYNC]), ["--window", "100"], "--window 100 is not a time of 1ms or more; write for example 100ms or 1s"),
         (lines([SYNC]), ["--window", "1s"], "is longer than"),
         (lines([SYNC]), ["--channel", "can7"], "has no frames of can7, only of can0"),
         ("", [], "has no frames"),

@@ -90,7 +90,7 @@ HALF_IDENTIFIED = FRICTION | {"axes": {"slide": {"joint": "slide", "parameters":
         ("emulate --machine robot", "unknown machine 'robot'; known are arm, scara, stage"),
         ("emulate --profile acme", "unknown drive profile 'acme'"),
         ("emulate --clock lunar", "unknown clock 'lunar'; expected realtime or sync"),
-        ("emulate --bit-rate 5M", "--bit-rate 5M is no bit rate of a classic CAN bus; write 1M, 500k, 250k or 125k"),
+        ("emulate --bit-rate 5M", "--bit-rate 5M is not a bit rate of a classic CAN bus; write 1M, 500k, 250k or 125k"),
         ("emulate --bus inproc", "inproc joins nobody outside this process; give --bus vcan0 or --bus ws://"),
         ("emulate --bus ws://0.0.0.0:5000", "is not loopback on this machine"),
         ("emulate --bus vcan77", "cannot open vcan77"),
@@ -157,8 +157,8 @@ def test_a_limits_file_on_any_bus_is_checked(refused: Refused, tmp_path: Path) -
 @pytest.mark.parametrize(
     ("content", "more", "expected"),
     [
-        ({"schema": "identified/9", "machine": "stage", "axes": {}}, "", "is no identified/1 file: schema: Input should be"),
-        ([], "", "is no identified/1 file: the file: Input should be an object"),
+        ({"schema": "identified/9", "machine": "stage", "axes": {}}, "", "not a valid identified/1 file: schema: Input should"),
+        ([], "", "is not a valid identified/1 file: the file: Input should be an object"),
         ({"schema": "identified/1", "machine": "arm", "axes": {}}, "", "is of machine arm, and --machine is stage"),
         (FRICTION, "--axis elbow", "nothing was identified of axis 'elbow'; the file has slide, screw"),
         (FRICTION, "--axis screw", "machine stage has no axis 'screw', only slide"),

@@ -179,7 +179,7 @@ def test_unknown_machine() -> None:
         ({"node_id": 128}, "axes.slide.node_id: Input should be less than or equal to 127"),
         ({"limit_switches": {"negative": 0.1, "positive": -0.1}}, "limit_switches: negative is 0.1 and positive -0.1"),
         ({"home_switch": {"negative": 0.1, "positive": 0.1}}, "axes.slide.home_switch: negative is 0.1 and positive 0.1"),
-        ({"colour": "red"}, "axes.slide.colour: is no key here"),
+        ({"colour": "red"}, "axes.slide.colour: is not a known key"),
     ],
 )
 def test_wrong_machine_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: dict[str, object], message: str) -> None:

@@ -119,7 +119,7 @@ def test_what_is_no_file_is_not_replaced_by_one(tmp_path: Path) -> None:
     """As root, --out /dev/null would put a file in the place of the device."""
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
-    with pytest.raises(UserError, match=r"pipe is no regular file: --out names a file to write, choose another"):
+    with pytest.raises(UserError, match=r"pipe is not a regular file: --out names a file to write, choose another"):
         write_json(pipe, {})
     assert pipe.is_fifo()
     assert list(tmp_path.iterdir()) == [pipe]

@@ -194,7 +194,7 @@ def test_the_plugin_brings_the_products_cases_where_no_files_are_named(project: 
 def test_the_plugin_tells_what_is_wrong_with_a_bench_or_a_case(project: Path) -> None:
     assert "nowhere.yaml does not exist" in pytest_on(project, "--bench", "nowhere.yaml").err
     scenario_file(project / "own", "04_moves/wrong", expect=["hartbeat"])
-    assert "'hartbeat' is no expectation" in pytest_on(project, "--bench", "bench.yaml", "own").out
+    assert "'hartbeat' is not an expectation" in pytest_on(project, "--bench", "bench.yaml", "own").out
 
 
 def test_without_a_bench_the_plugin_leaves_pytest_alone(project: Path) -> None:

@@ -41,7 +41,7 @@ from drivetwin.hil_tests.verdict import Outcome
         ({"truth": "own.json"}, "truth: their plant is not modelled|no effects file"),
         ({"real": {"any_bus": True}}, "real.limits: name the file"),
         ({"real": {"limits": "elsewhere.yaml", "any_bus": True}}, "elsewhere.yaml does not exist"),
-        ({"real": {"limits": "limits.yaml", "anybus": True}}, "real.anybus: is no key here; there are any_bus, limits"),
+        ({"real": {"limits": "limits.yaml", "anybus": True}}, "real.anybus: is not a known key; there are any_bus, limits"),
         ({"command": REFERENCE}, r"only the controller can keep to real.limits; give it \{limits\}"),
         ({"limits": {}}, "there is no 'travel'; this bench has none"),
         ({"limits": LIMITS | {"torque": {}}}, "limits: real drives need travel .*, speed and torque of slide"),

@@ -78,7 +78,7 @@ def test_what_a_master_moves_is_recorded_in_the_drives_own_scales(tmp_path: Path
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ([], "what the objects are is not told: give --map MAP.yaml, or --eds FILE and --node ID of each drive"),
+        ([], "nothing says which objects to record: give --map MAP.yaml, or --eds FILE and --node ID of each drive"),
         (["--map", "none.yaml"], "none.yaml does not exist"),
         (["--eds", __file__, "--node", 1], "no bus at ws://127.0.0.1:1"),
     ],

@@ -36,4 +36,4 @@ def test_a_panel_beside_an_emulator_draws_its_machine_and_only_reads(tmp_path: P
 def test_what_a_bus_has_on_it_is_said_of_a_bus_that_is_joined(more: tuple[str, str]) -> None:
     ended = drivetwin("panel", "--port", 0, *more)
     assert ended.status == 2
-    assert "--machine and --control say what is on a bus that is joined: give --bus" in ended.err
+    assert "--machine and --control describe a bus that is joined: give --bus" in ended.err

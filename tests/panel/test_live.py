@@ -12,15 +12,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from browser_bench import browser_page, needs_chromium
 from panel_bench import Served, page
 from playwright.sync_api import expect
 from processes import Command, drivetwin, start
-
-from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
-from drivetwin.recording.writer import write_recording
+from turntable import turntable
 
 BENCH = Path(__file__).parents[2] / "hil_tests/benches/scara.yaml"
 
@@ -122,36 +119,11 @@ def test_an_identification_is_watched_and_is_the_same_as_one_that_nobody_watches
     assert live_.read_bytes() == alone.read_bytes()
 
 
-def table(folder: Path) -> tuple[Path, Path]:
-    """A turntable with more Coulomb friction than its model says, and a recording of it to and fro."""
-    model, recording = folder / "model.xml", folder / "swings"
-    model.write_text(MODEL)
-    time = np.arange(20000, dtype=np.float64) * 1e-3
-    position, velocity, acceleration = np.sin(time), np.cos(time), -np.sin(time)
-    noise = 0.01 * np.random.default_rng(1).standard_normal(len(time))
-    torque = 0.3 * acceleration + 0.1 * velocity + 0.8 * np.sign(velocity) + noise
-    axis = AxisInfo(joint="rotate", actuator="rotate", position_resolution=1e-7, torque_resolution=1e-3)
-    info = RecordingInfo(machine="table", sample_period=1e-3, axes={"rotate": axis})
-    write_recording(Recording("swings", info, time, {"rotate": {"torque": torque, "position": position}}), recording)
-    return model, recording
-
-
-MODEL = """
-<mujoco model="table">
-  <option gravity="0 0 0"/>
-  <worldbody><body name="table">
-    <joint name="rotate" type="hinge" axis="0 0 1" armature="0.2" frictionloss="0.5" damping="0.1"/>
-    <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>
-  </body></worldbody>
-  <actuator><motor name="rotate" joint="rotate"/></actuator>
-</mujoco>
-"""
-
-
 @needs_chromium
 def test_a_diagnosis_is_watched(tmp_path: Path) -> None:
-    model, recording = table(tmp_path)
-    with live("diagnose", model, recording, "--out", tmp_path / "out") as (_, url), browser_page(url) as shown:
+    turntable(tmp_path)
+    given = (tmp_path / "model.xml", tmp_path / "fitted", "--out", tmp_path / "out")
+    with live("diagnose", *given) as (_, url), browser_page(url) as shown:
         expect(shown.locator("#views a")).to_have_text(["run"])
         expect(shown.locator("[data-is='command']")).to_have_text("drivetwin diagnose model.xml")
         expect(shown.locator("[data-is='outcome']")).to_contain_text("The gap is explained by")

@@ -258,16 +258,16 @@ def _axis(**column: Any) -> dict[str, Any]:
         ({"machine": None}, r"machine: "),
         ({"axis": {}}, r"axis: unknown key; did you mean axes\? known keys here: machine"),
         ({"axes": {}}, r"axes: "),
-        (_axis(unit="furlong"), r"axes\.x\.columns: 'furlong' is no unit for velocity; one of: m/s"),
-        (_axis(unit="Nm"), r"'Nm' is no unit for velocity"),
+        (_axis(unit="furlong"), r"axes\.x\.columns: 'furlong' is not a unit for velocity; one of: m/s"),
+        (_axis(unit="Nm"), r"'Nm' is not a unit for velocity"),
         (_axis(sing=-1), r"axes\.x\.columns\.velocity\.sing: unknown key; did you mean sign\?"),
         (_axis(sign=2), r"axes\.x\.columns\.velocity\.sign: "),
         (_axis(object="0x6064"), r"give one of `column`"),
         ({"axes": {"x": {"columns": {"torque": {"column": "M"}}}}}, r"an axis needs torque, and position or velocity"),
-        ({"axes": {"x": {"columns": {"torqe": {"column": "M"}}}}}, r"'torqe' is no column .*did you mean torque\?"),
+        ({"axes": {"x": {"columns": {"torqe": {"column": "M"}}}}}, r"'torqe' is not a column .*did you mean torque\?"),
         ({"time": {"column": "t", "period": 1}}, r"time: give one of"),
-        ({"time": {"column": "t", "unit": "rad"}}, r"'rad' is no unit for time"),
-        ({"resample": "3 kg"}, r"resample: 'kg' in '3 kg' is no unit here; one of: s, ms"),
+        ({"time": {"column": "t", "unit": "rad"}}, r"'rad' is not a unit for time"),
+        ({"resample": "3 kg"}, r"resample: 'kg' in '3 kg' is not a unit allowed here; one of: s, ms"),
         ({"path": "x"}, r"path: unknown key"),
     ],
 )
@@ -310,7 +310,7 @@ def test_a_table_without_torque_and_with_a_sensor_at_the_joint(tmp_path: Path) -
 
 @pytest.mark.parametrize("delimiter", ["ab", "", "\n", '"', "1", ".", "\0"])
 def test_what_is_no_delimiter(delimiter: str) -> None:
-    with pytest.raises(ValueError, match="is no delimiter; give one character"):
+    with pytest.raises(ValueError, match="is not a delimiter; give one character"):
         CsvLayout(delimiter=delimiter)
 
 
@@ -336,7 +336,7 @@ def test_dates_and_times(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("second", "message"),
-    [("8 o'clock", r"'t' row 3: .* is no ISO date and time"), ("2026-11-23T08:15:01Z", "some rows name their time zone")],
+    [("8 o'clock", r"'t' row 3: .* is not an ISO date and time"), ("2026-11-23T08:15:01Z", "some rows name their time zone")],
 )
 def test_dates_that_are_none(second: str, message: str, tmp_path: Path) -> None:
     file = tmp_path / "scope.csv"

@@ -77,7 +77,7 @@ def test_by_hand(name: str, axis: dict[str, Any], column: dict[str, Any], raw: f
         ("torque", {}, {"unit": "permille"}, "needs rated_torque .* or motor_rated_torque"),
         ("torque", {}, {"unit": "A"}, "needs torque_constant .* or force_constant"),
         ("torque", {}, {"unit": "N"}, "does not fit a joint of type hinge"),
-        ("torque", {}, {"unit": "rpm"}, "'rpm' is no unit for torque; one of: N, mN"),
+        ("torque", {}, {"unit": "rpm"}, "'rpm' is not a unit for torque; one of: N, mN"),
     ],
 )
 def test_what_is_missing_is_said(name: str, axis: dict[str, Any], column: dict[str, Any], message: str) -> None:
@@ -97,7 +97,7 @@ def test_constants_with_units() -> None:
     assert quantity("9.84 mN·m", kinds) == pytest.approx(9.84e-3)
     assert quantity("3e-2Nm", kinds) == pytest.approx(0.03)
     assert quantity(2, kinds) == quantity("2", kinds) == 2.0
-    with pytest.raises(ValueError, match="no unit here"):
+    with pytest.raises(ValueError, match="is not a unit allowed here"):
         quantity("3 rpm", kinds)
     with pytest.raises(ValueError, match="neither a number"):
         quantity("much", kinds)

@@ -49,9 +49,9 @@ def test_what_is_said_about_a_recording_is_kept(said: str, kept: dict[str, objec
 @pytest.mark.parametrize(
     ("said", "refused"),
     [
-        ("x: .nan", "about.x: nan is no finite number"),
-        ("x: {y: [1, .inf]}", "about.x: inf is no finite number"),
-        ("x: {3: 4}", "about.x: the key 3 is no text"),
+        ("x: .nan", "about.x: nan is not a finite number"),
+        ("x: {y: [1, .inf]}", "about.x: inf is not a finite number"),
+        ("x: {3: 4}", "about.x: the key 3 is not text"),
         ("x: !!set {a, b}", "about.x: a set cannot be kept"),
         ("x: !!binary aGVsbG8=", "about.x: a bytes cannot be kept"),
     ],
@@ -63,7 +63,7 @@ def test_what_json_has_not_is_told(said: str, refused: str, tmp_path: Path) -> N
 
 def test_a_constant_of_the_drive_that_the_contract_has_not_is_kept_where_it_is_a_number(tmp_path: Path) -> None:
     assert imported(tmp_path, drive="coulomb: 2.5")["axes"]["x"]["drive"]["coulomb"] == 2.5
-    with pytest.raises(UserError, match=re.escape("axes.x.drive.coulomb: nan is no finite number")):
+    with pytest.raises(UserError, match=re.escape("axes.x.drive.coulomb: nan is not a finite number")):
         imported(tmp_path, drive="coulomb: .nan")
 
 
@@ -76,5 +76,5 @@ def test_a_recording_with_a_constant_that_is_no_number_is_refused_by_its_key(pla
     at["coulomb"] = float("nan")
     (tmp_path / "out" / "recording.json").write_text(json.dumps(told))
     where = f"{place}.coulomb" if place else "coulomb"
-    with pytest.raises(UserError, match=re.escape(f"recording.json: {where}: nan is no finite number")):
+    with pytest.raises(UserError, match=re.escape(f"recording.json: {where}: nan is not a finite number")):
         read_recording(tmp_path / "out")

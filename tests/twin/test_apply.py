@@ -205,7 +205,7 @@ def test_an_axis_may_be_on_a_joint_of_another_name(arm: Path, monkeypatch: pytes
         (
             {"schema": "identified/1", "machine": "arm", "axes": {"elbow": {}}},
             (),
-            "is no identified/1 file: axes.elbow.joint: Field required",
+            "is not a valid identified/1 file: axes.elbow.joint: Field required",
         ),
     ],
 )

@@ -146,7 +146,7 @@ Change = Callable[[dict[str, Any]], object]
         (lambda told: told["axes"]["z"].update(node_id=1), "axes: x and z both have node_id 1"),
         (
             lambda told: told["axes"]["z"].update(colour=1),
-            "machine.yaml: axes.z.colour: is no key here; there are actuator, drive, feed, gear, joint, motion, node_id",
+            "machine.yaml: axes.z.colour: is not a known key; there are actuator, drive, feed, gear, joint, motion, node_id",
         ),
         (lambda told: told["axes"]["z"]["drive"]["motor"].pop("inertia"), "axes.z.drive.motor.inertia: Field required"),
         (lambda told: told["axes"]["z"]["drive"].update(joint="x"), "axes.z.drive: joint has no place here"),
@@ -258,7 +258,7 @@ def test_a_joint_that_mimics_another_is_no_axis(tmp_path: Path, monkeypatch: pyt
     ("change", "said"),
     [
         ({"rail": ""}, "two.urdf is not a MuJoCo model: Error: mass and inertia of moving bodies must be larger"),
-        ({"speed": "fast"}, "two.urdf: joint 'shoulder': limit velocity 'fast' is no number"),
+        ({"speed": "fast"}, "two.urdf: joint 'shoulder': limit velocity 'fast' is not a number"),
     ],
 )
 def test_a_urdf_that_cannot_be_used_is_one_line(

@@ -195,7 +195,7 @@ def test_a_follower_moves_with_its_axis(tmp_path: Path) -> None:
         (
             {"position": np.zeros(50), "position_demand": np.full(50, np.nan)},
             {"law": "pd_position_servo", **GAINS},
-            "position_demand row 1 is no number",
+            "position_demand row 1 is not a number",
         ),
         (
             {"position": np.zeros(500), "position_demand": np.ones(500)},
@@ -242,6 +242,29 @@ def test_the_command_writes_figures_signals_and_a_page(tmp_path: Path, monkeypat
 
 
 OFFSET = {"offset": {"value": 2.0, "unit": "N·m"}}
+
+
+def test_an_axis_at_rest_has_no_row_because_its_noise_is_all_there_is_to_relate_to(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """replay.json contains it; the table and the page relate differences to motion only."""
+    model = write_model(tmp_path, SERVO)
+    moving = by_mujoco(model, COUNT)
+    still = {name: np.zeros(COUNT) for name in ("position", "torque", "position_demand")}
+    still["position"] = still["position"] + 1e-6 * np.sin(np.arange(COUNT))
+    for name, told in (("swings", moving), ("rests", recording(still))):
+        write_recording(replace(told, name=name), tmp_path / name)
+    words = [str(model), str(tmp_path / "swings"), str(tmp_path / "rests"), "--out", str(tmp_path / "out")]
+    monkeypatch.setattr(sys, "argv", ["drivetwin", "replay", *words])
+    main()
+    said, page = capsys.readouterr().out, (tmp_path / "out" / "replay.html").read_text(encoding="utf-8")
+    table = page.partition("How far apart")[2].partition("</section>")[0]
+    for shown in (said.partition("Axes at rest")[0], table.partition("Axes at rest")[0]):
+        assert "swings" in shown
+        assert "rests" not in shown
+    assert "Axes at rest in a recording are not shown" in said
+    report = json.loads((tmp_path / "out" / "replay.json").read_text(encoding="utf-8"))
+    assert list(report["recordings"]) == ["swings", "rests"]
 
 
 def test_an_input_that_is_refused_leaves_nothing(

@@ -12,8 +12,6 @@ from rich.console import Console
 from drivetwin.controller.machine import load_machine
 from drivetwin.controller.pacing import Lockstep
 from drivetwin.controller.progress import Progress
-from drivetwin.controller.scara.arm import load_arm
-from drivetwin.controller.scara.excitation import DURATION
 from drivetwin.controller.session import Streaming, session_on
 from drivetwin.drive_profiles import load_profile
 from drivetwin.foundation.files import new_directory, provenance, write_json
@@ -24,6 +22,8 @@ from wafer_handler.kinematics_check import maximum_error
 from wafer_handler.picture import draw_tracking
 from wafer_handler.report import write_report
 from wafer_handler.results import AXES, Study
+from wafer_handler.scara.arm import load_arm
+from wafer_handler.scara.excitation import DURATION
 from wafer_handler.study import Recorder, bench_of, identify_through_the_bus, study_axis, study_stages
 from wafer_handler.summary import print_summary
 

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from drivetwin.bus.channel import InprocBus
 from drivetwin.controller.link import SYNC_COB_ID
-from drivetwin.controller.scara.dynamics import BaseParameters, base_parameters
-from drivetwin.controller.scara.geometry import load_geometry
-from drivetwin.controller.scara.link_parameters import from_model
 from drivetwin.drive_profiles import load_profile
 from drivetwin.emulator.clock import SyncClock
 from drivetwin.emulator.effects import read_effects
 from drivetwin.emulator.machine import load_machine
 from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.identification.friction_law import FrictionLaw
+from wafer_handler.scara.dynamics import BaseParameters, base_parameters
+from wafer_handler.scara.geometry import load_geometry
+from wafer_handler.scara.link_parameters import from_model
 
 MACHINE = load_machine("scara")
 TRUTH = MACHINE.directory / "elastic_belts.json"

@@ -12,14 +12,14 @@ from drivetwin.controller.feedforward.leg import LEAD_IN, rows_of, with_rest
 from drivetwin.controller.feedforward.stage import Stage, feed_velocity
 from drivetwin.controller.joint_path import JointPath
 from drivetwin.controller.motion import positions_now
-from drivetwin.controller.scara.arm import Arm
-from drivetwin.controller.scara.blade_path import Point, blade_line, distance_from_line
-from drivetwin.controller.scara.transfer import Handler, Segment, Station
-from drivetwin.controller.scara.wafer import BladeMotion, Wafer, blade_motion, slip_margin
 from drivetwin.motion.filtering import derivative, zero_phase
 from drivetwin.motion.jerk_limited import MotionLimits
 from wafer_handler.bench import Seen, Witness
 from wafer_handler.results import CarriedPhase, StraightMove
+from wafer_handler.scara.arm import Arm
+from wafer_handler.scara.blade_path import Point, blade_line, distance_from_line
+from wafer_handler.scara.transfer import Handler, Segment, Station
+from wafer_handler.scara.wafer import BladeMotion, Wafer, blade_motion, slip_margin
 
 LINE = MotionLimits(speed=1.0, acceleration=5.0, jerk=100.0)
 """Of the empty blade along a line: m/s, m/s², m/s³."""

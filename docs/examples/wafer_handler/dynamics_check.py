@@ -9,13 +9,13 @@ import numpy as np
 import pinocchio
 
 from drivetwin.controller.machine import Machine, load_machine
-from drivetwin.controller.scara.arm import load_arm
-from drivetwin.controller.scara.dynamics import GRAVITY, base_parameters, torque
-from drivetwin.controller.scara.geometry import BELT_OFFSET, BELTS, Geometry, load_geometry, travel_of
-from drivetwin.controller.scara.link_parameters import Body, LinkParameters, from_model
 from drivetwin.controller.synchronised import synchronised
 from drivetwin.motion.inverse_dynamics import Model, read_mjcf
 from drivetwin.recording.recording import Samples
+from wafer_handler.scara.arm import load_arm
+from wafer_handler.scara.dynamics import GRAVITY, base_parameters, torque
+from wafer_handler.scara.geometry import BELT_OFFSET, BELTS, Geometry, load_geometry, travel_of
+from wafer_handler.scara.link_parameters import Body, LinkParameters, from_model
 
 AXES = ("lift", "rotate", "stretch")
 

@@ -8,10 +8,10 @@ from plotly.subplots import make_subplots
 
 from drivetwin.controller.feedforward.metrics import BAND, Tracking
 from drivetwin.controller.feedforward.stage import Stage
-from drivetwin.controller.scara.identification import FrictionCurve
 from drivetwin.identification.friction_law import FrictionLaw
 from wafer_handler.dynamics_check import TorqueComparison
 from wafer_handler.results import AxisResult, StraightMove
+from wafer_handler.scara.identification import FrictionCurve
 
 COLOURS = {Stage.NONE: "#9db4c8", Stage.VELOCITY: "#00506b", Stage.TORQUE: "#d1495b"}
 EQ14, LEARNED, TRUE, CLOUD = "#e09f1f", "#6a4c93", "rgba(17, 17, 17, 0.35)", "#9db4c8"

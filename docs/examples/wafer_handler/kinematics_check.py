@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 
 from drivetwin.controller.machine import load_machine
-from drivetwin.controller.scara.geometry import BELTS, JOINTS, load_geometry, travel_of
-from drivetwin.controller.scara.kinematics import forward, inverse
 from drivetwin.recording.recording import Samples
 from wafer_handler.bench import MACHINE
+from wafer_handler.scara.geometry import BELTS, JOINTS, load_geometry, travel_of
+from wafer_handler.scara.kinematics import forward, inverse
 
 
 def maximum_error(seed: int, poses: int) -> float:

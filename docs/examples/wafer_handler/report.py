@@ -9,7 +9,6 @@ import mujoco
 
 from drivetwin.controller.feedforward.metrics import Tracking
 from drivetwin.controller.feedforward.stage import Stage
-from drivetwin.controller.scara.dynamics import PARAMETERS
 from drivetwin.emulator.machine import load_machine
 from drivetwin.foundation.html_page import figure_div, table, write_page
 from drivetwin.foundation.machine_picture import machine_picture
@@ -25,6 +24,7 @@ from wafer_handler.figures import (
     tracking_figure,
 )
 from wafer_handler.results import PUBLISHED, AxisResult, Study, Times, learning_reduction, times
+from wafer_handler.scara.dynamics import PARAMETERS
 
 TITLE = "The machine of the paper"
 FIGURES = {"lift": "Fig. 5", "rotate": "Fig. 6", "stretch": "Fig. 7"}

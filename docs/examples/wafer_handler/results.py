@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from drivetwin.controller.feedforward.metrics import Tracking
 from drivetwin.controller.feedforward.stage import Stage
-from drivetwin.controller.scara.identification import BaseIdentification
-from drivetwin.controller.scara.transfer import Phase
 from drivetwin.identification.friction_law import FrictionLaw
 from wafer_handler.dynamics_check import DynamicsDifference, TorqueComparison
+from wafer_handler.scara.identification import BaseIdentification
+from wafer_handler.scara.transfer import Phase
 
 PUBLISHED = {
     "settling": {"lift": (336, 240), "rotate": (320, 160), "stretch": (176, 144)},

@@ -16,16 +16,16 @@ from drivetwin.controller.feedforward.metrics import Tracking, tracking
 from drivetwin.controller.feedforward.stage import Stage
 from drivetwin.controller.joint_path import limits_of
 from drivetwin.controller.procedure import FIT, capture_friction
-from drivetwin.controller.scara.dynamics import mass_matrix
-from drivetwin.controller.scara.excitation import capture_together
-from drivetwin.controller.scara.identification import BaseIdentification, identify_arm
-from drivetwin.controller.scara.torque_model import ArmTorque
 from drivetwin.controller.session import Session
 from drivetwin.identification import identify, load_model
 from drivetwin.identification.friction_law import FrictionLaw
 from drivetwin.recording.recording import Recording
 from drivetwin.recording.writer import write_into
 from wafer_handler.results import AXES, AxisResult
+from wafer_handler.scara.dynamics import mass_matrix
+from wafer_handler.scara.excitation import capture_together
+from wafer_handler.scara.identification import BaseIdentification, identify_arm
+from wafer_handler.scara.torque_model import ArmTorque
 
 REPETITIONS = 5
 

@@ -8,6 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from streaming_bench import streaming
+from wafer_handler.scara.arm import load_arm
+from wafer_handler.scara.blade_path import Point, blade_line
+from wafer_handler.scara.dynamics import BaseParameters
+from wafer_handler.scara.torque_model import ArmTorque
 
 from drivetwin.controller.feedforward.alignment import loops_of
 from drivetwin.controller.feedforward.experiment import Bench, repeat_learning
@@ -16,10 +20,6 @@ from drivetwin.controller.feedforward.leg import leg
 from drivetwin.controller.feedforward.metrics import tracking
 from drivetwin.controller.joint_path import limits_of
 from drivetwin.controller.motion import Offsets, positions_now, stream
-from drivetwin.controller.scara.arm import load_arm
-from drivetwin.controller.scara.blade_path import Point, blade_line
-from drivetwin.controller.scara.dynamics import BaseParameters
-from drivetwin.controller.scara.torque_model import ArmTorque
 from drivetwin.controller.session import Streaming
 from drivetwin.foundation.errors import UserError
 from drivetwin.identification.friction_law import FrictionLaw

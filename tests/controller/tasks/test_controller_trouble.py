@@ -165,7 +165,7 @@ def test_a_recording_with_lost_samples_is_none(tmp_path: Path) -> None:
     bench = TaskBench("stage", troubles=[Trouble(lambda bench: bench.moving(0), lossy)])
     outcome = bench.told("identify", tmp_path)
     assert outcome.ending is Ending.STOPPED
-    assert "PDOs were lost, so it is no recording of the motion" in outcome.reason
+    assert "PDOs were lost, so it is not a recording of the motion" in outcome.reason
     assert not (tmp_path / "identified.json").exists()
     assert bench.states[-1] == (OFF,)
 

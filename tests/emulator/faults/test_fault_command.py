@@ -88,8 +88,8 @@ def test_the_list_has_every_fault_and_parameter(command: Command) -> None:
         ("fire --on nowhere", "unknown fault 'fire'; there are bus_off"),
         ("sto --node 2 --code 3 --on nowhere", "sto has no parameter 'code'; it has node"),
         ("payload --node 2 --mass", "say which fault"),
-        ("payload --node 2 --on nowhere --mass", "'--mass' is no parameter with a value; write for example --code 0x2310"),
-        ("payload 5 --node 2 --on nowhere", "'5' is no parameter with a value"),
+        ("payload --node 2 --on nowhere --mass", "'--mass' is not a parameter with a value; write for example --code 0x2310"),
+        ("payload 5 --node 2 --on nowhere", "'5' is not a parameter with a value"),
         ("sto --node 2 --end --for 3 --on nowhere", "--for is how long a fault lasts that is struck; leave it out with --end"),
     ],
 )

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from accept_bench import BENCH, BOOT, MOVE, acceptance_of, with_value
+from accept_noise import noise_between
 
 from drivetwin.foundation.errors import UserError
-from drivetwin.hil_tests.results.noise import noise_between
 from drivetwin.hil_tests.results.results_file import Results, read_results, write_results
 from drivetwin.hil_tests.verdict import CaseResult
 

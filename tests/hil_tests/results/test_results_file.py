@@ -64,9 +64,9 @@ def test_an_acceptance_of_skipped_cases_only_is_none() -> None:
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        ("{", "is no accept/1 file"),
+        ("{", "is not a valid accept/1 file"),
         ('{"schema": "gap-report/1"}', "schema"),
-        ("[]", "is no accept/1 file"),
+        ("[]", "is not a valid accept/1 file"),
     ],
 )
 def test_a_file_that_is_none_is_refused_in_one_line(tmp_path: Path, content: str, said: str) -> None:

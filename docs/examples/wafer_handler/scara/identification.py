@@ -14,8 +14,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from drivetwin.controller.scara.dynamics import PARAMETERS, BaseParameters, regressor
-from drivetwin.controller.scara.geometry import JOINTS
 from drivetwin.foundation.errors import UserError
 from drivetwin.identification.covariance import hac_covariance
 from drivetwin.identification.friction_law import FrictionLaw
@@ -26,6 +24,8 @@ from drivetwin.identification.settings import Settings
 from drivetwin.motion.axis_motion import AxisMotion, AxisSamples, axis_motions, select, standstill_velocity
 from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.recording.recording import Recording, Samples
+from wafer_handler.scara.dynamics import PARAMETERS, BaseParameters, regressor
+from wafer_handler.scara.geometry import JOINTS
 
 AXES = JOINTS[:3]
 """lift, rotate, stretch: the axes that motors drive."""

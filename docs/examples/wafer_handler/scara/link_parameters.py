@@ -8,9 +8,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from drivetwin.controller.scara.geometry import BELTS, JOINTS
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.inverse_dynamics import read_mjcf
+from wafer_handler.scara.geometry import BELTS, JOINTS
 
 
 @dataclass(frozen=True)

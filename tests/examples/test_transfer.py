@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from plant_tool import plant_tool
 from wafer_bench import slip
+from wafer_handler.scara.arm import load_arm
+from wafer_handler.scara.transfer import Handler, Phase, Segment, Station
+from wafer_handler.scara.wafer import Wafer, blade_motion, slip_margin
 
-from drivetwin.controller.scara.arm import load_arm
-from drivetwin.controller.scara.transfer import Handler, Phase, Segment, Station
-from drivetwin.controller.scara.wafer import Wafer, blade_motion, slip_margin
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited
 

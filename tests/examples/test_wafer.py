@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from wafer_bench import slip
+from wafer_handler.scara.arm import load_arm
+from wafer_handler.scara.blade_path import Point, blade_line
+from wafer_handler.scara.dynamics import GRAVITY
+from wafer_handler.scara.wafer import Wafer, blade_motion, slip_margin, turn_limits, wafer_stretch
 
 from drivetwin.controller.joint_path import JointPath, Move, slowed
-from drivetwin.controller.scara.arm import load_arm
-from drivetwin.controller.scara.blade_path import Point, blade_line
-from drivetwin.controller.scara.dynamics import GRAVITY
-from drivetwin.controller.scara.wafer import Wafer, blade_motion, slip_margin, turn_limits, wafer_stretch
 from drivetwin.controller.synchronised import synchronised
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited

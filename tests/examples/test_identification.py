@@ -7,12 +7,12 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 from wafer_handler.dynamics_check import States, pinocchio_torque
+from wafer_handler.scara.dynamics import base_parameters
+from wafer_handler.scara.geometry import load_geometry
+from wafer_handler.scara.identification import ACROSS, AXES, SETTINGS, BaseIdentification, identify_arm
+from wafer_handler.scara.link_parameters import LinkParameters, from_model
 
 from drivetwin.controller.machine import load_machine
-from drivetwin.controller.scara.dynamics import base_parameters
-from drivetwin.controller.scara.geometry import load_geometry
-from drivetwin.controller.scara.identification import ACROSS, AXES, SETTINGS, BaseIdentification, identify_arm
-from drivetwin.controller.scara.link_parameters import LinkParameters, from_model
 from drivetwin.foundation.errors import UserError
 from drivetwin.identification.friction_law import FrictionLaw
 from drivetwin.identification.result import Parameter

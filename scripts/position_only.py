@@ -1,7 +1,7 @@
 """For development: cases of one effect each, of which position and demand are all that is recorded, as of a hobby servo.
 
-    python -m drivetwin.blind.position_only write --count 40 --seed 1 --out out/position_only
-    python -m drivetwin.blind.position_only ask --out out/position_only
+    python scripts/position_only.py write --count 40 --seed 1 --out out/position_only
+    python scripts/position_only.py ask --out out/position_only
 
 The second asks the diagnosis with the recorded torque and without it, and prints how often the first cause is right.
 """

@@ -8,9 +8,9 @@ import numpy as np
 
 from drivetwin.controller.joint_path import limits_of
 from drivetwin.controller.machine import Machine, load_machine
-from drivetwin.controller.scara.geometry import Geometry, Travel, load_geometry, travel_of
-from drivetwin.controller.scara.kinematics import forward
 from drivetwin.motion.jerk_limited import MotionLimits
+from wafer_handler.scara.geometry import Geometry, Travel, load_geometry, travel_of
+from wafer_handler.scara.kinematics import forward
 
 
 @dataclass(frozen=True)

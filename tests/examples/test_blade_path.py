@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plant_tool import plant_tool
+from wafer_handler.scara.arm import load_arm
+from wafer_handler.scara.blade_path import Point, blade_line, distance_from_line
+from wafer_handler.scara.kinematics import forward
 
-from drivetwin.controller.scara.arm import load_arm
-from drivetwin.controller.scara.blade_path import Point, blade_line, distance_from_line
-from drivetwin.controller.scara.kinematics import forward
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.jerk_limited import MotionLimits, jerk_limited
 

@@ -8,12 +8,12 @@ from math import atan, degrees, pi, sqrt, tan
 import numpy as np
 
 from drivetwin.controller.joint_path import JointPath, Rows
-from drivetwin.controller.scara.dynamics import GRAVITY
-from drivetwin.controller.scara.geometry import Geometry
-from drivetwin.controller.scara.tool_motion import tool_acceleration
 from drivetwin.controller.trajectory import Positions
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.jerk_limited import MotionLimits
+from wafer_handler.scara.dynamics import GRAVITY
+from wafer_handler.scara.geometry import Geometry
+from wafer_handler.scara.tool_motion import tool_acceleration
 
 
 @dataclass(frozen=True)

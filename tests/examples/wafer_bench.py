@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from plant_tool import plant_tool
+from wafer_handler.scara.wafer import Wafer
 
 from drivetwin.controller.joint_path import JointPath
-from drivetwin.controller.scara.wafer import Wafer
 
 _SETTLING = 0.2
 """Seconds in which the wafer settles on its pads before the motion starts."""

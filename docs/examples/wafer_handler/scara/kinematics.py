@@ -12,9 +12,9 @@ from math import hypot, pi
 
 import numpy as np
 
-from drivetwin.controller.scara.geometry import BELT_OFFSET, BELTS, FULL_TRAVEL, Geometry, Travel
 from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Samples
+from wafer_handler.scara.geometry import BELT_OFFSET, BELTS, FULL_TRAVEL, Geometry, Travel
 
 ROUNDING = 1e-9
 """Metres or radians by which a target may lie past the end of a travel: rounding, not a wish."""

@@ -18,9 +18,7 @@ from wafer_handler.dynamics_check import (
     random_states,
     relative_difference,
 )
-
-from drivetwin.controller.machine import load_machine
-from drivetwin.controller.scara.dynamics import (
+from wafer_handler.scara.dynamics import (
     GRAVITY,
     PARAMETERS,
     BaseParameters,
@@ -36,17 +34,19 @@ from drivetwin.controller.scara.dynamics import (
     stretch_torque,
     torque,
 )
-from drivetwin.controller.scara.geometry import BELT_OFFSET, BELTS, load_geometry
-from drivetwin.controller.scara.kinematics import chain
-from drivetwin.controller.scara.kinematics import links as dh_links
-from drivetwin.controller.scara.link_parameters import Body, LinkParameters, from_model
+from wafer_handler.scara.geometry import BELT_OFFSET, BELTS, load_geometry
+from wafer_handler.scara.kinematics import chain
+from wafer_handler.scara.kinematics import links as dh_links
+from wafer_handler.scara.link_parameters import Body, LinkParameters, from_model
+
+from drivetwin.controller.machine import load_machine
 from drivetwin.foundation.errors import UserError
 from drivetwin.identification.friction_law import FrictionLaw
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import Samples
 
 MACHINE, GEOMETRY = load_machine("scara"), load_geometry()
-PLANT = Path(__file__).parents[3] / "emulator" / "machines" / "scara" / "scara.xml"
+PLANT = Path(__file__).parents[2] / "emulator" / "machines" / "scara" / "scara.xml"
 NOMINAL = from_model(MACHINE.model_path)
 
 

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from wafer_handler.scara.geometry import BELT_OFFSET, BELTS, JOINTS, Travel, load_geometry, travel_of
+from wafer_handler.scara.kinematics import Pose, chain, forward, inverse, inverse_position, jacobian, links
 
 from drivetwin.controller.machine import load_machine
-from drivetwin.controller.scara.geometry import BELT_OFFSET, BELTS, JOINTS, Travel, load_geometry, travel_of
-from drivetwin.controller.scara.kinematics import Pose, chain, forward, inverse, inverse_position, jacobian, links
 from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Samples
 
-PLANT = Path(__file__).parents[3] / "emulator" / "machines" / "scara" / "scara.xml"
+PLANT = Path(__file__).parents[2] / "emulator" / "machines" / "scara" / "scara.xml"
 GEOMETRY = load_geometry()
 TRAVEL = travel_of(load_machine("scara"))
 

@@ -15,10 +15,10 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 
-from drivetwin.controller.scara.geometry import Geometry
-from drivetwin.controller.scara.link_parameters import LinkParameters
 from drivetwin.identification.friction_law import FrictionLaw
 from drivetwin.recording.recording import Samples
+from wafer_handler.scara.geometry import Geometry
+from wafer_handler.scara.link_parameters import LinkParameters
 
 GRAVITY = 9.81
 """m/s²."""

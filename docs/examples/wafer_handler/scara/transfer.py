@@ -8,11 +8,11 @@ from itertools import pairwise
 from math import cos, sin
 
 from drivetwin.controller.joint_path import AnyMove, JointPath, joined, slowed
-from drivetwin.controller.scara.arm import Arm
-from drivetwin.controller.scara.blade_path import Point, blade_line
-from drivetwin.controller.scara.wafer import Wafer, line_limits, turn_limits, wafer_stretch
 from drivetwin.controller.synchronised import synchronised
 from drivetwin.motion.jerk_limited import MotionLimits
+from wafer_handler.scara.arm import Arm
+from wafer_handler.scara.blade_path import Point, blade_line
+from wafer_handler.scara.wafer import Wafer, line_limits, turn_limits, wafer_stretch
 
 
 class Phase(Enum):

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drivetwin.controller.joint_path import JointPath, Rows, axis_stretch, slowed
-from drivetwin.controller.scara.arm import Arm
-from drivetwin.controller.scara.geometry import Geometry
-from drivetwin.controller.scara.kinematics import Pose, inverse
-from drivetwin.controller.scara.tool_motion import ToolMotion, joint_path
 from drivetwin.controller.trajectory import Positions
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.jerk_limited import JerkLimited, MotionLimits, jerk_limited
+from wafer_handler.scara.arm import Arm
+from wafer_handler.scara.geometry import Geometry
+from wafer_handler.scara.kinematics import Pose, inverse
+from wafer_handler.scara.tool_motion import ToolMotion, joint_path
 
 
 @dataclass(frozen=True)

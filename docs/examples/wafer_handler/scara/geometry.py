@@ -11,11 +11,11 @@ import numpy as np
 import yaml
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
-from drivetwin.controller.machine import MACHINES, Machine
+from drivetwin.controller.machine import Machine
 from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Samples
 
-DRAWING = MACHINES / "scara" / "geometry.yaml"
+DRAWING = Path(__file__).with_name("geometry.yaml")
 
 JOINTS = ("lift", "rotate", "stretch", "elbow", "wrist")
 """The machine's joints d1, theta2 .. theta5 by their names in its models; belts drive the last two from the third."""

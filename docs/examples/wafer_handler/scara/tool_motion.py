@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivetwin.controller.joint_path import JointPath, Rows
-from drivetwin.controller.scara.geometry import Geometry
-from drivetwin.controller.scara.kinematics import Pose, inverse, jacobian
+from wafer_handler.scara.geometry import Geometry
+from wafer_handler.scara.kinematics import Pose, inverse, jacobian
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plant_tool import plant_tool
+from wafer_handler.scara.arm import load_arm
+from wafer_handler.scara.tool_motion import ToolMotion, joint_path, tool_acceleration
 
 from drivetwin.controller.joint_path import JointPath
-from drivetwin.controller.scara.arm import load_arm
-from drivetwin.controller.scara.tool_motion import ToolMotion, joint_path, tool_acceleration
 
 PERIOD = 0.001
 GEOMETRY = load_arm().geometry

@@ -9,8 +9,8 @@ import numpy as np
 
 from drivetwin.controller.joint_path import JointPath, Rows
 from drivetwin.controller.machine import POSITION_UNIT
-from drivetwin.controller.scara.dynamics import BaseParameters, friction, torque
 from drivetwin.identification.friction_law import FrictionLaw
+from wafer_handler.scara.dynamics import BaseParameters, friction, torque
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,36 @@
+"""What effects between motor and joint have in common: the axis is replayed with another transmission."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.dynamics.replay import deflection, replayed
+from drivetwin.emulator.effects.base import JOINT_ENCODER, ReplayedEffect
+
+
+@dataclass(frozen=True)
+class TransmissionEffect(ReplayedEffect):
+    """An effect of the transmission alone."""
+
+    family: ClassVar[str] = "transmission"
+    by_sensor: ClassVar[str] = JOINT_ENCODER
+
+    @abstractmethod
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
+        """The axis with the effect in its transmission."""
+
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        return self.on(axis)
+
+    def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return replayed(motion, self.on(axis))
+
+    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return deflection(motion, self.on(axis)) - deflection(motion, axis)
