@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from report_case import CASE, ONE_WAY, RIPPLE, SHARES, SLOW, slowly
+from report_case import CASE, ONE_WAY, RIPPLE, SHARES, SLOW, placed, slowly
 
 from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.report import page_shares
