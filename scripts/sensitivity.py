@@ -66,7 +66,8 @@ def variants() -> dict[str, Settings]:
             continue
         for factor in FACTORS:
             changed = max(int(value * factor), LEAST_WHOLE.get(one.name, 1)) if isinstance(value, int) else value * factor
-            found[f"{one.name} x {factor:g}"] = replace(usual, **{one.name: changed})
+            more: dict[str, Any] = {one.name: changed}
+            found[f"{one.name} x {factor:g}"] = replace(usual, **more)
     return found
 
 

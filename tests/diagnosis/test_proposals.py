@@ -89,7 +89,8 @@ def test_a_wave_of_the_wrong_order_is_exchanged_for_one_of_the_right_order(tmp_p
     (found,) = pair.whole.effects
     assert changed
     assert isinstance(found.effect, TorqueRipple)
-    assert (found.effect.order, found.effect.amplitude) == (TEETH, pytest.approx(0.4, rel=0.05))
+    assert found.effect.order == TEETH
+    assert found.effect.amplitude == pytest.approx(0.4, rel=0.05)
 
 
 def test_a_parameter_whose_bounds_leave_no_room_has_no_slope() -> None:

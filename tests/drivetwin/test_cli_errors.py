@@ -223,8 +223,8 @@ def at(time: float, machine: VirtualMachine, act: Callable[[], None]) -> None:
     tick = device.tick
     done: list[bool] = []
 
-    def tick_and_act() -> None:
-        tick()
+    def tick_and_act(now: float) -> None:
+        tick(now)
         if machine.now() > time and not done:
             done.append(True)
             act()
