@@ -132,8 +132,8 @@ class VirtualMachine:
         """Run the cycles that are due without a SYNC, and answer other interfaces; call it often."""
         for answer in self._requests:
             answer()
+        self._run(self._clock.due(self._told()))
         if self._clock.runs_alone:
-            self._run(self._clock.due(self._told()))
             self._look_at_timers()
         if self._produced:
             self._hear_own()

@@ -121,7 +121,7 @@ def _worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
     drives = tuple(one for one in patch.effects if isinstance(one.effect, DriveEffect))
     patch = replace(patch, effects=tuple(one for one in patch.effects if not isinstance(one.effect, DriveEffect)))
     unseen, fitted = _left_of(ready, ready.checks), _left_of(ready, ready.runs)
-    seldom = _seldom_asked_for(ready, patch)
+    seldom, before = _seldom_asked_for(ready, patch), unseen(Patch())
     while patch.effects or patch.heavier:
         rests: list[tuple[PlacedEffect | None, Patch]] = [
             (one, replace(patch, effects=tuple(each for each in patch.effects if each is not one))) for one in patch.effects
@@ -133,7 +133,7 @@ def _worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
             if one in seldom and losses[k] >= 0.0:
                 losses[k] = fitted(rest) - fitted(patch)
         worst = int(np.argmin(losses))
-        if losses[worst] > least_share and np.isfinite(whole):
+        if losses[worst] > least_share and whole <= before:
             break
         patch = rests[worst][1]
     return replace(patch, effects=in_order([*patch.effects, *drives]))

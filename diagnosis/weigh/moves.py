@@ -210,7 +210,7 @@ class Search:
         return pair
 
     def exchanged(self, pair: Pair, proposals: Sequence[Proposal]) -> tuple[Pair, list[Family], bool]:
-        """Each effect again beside the others: what one or two could stand in its place, of its kind or not; the better do."""
+        """Each effect again beside the others: what could stand in its place, of its kind or another; the better takes it."""
         families, changed = [], False
         pair = Pair(settled_on(pair.whole, SETTLED), pair.part)
         for one in list(pair.whole.effects):
@@ -225,12 +225,11 @@ class Search:
             found = self.proposals(beside, [one.axis], rivals)
             others = [each for each in found if not same_kind(each.effect, one)]
             family = [*others, *([known] if known is not None else [])]
-            able = [each for each in found if each.takes >= self.bench.settings.least_share]
-            gain, best = self._best_of_axis(able, beside.whole)
-            if best and (known is None or gain > known.score + CLEARLY):
-                ahead = settled_on(beside.whole.of((*beside.whole.effects, *(each.effect for each in best))), SETTLED)
-                score = ahead.fit.evidence + sum(each.prior for each in best)
-                gains = known is None or score > pair.whole.fit.evidence + known.prior + CLEARLY
+            best = max([*found, *family], key=lambda each: each.score, default=None)
+            able = best is not None and best is not known and best.takes >= self.bench.settings.least_share
+            if best is not None and able and (known is None or best.score > known.score + CLEARLY):
+                ahead = settled_on(beside.whole.of((*beside.whole.effects, best.effect)), SETTLED)
+                gains = known is None or ahead.fit.evidence + best.prior > pair.whole.fit.evidence + known.prior + CLEARLY
                 if gains and not _leaves_more(ahead, pair.whole):
                     pair, changed = self.pair(ahead, proposals), True
                     continue

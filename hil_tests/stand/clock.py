@@ -11,6 +11,7 @@ class StandClock(SyncClock):
     """As `SyncClock` until `free`; from then on a cycle is due whenever the stand asks."""
 
     def __init__(self) -> None:
+        super().__init__()
         self.free = False
 
     def due(self, told: int) -> Iterable[Cycle]:
