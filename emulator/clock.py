@@ -60,9 +60,7 @@ class SyncClock(Clock):
     """A SYNC advances the plant by one cycle and nothing else does: two runs are bit-identical."""
 
     runs_alone = False
-
-    def __init__(self) -> None:
-        self._cycle = Cycle(MILLISECOND, MILLISECOND)
+    _cycle = Cycle(MILLISECOND, MILLISECOND)
 
     def at_sync(self, told: int) -> Iterable[Cycle]:
         periods = told or MILLISECOND

@@ -8,7 +8,7 @@ from drivetwin.emulator.drive import faults
 from drivetwin.emulator.drive.axis import Axis
 from drivetwin.emulator.drive.faults import Fault
 from drivetwin.emulator.drive.limits import motor_speed_limit
-from drivetwin.emulator.drive.objects import before_change, number, optional
+from drivetwin.emulator.drive.objects import number, optional
 from drivetwin.emulator.drive.scaling import Scaling
 from drivetwin.emulator.drive.servo import Alarm, filter_share
 from drivetwin.emulator.machine import Motor
@@ -43,10 +43,9 @@ class Supervision:
         self._limit = axis.role("following_error_limit")
         self._timeout = optional(axis.dictionary, 0x6066)
         places = ((0x6080, 0), (0x6095, 1), (0x6095, 2))
-        for source in (self._limit, self._timeout, *(optional(axis.dictionary, *place) for place in places)):
-            before_change(source, self._mark)
+        sources = (self._limit, self._timeout, *(optional(axis.dictionary, *place) for place in places))
+        self._sources = [variable for variable in sources if variable is not None]
         self._alarms = 0
-        self._old = True
         self._seen: tuple[object, ...] = ()
         self._scaling: Scaling | None = None
         parameters = axis.servo.parameters
@@ -57,10 +56,10 @@ class Supervision:
     def refresh(self) -> None:
         """Take over thresholds that have changed, before a cycle."""
         hardware = self._axis.hardware
-        seen = (hardware.current_scale, hardware.encoder_alive)
-        if not self._old and seen == self._seen and self._axis.scaling is self._scaling:
+        seen = (hardware.current_scale, hardware.encoder_alive, *[variable.value for variable in self._sources])
+        if seen == self._seen and self._axis.scaling is self._scaling:
             return
-        self._old, self._seen, self._scaling = False, seen, self._axis.scaling
+        self._seen, self._scaling = seen, self._axis.scaling
         parameters = self._axis.servo.parameters
         parameters["error_limit"] = self._following_error_limit()
         parameters["error_timeout"] = number(self._timeout, 0.0) / 1000.0 + 1e-9
@@ -109,10 +108,6 @@ class Supervision:
         """Bit 4 of the statusword: high voltage is there."""
         hardware = self._axis.hardware
         return hardware.dc_link_voltage >= UNDERVOLTAGE * hardware.nominal_voltage
-
-    def _mark(self) -> None:
-        """An object changes: read all anew before the next cycle. So they are after a reset, which renews the scaling."""
-        self._old = True
 
     def _following_error_limit(self) -> float:
         """[rad]; beyond half a unit more than the raw value says, as errors are told in whole units."""

@@ -11,7 +11,6 @@ class StandClock(SyncClock):
     """As `SyncClock` until `free`; from then on a cycle is due whenever the stand asks."""
 
     def __init__(self) -> None:
-        super().__init__()
         self.free = False
 
     def due(self, told: int) -> Iterable[Cycle]:

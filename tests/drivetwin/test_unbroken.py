@@ -83,7 +83,7 @@ def test_a_diagnosis_on_a_small_disk_has_its_recordings_where_nothing_is_killed(
     assert len(inputs) == 3 * len(program.DISKS)
 
 
-@pytest.mark.parametrize(("options", "said"), [("size=4k", "(No space left on device): make"), ("ro", "no directory that may")])
+@pytest.mark.parametrize(("options", "said"), [("size=4k", "(No space left on device): make"), ("ro", "not a writable")])
 def test_a_disk_that_takes_no_more_ends_in_one_line(options: str, said: str, tmp_path: Path) -> None:
     if not can_mount():
         pytest.skip("this user cannot mount a small disk (unshare -rm mount)")
