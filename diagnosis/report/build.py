@@ -71,7 +71,7 @@ def build(
     strong = [one for one in drives if _drive_matters(ready.rows, one, settings)]
     units = placed_drives(ready.rows, strong)
     patch = Patch(in_order([*values.effects, *units]), values.heavier)
-    gaps = gaps_of(ready, _worth_a_name(ready, patch, settings.least_share), settings)
+    gaps = gaps_of(ready, worth_a_name(ready, patch, settings.least_share), settings)
     tests = {
         axis: gap_of(gaps.unseen, gaps.fitted, axis, gaps.noise[axis].hides, ready.cutoff_hz) for axis in ready.simulation.axes
     }
@@ -112,7 +112,7 @@ def _drive_matters(rows: Rows, one: DriveFound, settings: Settings) -> bool:
     return one.gain > np.log(25.0) and one.without - one.left > (settings.model_error * rows.size[one.axis]) ** 2
 
 
-def _worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
+def worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
     """Without effects and bodies that close less than a share of the gap on motion that was not fitted, the worst first.
 
     An effect that this motion asks for much less than the fitted one must close that share there, and do no harm here. Those of
