@@ -68,10 +68,13 @@ def loops_of(where: str, info: AxisInfo, model: mujoco.MjModel) -> Loops:
 
     Raises UserError where neither closes a loop, or a gain is missing.
     """
-    law = DriveLaw.UNKNOWN if info.drive is None else info.drive.law
-    if info.drive is None or law is DriveLaw.UNKNOWN:
-        return _of_actuator(where, info, model)
-    return _LAWS[law](where, info.drive)
+    told = None if info.drive is None else told_loops(where, info.drive)
+    return _of_actuator(where, info, model) if told is None else told
+
+
+def told_loops(where: str, drive: DriveLoops) -> Loops | None:
+    """The loops of a `drive`; None where its law is not told. Raises UserError for a gain that is missing."""
+    return None if drive.law is DriveLaw.UNKNOWN else _LAWS[drive.law](where, drive)
 
 
 def _cascade(where: str, drive: DriveLoops) -> Loops:

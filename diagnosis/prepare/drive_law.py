@@ -1,7 +1,8 @@
 """What a drive's loops ask for, from the recorded demand and the recorded motion: the torque that the motor should have given.
 
 The recorded position is what the loops themselves saw, so nothing of the plant is in it: a torque that differs from what was
-asked tells of the drive alone. The cascade is that of CiA 402-2 with a PI velocity loop (facts of the recording's `drive`).
+asked tells of the drive alone. The cascade is that of CiA 402-2 with a PI velocity loop, the PID that of a following error
+(facts of the recording's `drive`).
 """
 
 from __future__ import annotations
@@ -14,11 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.motion import Run
+from drivetwin.emulator.drive.servo import Loop
 from drivetwin.emulator.effects import DriveEffect, library
 from drivetwin.emulator.effects.current_bandwidth import CurrentBandwidth
 from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.errors import UserError
 from drivetwin.motion.filtering import derivative
 from drivetwin.recording.recording import DriveLoops
+from drivetwin.twin.loops import Loops, told_loops
 
 Array = NDArray[np.float64]
 
@@ -44,30 +48,42 @@ def asked_of(run: Run, axis: str) -> Asked | None:
     drive = info.drive
     if drive is None or "position_demand" not in columns or "position" not in columns:
         return None
-    if drive.position_gain is None or drive.velocity_gain is None:
+    loops = _loops(drive)
+    if loops is None:
         return None
     demand, position = columns["position_demand"], columns["position"]
     given = run.axes[axis].motion.torque  # read earlier by what its channel is late: the rest is the current loop's
     if not np.isfinite(demand).all():
         return None
-    fast = _cascade(
+    fast = _followed(
         demand,
-        drive.velocity_feedforward * derivative(demand, run.period) + _or_zero(columns.get("velocity_offset"), len(demand)),
+        loops.velocity_feedforward * derivative(demand, run.period) + _or_zero(columns.get("velocity_offset"), len(demand)),
         _or_zero(columns.get("torque_offset"), len(demand)),
         *_speed_as_seen(position, drive, run.period),
         position,
         np.array(
             [
-                drive.position_gain,
-                drive.velocity_gain,
-                0.0 if not drive.integral_time else 1.0 / drive.integral_time,
-                drive.torque_limit or np.inf,
+                loops.position_gain,
+                loops.velocity_gain,
+                loops.integral_rate,
+                loops.position_stiffness,
+                loops.position_integral,
+                loops.torque_limit,
                 run.period,
             ]
         ),
         given,
     )
-    return Asked(fast, lagged(fast, drive.current_loop_time_constant or 0.0, run.period), given)
+    return Asked(fast, lagged(fast, loops.current_time_constant, run.period), given)
+
+
+def _loops(drive: DriveLoops) -> Loops | None:
+    """The loops that follow a demand of the position, where all their gains are told."""
+    try:
+        loops = told_loops("drive", drive)
+    except UserError:
+        return None
+    return loops if loops is not None and loops.loop is Loop.POSITION else None
 
 
 def law_holds(runs: Sequence[Run], axis: str) -> bool:
@@ -150,19 +166,21 @@ def _or_zero(samples: Array | None, count: int) -> Array:
 
 
 @compiled
-def _cascade(demand, speed, offset, measured_speed, share, position, loops, given):  # type: ignore[no-untyped-def]
-    position_gain, velocity_gain, rate, limit, period = loops
+def _followed(demand, speed, offset, measured_speed, share, position, loops, given):  # type: ignore[no-untyped-def]
+    position_gain, velocity_gain, rate, stiffness, position_integral, limit, period = loops
     asked = np.empty(len(demand))
     velocity = 0.0
     integral = 0.0
     for k in range(len(demand)):
         velocity += share * (measured_speed[k] - velocity)
-        error = position_gain * (demand[k] - position[k]) + speed[k] - velocity
+        following_error = demand[k] - position[k]
+        error = position_gain * following_error + speed[k] - velocity
+        direct = velocity_gain * error + stiffness * following_error + offset[k]
         if k == 0:
-            integral = given[0] - velocity_gain * error - offset[0]
-        wanted = velocity_gain * error + integral + offset[k]
+            integral = given[0] - direct
+        wanted = direct + integral
         if -limit < wanted < limit:
-            integral += velocity_gain * rate * period * error
+            integral += (velocity_gain * rate * error + position_integral * following_error) * period
         asked[k] = min(max(wanted, -limit), limit)
     return asked
 

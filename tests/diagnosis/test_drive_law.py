@@ -37,6 +37,17 @@ DRIVE = DriveLoops(
 )
 SLOW = DRIVE.model_copy(update={"servo_period": PERIOD})
 """A servo that runs once a sample."""
+STIFF, INTEGRAL = GAIN * POSITION_GAIN, GAIN * POSITION_GAIN * 4.0
+PID = DriveLoops.model_validate(
+    {
+        "law": "pid",
+        "proportional_gain": STIFF,
+        "integral_gain": INTEGRAL,
+        "derivative_gain": GAIN,
+        "servo_period": STEP,
+        "current_loop_time_constant": LAG,
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -54,8 +65,10 @@ def limited(limit: float) -> Callable[[float], float]:
     return lambda torque: min(max(torque, -limit), limit)
 
 
-def closed_loop(lag: float = LAG, motor: Callable[[float], float] = float, servo: int = 1, seed: int = 2) -> Moved:
-    """Position P, velocity PI with feed-forward, a current loop of first order, an inertia with friction.
+def closed_loop(
+    lag: float = LAG, motor: Callable[[float], float] = float, servo: int = 1, seed: int = 2, pid: bool = False
+) -> Moved:
+    """Position P, velocity PI with feed-forward, or a PID; a current loop of first order, an inertia with friction.
 
     The servo runs every `servo` steps, its velocity is what the position has changed by since it last ran.
     """
@@ -67,9 +80,10 @@ def closed_loop(lag: float = LAG, motor: Callable[[float], float] = float, servo
     asked, given, positions = np.empty((3, len(fine)))
     for k in range(len(fine)):
         if k % servo == 0:
-            error = POSITION_GAIN * (demand[k] - position) + speed[k] - (position - last) / (servo * STEP)
-            ask, last = GAIN * error + integral, position
-            integral += GAIN / INTEGRAL_TIME * error * servo * STEP
+            behind, slower = demand[k] - position, speed[k] - (position - last) / (servo * STEP)
+            ask, last = GAIN * (POSITION_GAIN * behind + slower) + integral, position
+            rate = INTEGRAL * behind if pid else GAIN / INTEGRAL_TIME * (POSITION_GAIN * behind + slower)
+            integral += rate * servo * STEP
         torque += share * (ask - torque)
         asked[k], given[k], positions[k] = ask, motor(torque), position
         friction = COULOMB["turn"] * np.tanh(velocity / 0.002) + VISCOUS["turn"] * velocity
@@ -156,6 +170,17 @@ def test_a_slow_current_loop_is_found_with_its_bandwidth(tmp_path: Path) -> None
     assert 1.0 / (2.0 * pi * slow.effect.bandwidth) == pytest.approx(lag, abs=0.5 * PERIOD)
     assert slow.left < 0.01 * slow.without
     assert list(found) == ["current_bandwidth"], "a saturation would leave more"
+
+
+def test_a_pid_is_asked_as_a_cascade_is(tmp_path: Path) -> None:
+    """What is left of its following error and its rate, which the recording shows at each sample only."""
+    moved = closed_loop(pid=True, motor=limited(15.0))
+    assert not_testable(tmp_path, moved, PID) == set()
+    found = found_in(rows_of(tmp_path, moved, PID))
+    saturation = found["torque_saturation"].effect
+    assert isinstance(saturation, TorqueSaturation)
+    assert saturation.limit == pytest.approx(15.0, rel=0.02)
+    assert found_in(rows_of(tmp_path, closed_loop(pid=True), PID)) == {}
 
 
 def not_testable(folder: Path, moved: Moved, drive: DriveLoops = DRIVE) -> set[str]:
