@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from drivetwin.blind.rates import Rate
-from drivetwin.blind.score import Named, NominalScore, Score, Target
+from drivetwin.blind.score import NominalScore, Score
 from drivetwin.blind.strict import Called, OrAlike, Strict
 from drivetwin.foundation.files import write_json
 
@@ -24,14 +23,10 @@ def write_score(path: Path, score: Score) -> None:
         "cases": score.cases,
         "commitment": score.commitment,
         "code": score.code,
-        "targets": [_target_json(target) for target in score.targets],
+        "targets": [{**vars(target), "reached": target.reached} for target in score.targets],
         "nominal": {of_nominal.nominal: _nominal_json(of_nominal) for of_nominal in score.nominal},
     }
     write_json(path, payload)
-
-
-def _target_json(target: Target) -> dict[str, Any]:
-    return {**vars(target), "reached": target.reached}
 
 
 def _nominal_json(score: NominalScore) -> dict[str, Any]:
@@ -39,46 +34,28 @@ def _nominal_json(score: NominalScore) -> dict[str, Any]:
     rates = (*named, "nothing_else", "promises")
     groups = ("by_effect", "by_machine", "by_formulation")
     return {
-        "rates": {name: _rate_json(getattr(score, name)) for name in rates},
+        "rates": {name: _json(getattr(score, name)) for name in rates},
         "shrink": {"median": score.median_shrink, "shares": list(score.shrinks)},
-        "calibration": _calibration_json(score.calibration),
+        "calibration": _json(score.calibration),
         "brier": score.brier,
-        "strict": _strict_json(score.strict),
-        "or_alike": _or_alike_json(score.or_alike),
-        **{name: _named_json(getattr(score, name)) for name in groups},
+        "strict": _json(score.strict),
+        "or_alike": _json(score.or_alike),
+        **{name: {one.name: _json(one.rate) for one in getattr(score, name)} for name in groups},
         "confusion": [vars(cell) for cell in score.confusion],
         "misses": [vars(miss) for miss in score.misses],
         "extras": [vars(extra) for extra in score.extras],
     }
 
 
-def _strict_json(score: Strict) -> dict[str, Any]:
-    rates = ("exact_first", "alike_first", "there_first", "all_four", "absent", "worse", "covered")
-    return {
-        **{name: _rate_json(getattr(score, name)) for name in rates},
-        "reliability": _calibration_json(score.reliability),
-        "brier": score.brier,
-        "share_error": score.share_error,
-    }
-
-
-def _or_alike_json(score: OrAlike) -> dict[str, Any]:
-    return {
-        "absent": _rate_json(score.absent),
-        "reliability": _calibration_json(score.reliability),
-        "brier": score.brier,
-        "claims": _rate_json(score.claims),
-        "untried": score.untried,
-    }
-
-
-def _calibration_json(calibration: Iterable[Called]) -> list[dict[str, Any]]:
-    return [{"called": [bin_.low, bin_.high], "mean": bin_.mean, **_rate_json(bin_.right)} for bin_ in calibration]
-
-
-def _rate_json(found: Rate) -> dict[str, Any]:
-    return {"hits": found.hits, "of": found.of, "share": found.value, "ci90": found.ci90}
-
-
-def _named_json(named: Iterable[Named]) -> dict[str, Any]:
-    return {one.name: _rate_json(one.rate) for one in named}
+def _json(value: object) -> Any:
+    """Rates and bins with what follows from them, anything made of them by the names of its fields."""
+    match value:
+        case Rate():
+            return {**vars(value), "share": value.value, "ci90": value.ci90}
+        case Called():
+            return {"called": [value.low, value.high], "mean": value.mean, **_json(value.right)}
+        case Strict() | OrAlike():
+            return {name: _json(one) for name, one in vars(value).items()}
+        case tuple():
+            return [_json(one) for one in value]
+    return value

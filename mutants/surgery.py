@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import drivetwin.controller.tasks.file as task_file
 from drivetwin.controller import supervision
-from drivetwin.controller.machine import Axis, Machine, load_machine
+from drivetwin.controller.machine import Axis, Machine
+
+Original = Callable[..., Any]
+"""What stood where something broken stands."""
 
 
 def replace(owner: object, name: str, broken: object) -> None:
@@ -15,13 +19,31 @@ def replace(owner: object, name: str, broken: object) -> None:
     setattr(owner, name, broken)
 
 
-def misdescribe(name: str, change: Callable[[Axis], Axis]) -> None:
-    """Let the controller take an axis for another than its axes.yaml describes."""
-    def broken(machine_name: str) -> Machine:
-        machine = load_machine(machine_name)
-        return machine.model_copy(update={"axes": machine.axes | {name: change(machine.axes[name])}})
+def instead_of(owner: object, name: str) -> Callable[[Callable[..., Any]], Callable[[], None]]:
+    """Makes `break_controller` of what is to stand in the place of a function; it gets the original, then the arguments."""
 
-    replace(task_file, "load_machine", broken)
+    def breaking(broken: Callable[..., Any]) -> Callable[[], None]:
+        def break_controller() -> None:
+            original = getattr(owner, name)
+            replace(owner, name, lambda *arguments, **named: broken(original, *arguments, **named))
+
+        return break_controller
+
+    return breaking
+
+
+def misdescribed(name: str) -> Callable[[Callable[[Axis], Axis]], Callable[[], None]]:
+    """Makes `break_controller` of how the controller takes an axis for another than its axes.yaml describes."""
+
+    def breaking(change: Callable[[Axis], Axis]) -> Callable[[], None]:
+        @instead_of(task_file, "load_machine")
+        def break_controller(load: Original, machine_name: str) -> Machine:
+            machine: Machine = load(machine_name)
+            return machine.model_copy(update={"axes": machine.axes | {name: change(machine.axes[name])}})
+
+        return break_controller
+
+    return breaking
 
 
 def leave_out(*checks: supervision.Check) -> None:

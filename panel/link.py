@@ -27,6 +27,9 @@ TOGETHER = 0.03
 REST = 0.005
 """Between two looks at what has come, where nobody waits [s]: to be woken by each packet costs more."""
 
+BLINK = 0.001
+"""Longest wait for a frame where somebody waits [s]: who asks next is not noticed meanwhile."""
+
 WAIT = 0.1
 """Between two looks whether the panel has caught up with the bus, at most [s]."""
 
@@ -120,7 +123,7 @@ class Link(canopen.Network):
             self._woken.wait(0.0 if self._urgent > 0 else min(REST, left))
             self._woken.clear()
             catches_up = self._wants_to_catch_up.is_set()
-            packet = self._receive(left if self._urgent > 0 and not self._passed and not catches_up else 0.0)
+            packet = self._receive(min(left, BLINK) if self._urgent > 0 and not self._passed and not catches_up else 0.0)
             while packet is not None:
                 self._passed.append(packet)
                 packet = self._receive(0.0) if catches_up or time.monotonic() < due else None

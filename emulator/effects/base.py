@@ -242,11 +242,8 @@ class StaticEffect(AxisEffect):
 
 
 @dataclass(frozen=True)
-class TorqueEffect(StaticEffect):
-    """An effect with one equation, a torque by the joint's present state, for both plant and prediction.
-
-    For what varies smoothly; friction that sticks is a `FrictionEffect`.
-    """
+class ResistingEffect(Effect):
+    """An effect with one equation, a torque by the joint's present state, for both plant and prediction."""
 
     @abstractmethod
     def resistance(
@@ -261,32 +258,25 @@ class TorqueEffect(StaticEffect):
         return replace(axis, resisting=(*axis.resisting, self))
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        """Additional motor torque (n,) that it costs on a measured motion (n,)."""
         return self.resistance(motion.position, motion.velocity, motion.time)
 
 
 @dataclass(frozen=True)
-class UnnamedEffect(Effect):
+class TorqueEffect(ResistingEffect, StaticEffect):
+    """A resisting effect that varies smoothly; friction that sticks is a `FrictionEffect`."""
+
+
+@dataclass(frozen=True)
+class UnnamedEffect(ResistingEffect):
     """What no effect names. A patch may have it; no search proposes it, no report calls it a cause, no blind case draws it."""
 
     asked: ClassVar[tuple[str, ...]] = ("example",)
-
-    @abstractmethod
-    def resistance(
-        self, position: NDArray[np.float64], velocity: NDArray[np.float64], time: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Torque (n,) that the motor must give for it, joint side, N·m or N, as of a `TorqueEffect`."""
 
     @classmethod
     @abstractmethod
     def example(cls, ground: Ground) -> UnnamedEffect:
         """One of a size that matters on an axis and its motion."""
-
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
-        return replace(axis, resisting=(*axis.resisting, self))
-
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        """Additional motor torque (n,) that it costs on a measured motion (n,)."""
-        return self.resistance(motion.position, motion.velocity, motion.time)
 
 
 @dataclass(frozen=True)

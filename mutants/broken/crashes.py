@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from drivetwin.controller import session
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("01_boot.configured", "outcome")
 
 
-def break_controller() -> None:
-    def broken(drives: list[object], machine: object) -> None:
-        raise IndexError(f"no drive {len(drives) + 1} on {machine}")
-
-    replace(session, "check_motors", broken)
+@instead_of(session, "check_motors")
+def break_controller(_original: Original, drives: list[object], machine: object) -> None:
+    raise IndexError(f"no drive {len(drives) + 1} on {machine}")

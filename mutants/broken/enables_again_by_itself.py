@@ -8,13 +8,11 @@ from pathlib import Path
 import drivetwin.controller.__main__ as program
 from drivetwin.controller.tasks.file import Order, read_order
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("08_faults.drive_fault", "stays_disabled")
 
 
-def break_controller() -> None:
-    def broken(path: Path) -> Order:
-        return changed(read_order(path), resume=True)
-
-    replace(program, "read_order", broken)
+@instead_of(program, "read_order")
+def break_controller(_original: Original, path: Path) -> Order:
+    return changed(read_order(path), resume=True)

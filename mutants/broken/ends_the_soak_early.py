@@ -5,15 +5,11 @@ from __future__ import annotations
 from drivetwin.controller.tasks.base import Work
 from drivetwin.controller.tasks.soak import Soak
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("11_soak.to_and_fro", "keeps_moving")
 
 
-def break_controller() -> None:
-    run = Soak.run
-
-    def broken(self: Soak, work: Work) -> None:
-        run(self.model_copy(update={"seconds": self.seconds * 2.0 / 3.0}), work)
-
-    replace(Soak, "run", broken)
+@instead_of(Soak, "run")
+def break_controller(run: Original, self: Soak, work: Work) -> None:
+    run(self.model_copy(update={"seconds": self.seconds * 2.0 / 3.0}), work)

@@ -5,15 +5,12 @@ from __future__ import annotations
 from drivetwin.controller.feedforward.torque_model import ModelTorque
 from drivetwin.controller.joint_path import JointPath, Rows
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("07_feed_forward.gain", "feed_forward")
 
 
-def break_controller() -> None:
-    torque = ModelTorque.__call__
-
-    def broken(self: ModelTorque, path: JointPath) -> Rows:
-        return -1.0 * torque(self, path)
-
-    replace(ModelTorque, "__call__", broken)
+@instead_of(ModelTorque, "__call__")
+def break_controller(torque: Original, self: ModelTorque, path: JointPath) -> Rows:
+    rows: Rows = -1.0 * torque(self, path)
+    return rows

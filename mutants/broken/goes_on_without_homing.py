@@ -6,15 +6,13 @@ from drivetwin.controller.recovery import recover
 from drivetwin.controller.session import Session
 from drivetwin.controller.tasks import base
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("10_recovery.node_resets", "homed")
 
 
-def break_controller() -> None:
-    def broken(session: Session) -> None:
-        recover(session)
-        for drive in session.drives:
-            drive.homed = True
-
-    replace(base, "recover", broken)
+@instead_of(base, "recover")
+def break_controller(_original: Original, session: Session) -> None:
+    recover(session)
+    for drive in session.drives:
+        drive.homed = True

@@ -6,13 +6,11 @@ from threading import Event
 
 from drivetwin.controller import session
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("01_boot.configured", "outcome")
 
 
-def break_controller() -> None:
-    def broken(*_arguments: object) -> None:
-        Event().wait()
-
-    replace(session, "check_motors", broken)
+@instead_of(session, "check_motors")
+def break_controller(_original: Original, *_arguments: object) -> None:
+    Event().wait()

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from drivetwin.controller.machine import Axis
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import misdescribe
+from drivetwin.mutants.surgery import misdescribed
 
 CAUGHT_BY = CaughtBy("03_homing.home", "homed")
 
 
-def break_controller() -> None:
-    def wrong(axis: Axis) -> Axis:
-        return axis.model_copy(update={"homing": axis.homing.model_copy(update={"switch_position": 0.0005})})
-
-    misdescribe("lift", wrong)
+@misdescribed("lift")
+def break_controller(axis: Axis) -> Axis:
+    return axis.model_copy(update={"homing": axis.homing.model_copy(update={"switch_position": 0.0005})})

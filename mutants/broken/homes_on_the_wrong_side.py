@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from drivetwin.controller.machine import Axis
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import misdescribe
+from drivetwin.mutants.surgery import misdescribed
 
 CAUGHT_BY = CaughtBy("03_homing.home", "homed")
 
@@ -12,8 +12,6 @@ POSITIVE_LIMIT_SWITCH = 18
 """Homing method (CiA 402-2, table 'Homing methods')."""
 
 
-def break_controller() -> None:
-    def wrong(axis: Axis) -> Axis:
-        return axis.model_copy(update={"homing": axis.homing.model_copy(update={"method": POSITIVE_LIMIT_SWITCH})})
-
-    misdescribe("rotate", wrong)
+@misdescribed("rotate")
+def break_controller(axis: Axis) -> Axis:
+    return axis.model_copy(update={"homing": axis.homing.model_copy(update={"method": POSITIVE_LIMIT_SWITCH})})

@@ -8,15 +8,13 @@ from typing import Any
 from drivetwin.controller.tasks import identify
 from drivetwin.foundation.files import write_json
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("06_identification.friction", "identification")
 
 
-def break_controller() -> None:
-    def broken(path: Path, payload: dict[str, Any]) -> None:
-        for axis in payload["axes"].values():
-            axis["parameters"]["coulomb"]["value"] *= 0.95
-        write_json(path, payload)
-
-    replace(identify, "write_json", broken)
+@instead_of(identify, "write_json")
+def break_controller(_original: Original, path: Path, payload: dict[str, Any]) -> None:
+    for axis in payload["axes"].values():
+        axis["parameters"]["coulomb"]["value"] *= 0.95
+    write_json(path, payload)

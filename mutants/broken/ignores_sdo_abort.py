@@ -7,16 +7,12 @@ from contextlib import suppress
 from drivetwin.controller.drive_node import DriveNode
 from drivetwin.foundation.errors import UserError
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("01_boot.sdo_refused", "no_ignored_abort")
 
 
-def break_controller() -> None:
-    write = DriveNode.write
-
-    def broken(self: DriveNode, value: float, index: int, subindex: int = 0) -> None:
-        with suppress(UserError):
-            write(self, value, index, subindex)
-
-    replace(DriveNode, "write", broken)
+@instead_of(DriveNode, "write")
+def break_controller(write: Original, self: DriveNode, value: float, index: int, subindex: int = 0) -> None:
+    with suppress(UserError):
+        write(self, value, index, subindex)

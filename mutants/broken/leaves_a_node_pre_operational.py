@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from drivetwin.controller.drive_node import DriveNode
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("01_boot.configured", "operational")
 
 
-def break_controller() -> None:
-    start = DriveNode.start_operation
-
-    def broken(self: DriveNode) -> None:
-        if self.name != "stretch":
-            start(self)
-
-    replace(DriveNode, "start_operation", broken)
+@instead_of(DriveNode, "start_operation")
+def break_controller(start: Original, self: DriveNode) -> None:
+    if self.name != "stretch":
+        start(self)

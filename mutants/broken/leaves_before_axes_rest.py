@@ -8,13 +8,11 @@ from drivetwin.controller import stop
 from drivetwin.controller.cycle import Cycle
 from drivetwin.controller.drive_node import DriveNode
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("08_faults.setpoints_late", "disabled_at_end")
 
 
-def break_controller() -> None:
-    def broken(_cycle: Cycle, _drives: Sequence[DriveNode]) -> list[DriveNode]:
-        return []
-
-    replace(stop, "_still_moving", broken)
+@instead_of(stop, "_still_moving")
+def break_controller(_original: Original, _cycle: Cycle, _drives: Sequence[DriveNode]) -> list[DriveNode]:
+    return []

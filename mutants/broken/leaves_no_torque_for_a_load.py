@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from drivetwin.controller.drive_node import DriveNode
 from drivetwin.controller.session import Session
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("08_faults.payload", "outcome")
 
@@ -15,13 +15,9 @@ EMPTY = 320.0
 """Force with which the lift accelerates its own mass upwards [N]."""
 
 
-def break_controller() -> None:
-    configure = Session.configure
-
-    def broken(self: Session, drives: Sequence[DriveNode]) -> None:
-        configure(self, drives)
-        for drive in drives:
-            if drive.name == "lift":
-                drive.write(round(1000.0 * EMPTY / drive.joint_torque(drive.rated_torque)), 0x6072)
-
-    replace(Session, "configure", broken)
+@instead_of(Session, "configure")
+def break_controller(configure: Original, self: Session, drives: Sequence[DriveNode]) -> None:
+    configure(self, drives)
+    for drive in drives:
+        if drive.name == "lift":
+            drive.write(round(1000.0 * EMPTY / drive.joint_torque(drive.rated_torque)), 0x6072)

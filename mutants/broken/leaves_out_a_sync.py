@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from drivetwin.controller.cycle import Cycle
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("09_bus.load", "no_flood")
 
 
-def break_controller() -> None:
-    run = Cycle.run
-
-    def broken(self: Cycle) -> None:
-        if self.count % 100 == 0:
-            for drive in self._drives:
-                drive.send_output()
-        run(self)
-
-    replace(Cycle, "run", broken)
+@instead_of(Cycle, "run")
+def break_controller(run: Original, self: Cycle) -> None:
+    if self.count % 100 == 0:
+        for drive in self._drives:
+            drive.send_output()
+    run(self)

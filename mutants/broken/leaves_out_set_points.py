@@ -6,16 +6,14 @@ from itertools import count
 
 from drivetwin.controller.drive_node import DriveNode
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("04_moves.single", "setpoints_every_cycle")
 
+calls = count(1)
 
-def break_controller() -> None:
-    send, calls = DriveNode.send_output, count(1)
 
-    def broken(self: DriveNode) -> None:
-        if next(calls) % 100:
-            send(self)
-
-    replace(DriveNode, "send_output", broken)
+@instead_of(DriveNode, "send_output")
+def break_controller(send: Original, self: DriveNode) -> None:
+    if next(calls) % 100:
+        send(self)

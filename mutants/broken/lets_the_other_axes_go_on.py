@@ -6,16 +6,14 @@ from drivetwin.controller import cycle
 from drivetwin.controller.supervision import Watch, supervise
 from drivetwin.controller.trouble import DriveFaultError
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("08_faults.drive_fault", "stopped")
 
 
-def break_controller() -> None:
-    def broken(watch: Watch, elapsed: float) -> None:
-        try:
-            supervise(watch, elapsed)
-        except DriveFaultError:
-            watch.drive.operating = watch.drive.streaming = False
-
-    replace(cycle, "supervise", broken)
+@instead_of(cycle, "supervise")
+def break_controller(_original: Original, watch: Watch, elapsed: float) -> None:
+    try:
+        supervise(watch, elapsed)
+    except DriveFaultError:
+        watch.drive.operating = watch.drive.streaming = False

@@ -6,15 +6,13 @@ import canopen
 
 from drivetwin.controller.drive_node import DriveNode
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("01_boot.configured", "pdo_mapping")
 
 
-def break_controller() -> None:
-    map_pdo = DriveNode._map
-
-    def broken(self: DriveNode, pdo: canopen.pdo.base.PdoMap, objects: list[tuple[int, int]], kind: int) -> None:
-        map_pdo(self, pdo, [objects[0], *objects[:0:-1]], kind)
-
-    replace(DriveNode, "_map", broken)
+@instead_of(DriveNode, "_map")
+def break_controller(
+    map_pdo: Original, self: DriveNode, pdo: canopen.pdo.base.PdoMap, objects: list[tuple[int, int]], kind: int
+) -> None:
+    map_pdo(self, pdo, [objects[0], *objects[:0:-1]], kind)

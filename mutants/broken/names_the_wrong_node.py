@@ -9,13 +9,11 @@ from drivetwin.controller.outcome import Outcome
 from drivetwin.controller.perform import Place, perform
 from drivetwin.controller.tasks.file import Order
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("08_faults.limit_switch", "names_fault")
 
 
-def break_controller() -> None:
-    def broken(order: Order, place: Place) -> Outcome:
-        return changed(perform(order, place), node=3)
-
-    replace(program, "perform", broken)
+@instead_of(program, "perform")
+def break_controller(_original: Original, order: Order, place: Place) -> Outcome:
+    return changed(perform(order, place), node=3)

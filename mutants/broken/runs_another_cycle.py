@@ -5,13 +5,11 @@ from __future__ import annotations
 from drivetwin.controller import perform
 from drivetwin.controller.session import Streaming
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("09_bus.load", "sync_period")
 
 
-def break_controller() -> None:
-    def broken(_order: object) -> tuple[Streaming, str]:
-        return Streaming(0.004), ""
-
-    replace(perform, "_streaming", broken)
+@instead_of(perform, "_streaming")
+def break_controller(_original: Original, _order: object) -> tuple[Streaming, str]:
+    return Streaming(0.004), ""

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from drivetwin.controller.drive_node import DriveNode
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("09_bus.load", "no_flood")
 
 
-def break_controller() -> None:
-    send = DriveNode.send_output
-
-    def broken(self: DriveNode) -> None:
-        send(self)
-        send(self)
-
-    replace(DriveNode, "send_output", broken)
+@instead_of(DriveNode, "send_output")
+def break_controller(send: Original, self: DriveNode) -> None:
+    send(self)
+    send(self)

@@ -7,14 +7,12 @@ from collections.abc import Sequence
 from drivetwin.controller.drive_node import DriveNode
 from drivetwin.controller.session import Session
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("03_homing.home", "homed")
 
 
-def break_controller() -> None:
-    def broken(_session: Session, drives: Sequence[DriveNode]) -> None:
-        for drive in drives:
-            drive.homed = True
-
-    replace(Session, "home", broken)
+@instead_of(Session, "home")
+def break_controller(_original: Original, _session: Session, drives: Sequence[DriveNode]) -> None:
+    for drive in drives:
+        drive.homed = True

@@ -8,7 +8,7 @@ from drivetwin.controller import stop
 from drivetwin.controller.cycle import Cycle
 from drivetwin.controller.drive_node import DriveNode
 from drivetwin.mutants.base import CaughtBy
-from drivetwin.mutants.surgery import replace
+from drivetwin.mutants.surgery import Original, instead_of
 
 CAUGHT_BY = CaughtBy("08_faults.drive_fault", "stays_disabled")
 
@@ -16,12 +16,10 @@ HELD = 2.0
 """For how long [s], until somebody comes."""
 
 
-def break_controller() -> None:
-    def broken(cycle: Cycle, drives: Sequence[DriveNode]) -> str:
-        for drive in drives:
-            drive.operating = drive.streaming = False
-        for _ in range(round(HELD / cycle.period)):
-            stop._run(cycle)
-        return "every axis is held"
-
-    replace(stop, "stop", broken)
+@instead_of(stop, "stop")
+def break_controller(_original: Original, cycle: Cycle, drives: Sequence[DriveNode]) -> str:
+    for drive in drives:
+        drive.operating = drive.streaming = False
+    for _ in range(round(HELD / cycle.period)):
+        stop._run(cycle)
+    return "every axis is held"
