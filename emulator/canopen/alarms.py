@@ -21,7 +21,8 @@ class Alarm:
     def set(self, due: float) -> None:
         """Ring at `due` instead of any earlier arrangement; inf: not at all."""
         self.due = due
-        self._alarms.due = min(self._alarms.due, due - TOLERANCE)
+        if due - TOLERANCE < self._alarms.due:
+            self._alarms.due = due - TOLERANCE
 
     def stop(self) -> None:
         """Do not ring."""
