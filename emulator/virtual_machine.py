@@ -112,27 +112,27 @@ class VirtualMachine:
     def _hear(self, message: can.Message) -> None:
         if message.is_error_frame or message.is_extended_id or message.is_fd:
             return
+        cob_id = message.arbitration_id
         if message.is_remote_frame:
             for wire in self.wires:
-                wire.receive(message.arbitration_id, b"", True)
+                wire.receive(cob_id, b"", True)
+        elif cob_id == self._nodes[0][1].synchronisation.cob_id:
+            self._run(self._clock.before_sync())
+            self._take(cob_id, bytes(message.data))
+            self._run(self._clock.at_sync(self._told()))
         else:
-            self._take(message.arbitration_id, bytes(message.data))
+            self._take(cob_id, bytes(message.data))
         if self._clock.runs_alone:
             self._look_at_timers()
 
     def _take(self, cob_id: int, data: bytes) -> None:
         """A data frame, to those whom it concerns; who they are is looked up once, and anew after any of them was rewired."""
-        moves_time = cob_id == self._nodes[0][1].synchronisation.cob_id
-        if moves_time:
-            self._run(self._clock.before_sync())
         takers = self._takers.get(cob_id)
         if takers is None:
             found = [wire.taker(cob_id) for wire in self.wires]
             self._takers[cob_id] = takers = [taker for taker in found if taker is not None]
         for take in takers:
             take(data)
-        if moves_time:
-            self._run(self._clock.at_sync(self._told()))
 
     def attach(self, answer_requests: Callable[[], None]) -> None:
         """Let `poll` answer what another interface (Modbus) asks of the drives: between two frames, in the owner's thread."""
