@@ -17,7 +17,7 @@ from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.incidents import Incidents
 from drivetwin.emulator.machine import Axis, Machine
 from drivetwin.emulator.mechanism import Mechanism, act, read
-from drivetwin.foundation.compiled import compiled, settled
+from drivetwin.foundation.compiled import in_place, settled
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.mujoco_calls import ADDRESS, mujoco_call
 
@@ -35,7 +35,7 @@ _NONE = np.zeros(len(_UNSTABLE), dtype=np.int32).tobytes()
 _mj_step = mujoco_call("mj_step", ADDRESS, ADDRESS)
 
 
-@compiled
+@in_place
 def run_periods(  # type: ignore[no-untyped-def]  # record arrays have no static type
     first, last, periods, drives, motor_position, motor_torque, misreadings, reading, acting, brakes, time, length, model, data
 ) -> None:

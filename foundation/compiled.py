@@ -19,6 +19,14 @@ def compiled(function: Callable[Parameters, Result]) -> Callable[Parameters, Res
     return cast(Callable[Parameters, Result], numba.njit(cache=True, fastmath=False, nogil=True)(function))
 
 
+def in_place(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+    """As `compiled`, for a function of every servo period, which makes no array: it works on those that it is given.
+
+    So nobody has to count who uses them, which took a tenth of a cycle of three axes.
+    """
+    return cast(Callable[Parameters, Result], numba.njit(cache=True, fastmath=False, nogil=True, _nrt=False)(function))
+
+
 def settled(function: Callable[Parameters, Result], *arguments: Any) -> Callable[Parameters, Result]:
     """The machine code of a compiled function for arguments of the types of these, which it is not called with.
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.compiled import in_place
 from drivetwin.foundation.enums import quick
 
 SERVO_PERIOD = 125e-6
@@ -109,7 +109,7 @@ def filter_share(time_constant: float, period: float = SERVO_PERIOD) -> float:
     return 1.0 - float(np.exp(-period / time_constant)) if time_constant > 0.0 else 1.0
 
 
-@compiled
+@in_place
 def servo_period(  # type: ignore[no-untyped-def]  # record arrays have no static type
     parameters, state, loops, demand, noise, motor_position, motor_torque, length
 ) -> None:
@@ -139,7 +139,7 @@ def servo_period(  # type: ignore[no-untyped-def]  # record arrays have no stati
         _watch(p, s, loops[axis], length)
 
 
-@compiled
+@in_place
 def _cascade(p, s, loop, demand, length) -> None:  # type: ignore[no-untyped-def]
     most, least = min(p.torque_limit, p.torque_positive), -min(p.torque_limit, p.torque_negative)
     if loop == 1:
@@ -169,7 +169,7 @@ def _cascade(p, s, loop, demand, length) -> None:  # type: ignore[no-untyped-def
     s.limited = 0 if least <= wanted <= most else 1
 
 
-@compiled
+@in_place
 def _watch(p, s, loop, length) -> None:  # type: ignore[no-untyped-def]
     """Following error for longer than its time-out, current trip, I2t, overspeed."""
     if loop == 3 and abs(s.following_error) > p.error_limit:
