@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.drive.servo import SERVO_PERIOD
-from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.compiled import in_place
 from drivetwin.foundation.enums import quick
 
 
@@ -20,7 +20,7 @@ class Interpolation(IntEnum):
     CUBIC_SPLINE = 2
 
 
-@compiled
+@in_place
 def linear_cycle(  # type: ignore[no-untyped-def]
     start: float, end: float, passed: int, total: int, faster: float, torque: float, demand
 ) -> None:
@@ -37,7 +37,7 @@ def linear_cycle(  # type: ignore[no-untyped-def]
         demand[period, 3] = torque
 
 
-@compiled
+@in_place
 def spline_cycle(  # type: ignore[no-untyped-def]
     p0: float, p1: float, p2: float, p3: float, passed: int, total: int, faster: float, torque: float, demand
 ) -> None:
