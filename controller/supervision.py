@@ -71,7 +71,7 @@ class Watch:
         """The inputs of a cycle, whose SYNC came so long after the last one [s], are there, or are not."""
         drive = self.drive
         drive.liveness.silence += self.period
-        self.age += elapsed if elapsed > self.period else self.period  # drives go by a full cycle where a SYNC makes up for a late one
+        self.age += max(elapsed, self.period)  # drives go by a full cycle where a SYNC makes up for a late one
         if drive.received == 0:
             self.missed += 1
             self.owed = min(self.owed + 1, MISSED)
@@ -106,9 +106,7 @@ def supervise(watch: Watch, elapsed: float) -> None:
 def is_plainly_sound(watch: Watch) -> bool:
     """Whether it can be seen at one glance, which every cycle takes, that no check finds anything; they are asked where not."""
     drive, liveness = watch.drive, watch.drive.liveness
-    if drive.emergencies or watch.surplus or watch.missed >= MISSED or watch.at_limit >= AT_LIMIT_FOR:
-        return False
-    if drive.allowed is not None and drive.outside:
+    if drive.emergencies or watch.surplus or watch.missed >= MISSED or watch.at_limit >= AT_LIMIT_FOR or drive.outside:
         return False
     if liveness.expected and (
         liveness.boots or liveness.silence >= NODE_IS_LOST_AFTER or liveness.state not in (None, OPERATIONAL)

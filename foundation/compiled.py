@@ -24,7 +24,8 @@ def in_place(function: Callable[Parameters, Result]) -> Callable[Parameters, Res
 
     So nobody has to count who uses them, which took a tenth of a cycle of three axes.
     """
-    return cast(Callable[Parameters, Result], numba.njit(cache=True, fastmath=False, nogil=True, _nrt=False)(function))
+    uncounted: Any = numba.njit  # whose types do not know `_nrt`, the counting
+    return cast(Callable[Parameters, Result], uncounted(cache=True, fastmath=False, nogil=True, _nrt=False)(function))
 
 
 def settled(function: Callable[Parameters, Result], *arguments: Any) -> Callable[Parameters, Result]:
@@ -34,6 +35,6 @@ def settled(function: Callable[Parameters, Result], *arguments: Any) -> Callable
     knows which code is meant. Other types raise TypeError.
     """
     dispatcher: Any = function
-    types = tuple(numba.typeof(argument) for argument in arguments)
+    types = tuple(dispatcher.typeof_pyval(argument) for argument in arguments)
     dispatcher.compile(types)
     return cast(Callable[Parameters, Result], dispatcher.overloads[types].entry_point)

@@ -21,8 +21,7 @@ class Alarm:
     def set(self, due: float) -> None:
         """Ring at `due` instead of any earlier arrangement; inf: not at all."""
         self.due = due
-        if due - TOLERANCE < self._alarms.due:
-            self._alarms.due = due - TOLERANCE
+        self._alarms.due = min(self._alarms.due, due - TOLERANCE)
 
     def stop(self) -> None:
         """Do not ring."""

@@ -152,7 +152,8 @@ class Drive:
                 for controlword in self._unseen:
                     wanted.notice(controlword)
         self._halted = None
-        self._unseen.clear()
+        if self._unseen:
+            self._unseen.clear()
         if wanted is None:
             self._run(Way.SLOW_DOWN_RAMP)
         else:

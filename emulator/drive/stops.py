@@ -119,8 +119,7 @@ class Stops:
         self._standstill.look(speed < STANDSTILL, STANDSTILL_TIME, cycle)
         ramping = self.velocity != 0.0
         self._waited = 0.0 if ramping or speed < self._slowest else self._waited + cycle
-        if speed < self._slowest:
-            self._slowest = speed
+        self._slowest = min(self._slowest, speed)
 
     def _way_of(self, option_code: int) -> Way:
         return OPTIONS[option_code].get(int(self._axis.dictionary[option_code].value), Way.QUICK_STOP_RAMP)
