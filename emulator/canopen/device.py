@@ -124,13 +124,16 @@ class Device:
 
     def taker(self, cob_id: int) -> Callable[[bytes], None] | None:
         """What takes the data of frames with this identifier, SYNC included; None where nothing does; until `rewired`."""
-        return self.sync if cob_id == self.synchronisation.cob_id else self._handlers.get(cob_id)
+        return self._take_sync if cob_id == self.synchronisation.cob_id else self._handlers.get(cob_id)
 
-    def sync(self, data: bytes = b"") -> None:
+    def sync(self, counter: int | None = None) -> None:
         """A SYNC came, perhaps with a counter: synchronous TPDOs are sampled and sent, then synchronous RPDOs take effect."""
-        self.synchronisation.run(data[0] if data else None)
+        self.synchronisation.run(counter)
         if self._sync_timeout is not None:
             self._sync_timeout.came()
+
+    def _take_sync(self, data: bytes) -> None:
+        self.sync(data[0] if data else None)
 
     def tick(self, now: float) -> None:
         """Simulated time has moved to `now` [s]: send what is due by time or by a change of value."""
