@@ -86,16 +86,15 @@ class InprocBus(can.BusABC):
         """Next frame of the peer; None after `timeout` seconds of wall-clock, or at once if only a frame could move it."""
         if self._received:
             return self._received.popleft()
-        deadline = None if timeout is None else time.monotonic() + timeout
-        while not self._received:
+        deadline = None if not timeout else time.monotonic() + timeout
+        while True:
             self._peer.poll()
-            pause = self._peer.wait()
             if self._received:
-                break
-            if pause is None or (deadline is not None and time.monotonic() >= deadline):
+                return self._received.popleft()
+            pause = self._peer.wait()
+            if pause is None or timeout == 0.0 or (deadline is not None and time.monotonic() >= deadline):
                 return None
             time.sleep(pause)
-        return self._received.popleft()
 
 
 class WebsocketBus(RemoteBus):  # type: ignore[misc]  # can_remote is untyped

@@ -140,11 +140,14 @@ class Link(canopen.Network):
 
     def await_frame(self, seconds: float) -> bool:
         """Take one frame, waiting up to `seconds`, in slices that let a Ctrl-C through; whether one came."""
-        deadline = time.monotonic() + seconds
-        while not self.pump(min(seconds, SLICE)):
-            if time.monotonic() >= deadline:
-                return False
-        return True
+        slice_ = min(seconds, SLICE)
+        if self.pump(slice_):
+            return True
+        deadline = time.monotonic() + seconds - slice_
+        while time.monotonic() < deadline:
+            if self.pump(slice_):
+                return True
+        return False
 
     def _put(self, message: can.Message) -> None:
         if self.log is not None:

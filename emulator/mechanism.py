@@ -27,10 +27,10 @@ from drivetwin.emulator.dynamics.transmission import (
 )
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.effects.model_tree import outermost
-from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.compiled import in_place
 
 
-@compiled
+@in_place
 def read(gear, motors, qpos, uneven, encoders, delays, history, newest, angle, position) -> None:  # type: ignore[no-untyped-def]
     """Motor angles (n,) [rad] from joint positions, and what the encoders tell of them."""
     for axis in range(gear.shape[0]):
@@ -39,7 +39,7 @@ def read(gear, motors, qpos, uneven, encoders, delays, history, newest, angle, p
     read_encoders(encoders, delays, history, newest, angle, position)
 
 
-@compiled
+@in_place
 def act(parts, state, constants, motor_torque, brakes, time) -> None:  # type: ignore[no-untyped-def]
     """Set what acts in the coming step, in the order of the torque's way, for motor torques (n,) as the drives report them.
 

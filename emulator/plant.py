@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.incidents import Incidents
 from drivetwin.emulator.machine import Axis, Machine
 from drivetwin.emulator.mechanism import Mechanism, act, read
-from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.compiled import in_place, settled
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.mujoco_calls import ADDRESS, mujoco_call
 
@@ -35,7 +35,7 @@ _NONE = np.zeros(len(_UNSTABLE), dtype=np.int32).tobytes()
 _mj_step = mujoco_call("mj_step", ADDRESS, ADDRESS)
 
 
-@compiled
+@in_place
 def run_periods(  # type: ignore[no-untyped-def]  # record arrays have no static type
     first, last, periods, drives, motor_position, motor_torque, misreadings, reading, acting, brakes, time, length, model, data
 ) -> None:
@@ -77,8 +77,10 @@ class Plant:
         self._mechanism = Mechanism(spec, drives, effects)
         self.incidents = Incidents(self._mechanism)
         self.model, self.data = self._mechanism.model, self._mechanism.data
+        self._addresses = self.model._address, self.data._address
         self._warnings = self.data.warning.number[_UNSTABLE[0] : _UNSTABLE[-1] + 1]  # a view of the counters
         self.motor_position, self.motor_torque = self._mechanism.motor_position, self._mechanism.motor_torque
+        self._run_periods: Callable[..., None] | None = None
 
     @property
     def time(self) -> float:
@@ -110,22 +112,24 @@ class Plant:
         if self.incidents.rising:
             self.incidents.raise_friction()
         drives = servos.take_cycle()
-        at_once = 1 if mechanism.resistances else servos.periods  # what is written in Python is asked before each step
-        for first in range(0, servos.periods, at_once):
-            if mechanism.resistances:
+        if not mechanism.resistances:
+            self._run(servos, drives, 0, servos.periods)
+        else:  # what is written in Python is asked before each step
+            for first in range(servos.periods):
                 mechanism.resistances.evaluate()
-            self._run(servos, drives, first, first + at_once)
+                self._run(servos, drives, first, first + 1)
         if self._warnings.tobytes() != _NONE:  # a tenth of what any() takes, each cycle
             raise UserError(self._unstable())
 
     def _run(self, servos: ServoBank, drives: tuple[NDArray[Any], ...], first: int, last: int) -> None:
         """Servo periods `first` to `last` of a cycle of `drives`, as they have been taken."""
-        mechanism = self._mechanism
-        run_periods(
-            *(first, last, servos.periods, drives, self.motor_position, self.motor_torque),
-            *(self.incidents.misreadings, mechanism.reading, mechanism.acting, servos.brakes),
-            *(self.data.time, SERVO_PERIOD, self.model._address, self.data._address),
+        arguments = (
+            *(first, last, servos.periods, drives, self.motor_position, self.motor_torque, self.incidents.misreadings),
+            *(self._mechanism.reading, self._mechanism.acting, servos.brakes, self.data.time, SERVO_PERIOD, *self._addresses),
         )
+        if self._run_periods is None:
+            self._run_periods = settled(run_periods, *arguments)
+        self._run_periods(*arguments)
 
     def _unstable(self) -> str:
         """What MuJoCo has warned of, and what to do."""

@@ -72,11 +72,13 @@ class VirtualMachine:
         self._requests: list[Callable[[], None]] = []
         self._produced: list[can.Message] = []
         self.wires = [FaultyWire(self._send, self.now) for _ in machine.axes]
+        self._takers: dict[int, list[Callable[[bytes], None]]] = {}
         self.drives = [self._drive(number) for number in range(len(machine.axes))]
         self.plant.equip(self._servos)
         self._nodes = [(wire, drive.device) for wire, drive in zip(self.wires, self.drives, strict=True)]
         for wire, device in self._nodes:
             wire.join(device)
+            wire.rewired = self._takers.clear
         self.plant.rehearse(self._servos)
         rehearse(self._servos.demands[0])
 
@@ -110,19 +112,27 @@ class VirtualMachine:
     def _hear(self, message: can.Message) -> None:
         if message.is_error_frame or message.is_extended_id or message.is_fd:
             return
-        cob_id, data, remote = message.arbitration_id, bytes(message.data), message.is_remote_frame
-        moves_time = cob_id == self._nodes[0][1].synchronisation.cob_id and not remote
-        if moves_time:
+        cob_id = message.arbitration_id
+        if message.is_remote_frame:
+            for wire in self.wires:
+                wire.receive(cob_id, b"", True)
+        elif cob_id == self._nodes[0][1].synchronisation.cob_id:
             self._run(self._clock.before_sync())
-        for wire, device in self._nodes:
-            if cob_id == device.synchronisation.cob_id and not remote:
-                wire.sync(data[0] if data else None)
-            else:
-                wire.receive(cob_id, data, remote)
-        if moves_time:
+            self._take(cob_id, bytes(message.data))
             self._run(self._clock.at_sync(self._told()))
+        else:
+            self._take(cob_id, bytes(message.data))
         if self._clock.runs_alone:
             self._look_at_timers()
+
+    def _take(self, cob_id: int, data: bytes) -> None:
+        """A data frame, to those whom it concerns; who they are is looked up once, and anew after any of them was rewired."""
+        takers = self._takers.get(cob_id)
+        if takers is None:
+            found = [wire.taker(cob_id) for wire in self.wires]
+            self._takers[cob_id] = takers = [taker for taker in found if taker is not None]
+        for take in takers:
+            take(data)
 
     def attach(self, answer_requests: Callable[[], None]) -> None:
         """Let `poll` answer what another interface (Modbus) asks of the drives: between two frames, in the owner's thread."""

@@ -37,7 +37,7 @@ class Device:
     `transmit` gets CAN-ID and data of every frame it sends, `now` tells the simulated time [s], `store` is what it keeps
     while it has no power: its values are in the dictionary once the device is made. Who owns the bus calls
     `receive` for each frame but SYNC, `sync` for SYNC, and `tick` after time has moved; `synchronisation` knows which frame
-    is its SYNC.
+    is its SYNC. `rewired` is called whenever another service than before, or none, takes some frame.
     """
 
     def __init__(
@@ -49,6 +49,7 @@ class Device:
         store: ParameterStore | None = None,
     ) -> None:
         self.od = dictionary
+        self.rewired: Callable[[], None] = _nothing
         self._now = now
         self._handlers: dict[int, _Handler] = {}
         self._remote_handlers: dict[int, Callable[[], None]] = {}
@@ -121,11 +122,18 @@ class Device:
         if handler is not None:
             handler(data)
 
+    def taker(self, cob_id: int) -> Callable[[bytes], None] | None:
+        """What takes the data of frames with this identifier, SYNC included; None where nothing does; until `rewired`."""
+        return self._take_sync if cob_id == self.synchronisation.cob_id else self._handlers.get(cob_id)
+
     def sync(self, counter: int | None = None) -> None:
         """A SYNC came, perhaps with a counter: synchronous TPDOs are sampled and sent, then synchronous RPDOs take effect."""
         self.synchronisation.run(counter)
         if self._sync_timeout is not None:
             self._sync_timeout.came()
+
+    def _take_sync(self, data: bytes) -> None:
+        self.sync(data[0] if data else None)
 
     def tick(self, now: float) -> None:
         """Simulated time has moved to `now` [s]: send what is due by time or by a change of value."""
@@ -224,6 +232,7 @@ class Device:
         operational = state is NmtState.OPERATIONAL
         self._connect_rpdos([rpdo for rpdo in self.rpdos if operational and rpdo.parameters.active])
         self._connect_tpdos([tpdo for tpdo in self.tpdos if operational and tpdo.parameters.active])
+        self.rewired()
 
     def _connect_rpdos(self, rpdos: list[Rpdo]) -> None:
         for rpdo in rpdos:
@@ -238,6 +247,10 @@ class Device:
         for tpdo in tpdos:
             if tpdo.parameters.remote_allowed:
                 self._remote_handlers[tpdo.parameters.cob_id] = tpdo.request
+
+
+def _nothing() -> None:
+    """Nobody asks who takes what."""
 
 
 def _both(first: _Handler, second: _Handler) -> _Handler:

@@ -119,16 +119,10 @@ class Variable:
         if value < self._low:
             raise SdoAbort(AbortCode.VALUE_TOO_LOW)
 
-    def writer(self) -> Callable[[Value], None]:
-        """How a PDO writes this variable: `write`, without the range check where no value of the type can fail it."""
-        least_and_most = type_range(self.data_type)
-        unlimited = (self._low, self._high) == least_and_most and self.data_type not in FLOATS
-        return self._store if unlimited else self.write
-
-    def _store(self, value: Value) -> None:
-        if self.on_write is not None:
-            self.on_write(value)
-        self.value = value
+    @property
+    def takes_all(self) -> bool:
+        """Whether no value of the type can fail `check`."""
+        return (self._low, self._high) == type_range(self.data_type) and self.data_type not in FLOATS
 
 
 def check_length(length: int, expected: int) -> None:

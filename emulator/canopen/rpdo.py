@@ -46,7 +46,7 @@ class Rpdo:
         self._changed = changed
         self._pending: bytes | None = None
         self._length_error = 0
-        self._writers: tuple[tuple[int, Callable[[Value], None]], ...] = ()
+        self._written: tuple[tuple[int, Variable, bool], ...] = ()
         self.parameters = PdoParameters(
             od,
             0x13FF + number,
@@ -84,7 +84,7 @@ class Rpdo:
         self._inhibit_alarm.stop()
         self._deadline = self._event_timer.number * EVENT_UNIT if self._event_timer is not None else 0.0
         self._alarm.stop()
-        self._writers = tuple((place, variable.writer()) for place, variable in _commands_last(mapping.variables))
+        self._written = tuple((place, one, not one.takes_all) for place, one in _commands_last(mapping.variables))
         self._length = mapping.layout.size
         self._unpack = mapping.layout.unpack_from
 
@@ -150,12 +150,17 @@ class Rpdo:
             if len(data) < self._length:
                 return
         values = self._unpack(data)
-        for place, write in self._writers:
+        for place, variable, may_fail in self._written:  # as `Variable.write`, three times a drive in every cycle
+            value = values[place]
             try:
-                write(values[place])
+                if may_fail:
+                    variable.check(value)
+                if variable.on_write is not None:
+                    variable.on_write(value)
+                variable.value = value
             except SdoAbort as refusal:
                 # a PDO has no answer: the object keeps its value, the others of the frame are taken
-                logger.debug("RPDO %d: %s refused: %s", self._number, values[place], refusal)
+                logger.debug("RPDO %d: %s refused: %s", self._number, value, refusal)
 
     def _judge_length(self, length: int) -> None:
         """Tell a wrong length once, and when it is right again (CiA 301, 7.2.2.5.1)."""

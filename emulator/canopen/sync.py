@@ -27,7 +27,7 @@ class Sync:
     """SYNC of one node: `sample`, then `actuate`, is what its PDOs do at a SYNC (CiA 301, 7.2.2.2).
 
     `cob_id` is the CAN-ID of the SYNC that this node listens to, `counter` that of the SYNC which came last, None where it had
-    none. `changed` is called after 1007h has changed.
+    none. `changed` is called after 1007h or the CAN-ID has changed.
     """
 
     def __init__(
@@ -122,6 +122,7 @@ class Sync:
             raise SdoAbort(AbortCode.DEVICE_STATE)
         self.cob_id = new & CAN_ID
         self._produce(new, self._cycle.number)
+        self._changed()
 
     def _produce(self, cob_id: int, microseconds: int) -> None:
         if self._producer is not None:

@@ -39,7 +39,7 @@ class SyncTimeout:
     def came(self) -> None:
         """A SYNC came: the next one is due."""
         if self._kind.value == SYNC and self._time.value:
-            self._alarm.set(self._now() + self._time.number * MILLISECOND)
+            self._alarm.set(self._now() + int(self._time.value) * MILLISECOND)
 
     def _set_kind(self, value: Value) -> None:
         if value not in (OFF, SYNC):

@@ -79,15 +79,16 @@ class Axis:
 
     def offsets(self) -> tuple[float, float]:
         """60B1h [rad/s] and 60B2h [N·m]."""
-        return self.velocity_offset(), self.torque_offset()
+        velocity = float(self._velocity_offset.value) / self.scaling.velocity_per_radian
+        return velocity, int(self._torque_offset.value) * (int(self._rated_torque.value) / 1000.0) / 1000.0
 
     def torque_offset(self) -> float:
         """60B2h [N·m]."""
-        return int(self._torque_offset.value) * (int(self._rated_torque.value) / 1000.0) / 1000.0
+        return self.offsets()[1]
 
     def velocity_offset(self) -> float:
         """60B1h [rad/s]."""
-        return float(self._velocity_offset.value) / self.scaling.velocity_per_radian
+        return self.offsets()[0]
 
     def rated_torque(self) -> float:
         """6076h [N·m]."""

@@ -44,4 +44,5 @@ class DigitalOutputs:
 
     def sets_brake(self) -> bool:
         """Whether a master engages the holding brake: bit 0, 1 = brake activated."""
-        return bool(self.on() & BRAKE)
+        written = self._written
+        return written is not None and written.value != 0 and bool(self.on() & BRAKE)

@@ -112,11 +112,19 @@ class Drive:
             self._parameters.torque_limits.refresh()
         self._supervision.refresh()
         self.axis.limit_active = False
-        if self.machine.state not in POWERED:
+        machine = self.machine
+        if machine.state not in POWERED:
             self._mode = self._halted = None
             self._stops.coast()
             return
-        self._plan_motion()
+        if machine.stop is not None:
+            self._stop(machine.stop)
+        elif machine.state is State.QUICK_STOP_ACTIVE:
+            self._run(Way.QUICK_STOP_RAMP)
+        elif self._controlword & Controlword.HALT:
+            self._halt()
+        else:
+            self._plan_mode()
         self._precontrol.add()
         if self._outputs.sets_brake():
             self.axis.servo.brake = True
@@ -134,16 +142,6 @@ class Drive:
 
     # -- motion -------------------------------------------------------------------------------------------------------
 
-    def _plan_motion(self) -> None:
-        if self.machine.stop is not None:
-            self._stop(self.machine.stop)
-        elif self.machine.state is State.QUICK_STOP_ACTIVE:
-            self._run(Way.QUICK_STOP_RAMP)
-        elif self._controlword & Controlword.HALT:
-            self._halt()
-        else:
-            self._plan_mode()
-
     def _plan_mode(self) -> None:
         wanted = self._modes.get(int(self._wanted_mode.value))
         if wanted is not self._mode:
@@ -154,7 +152,8 @@ class Drive:
                 for controlword in self._unseen:
                     wanted.notice(controlword)
         self._halted = None
-        self._unseen.clear()
+        if self._unseen:
+            self._unseen.clear()
         if wanted is None:
             self._run(Way.SLOW_DOWN_RAMP)
         else:
@@ -204,7 +203,9 @@ class Drive:
     def _look_at_limit_switches(self, found: list[Fault]) -> None:
         """Add the fault of one that the axis moves into."""
         speed = self._stops.velocity
-        if speed == 0.0 or (abs(speed) < CREEP and self.axis.servo.loop is Loop.TORQUE):
+        if speed == 0.0 or self._supervision.is_between_limits():
+            return
+        if abs(speed) < CREEP and self.axis.servo.loop is Loop.TORQUE:
             return
         fault = self._supervision.limit_switch_fault(speed)
         if fault is not None:

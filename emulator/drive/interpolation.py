@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.drive.servo import SERVO_PERIOD
-from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.compiled import in_place
 from drivetwin.foundation.enums import quick
 
 
@@ -20,7 +20,7 @@ class Interpolation(IntEnum):
     CUBIC_SPLINE = 2
 
 
-@compiled
+@in_place
 def linear_cycle(  # type: ignore[no-untyped-def]
     start: float, end: float, passed: int, total: int, faster: float, torque: float, demand
 ) -> None:
@@ -37,7 +37,7 @@ def linear_cycle(  # type: ignore[no-untyped-def]
         demand[period, 3] = torque
 
 
-@compiled
+@in_place
 def spline_cycle(  # type: ignore[no-untyped-def]
     p0: float, p1: float, p2: float, p3: float, passed: int, total: int, faster: float, torque: float, demand
 ) -> None:
@@ -96,7 +96,9 @@ class Interpolator:
 
         `interval`: servo periods from a set-point to the next. `offsets` of velocity [rad/s] and torque [N·m].
         """
-        self._take(setpoint, kind, interval)
+        ended = self._passed >= self._total
+        if ended or setpoint != self._points[3]:
+            self._take(setpoint, kind, interval, ended)
         if kind is Interpolation.CUBIC_SPLINE:
             spline_cycle(*self._points, self._passed, self._total, *offsets, demand)
         else:
@@ -104,10 +106,9 @@ class Interpolator:
         self._passed += len(demand)
         self._reached = demand.item(-1, 0)
 
-    def _take(self, setpoint: float, kind: Interpolation, interval: int) -> None:
+    def _take(self, setpoint: float, kind: Interpolation, interval: int, ended: bool) -> None:
         points = self._points
-        ended = self._passed >= self._total
-        if not ended and (setpoint == points[3] or not (kind is Interpolation.LINEAR or len(set(points)) == 1)):
+        if not (ended or kind is Interpolation.LINEAR or len(set(points)) == 1):
             return
         self._start = points[3] if ended else self._reached
         self._points = (points[1], points[2], points[3], setpoint)

@@ -7,7 +7,7 @@ from math import inf, pi, sqrt
 from drivetwin.emulator.canopen.data_types import Value
 from drivetwin.emulator.canopen.object_dictionary import Variable
 from drivetwin.emulator.drive.axis import Axis
-from drivetwin.emulator.drive.objects import before_change, number, optional
+from drivetwin.emulator.drive.objects import VALUE, before_change, number, optional
 from drivetwin.emulator.drive.scaling import Scaling
 from drivetwin.emulator.machine import Motor
 
@@ -32,7 +32,7 @@ class PositionLimits:
 
     def bounds(self) -> tuple[float, float]:
         """Least and greatest motor angle [rad]; infinite where there is no limit."""
-        raw = [one.value for one in self._variables]
+        raw = list(map(VALUE, self._variables))
         if raw != self._raw or self._axis.scaling is not self._scaling:
             self._raw, self._scaling = raw, self._axis.scaling
             self._bounds = self._read(number(self._low, INT32[0]), number(self._high, INT32[1]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import pi
+from operator import attrgetter
 
 from drivetwin.drive_profiles import DriveProfile
 from drivetwin.drive_profiles.profile import FLOATS
@@ -13,6 +14,9 @@ from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary, Varia
 from drivetwin.emulator.drive.interpolation import Interpolation
 from drivetwin.emulator.drive.servo import SERVO_PERIOD
 from drivetwin.emulator.machine import Axis as MachineAxis
+
+VALUE = attrgetter("value")
+"""Of a variable: whoever looks at several in every cycle maps it over them, at half the price of a comprehension."""
 
 LINEAR_RAMP, JERK_LIMITED_RAMP = 0, 3
 """Values of 6086h that this drive has; it has no sin² ramp (1) and no jerk-free ramp (2)."""

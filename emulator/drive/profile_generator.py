@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.drive.servo import SERVO_PERIOD
-from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.compiled import in_place
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,7 @@ def _at(segments: NDArray[np.float64], time: float) -> Motion:
     )
 
 
-@compiled
+@in_place
 def sample_segments(segments, time: float, end: float, end_velocity: float, demand) -> None:  # type: ignore[no-untyped-def]
     """Fill demand (n, 4) with the state after each servo period from `time` [s] on."""
     segment, passed = 0, 0.0

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from drivetwin.emulator.drive.servo import SERVO_PERIOD
-from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.compiled import in_place
 
 
-@compiled
+@in_place
 def ramp_cycle(position: float, velocity: float, target: float, up: float, down: float, demand) -> None:  # type: ignore[no-untyped-def]
     """Fill demand (n, 4): speed moves towards `target` by `up` [rad/s²] while speeding up and `down` while slowing.
 
@@ -27,7 +27,7 @@ def ramp_cycle(position: float, velocity: float, target: float, up: float, down:
         demand[period, 1] = velocity
 
 
-@compiled
+@in_place
 def approach(value: float, target: float, rate: float, column) -> float:  # type: ignore[no-untyped-def]
     """Fill a column (n,) of demands with a value that goes to `target` by `rate` a second; the last one."""
     change = rate * SERVO_PERIOD

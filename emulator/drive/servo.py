@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.compiled import in_place
 from drivetwin.foundation.enums import quick
 
 SERVO_PERIOD = 125e-6
@@ -109,7 +109,7 @@ def filter_share(time_constant: float, period: float = SERVO_PERIOD) -> float:
     return 1.0 - float(np.exp(-period / time_constant)) if time_constant > 0.0 else 1.0
 
 
-@compiled
+@in_place
 def servo_period(  # type: ignore[no-untyped-def]  # record arrays have no static type
     parameters, state, loops, demand, noise, motor_position, motor_torque, length
 ) -> None:
@@ -139,7 +139,7 @@ def servo_period(  # type: ignore[no-untyped-def]  # record arrays have no stati
         _watch(p, s, loops[axis], length)
 
 
-@compiled
+@in_place
 def _cascade(p, s, loop, demand, length) -> None:  # type: ignore[no-untyped-def]
     most, least = min(p.torque_limit, p.torque_positive), -min(p.torque_limit, p.torque_negative)
     if loop == 1:
@@ -169,7 +169,7 @@ def _cascade(p, s, loop, demand, length) -> None:  # type: ignore[no-untyped-def
     s.limited = 0 if least <= wanted <= most else 1
 
 
-@compiled
+@in_place
 def _watch(p, s, loop, length) -> None:  # type: ignore[no-untyped-def]
     """Following error for longer than its time-out, current trip, I2t, overspeed."""
     if loop == 3 and abs(s.following_error) > p.error_limit:
@@ -213,7 +213,17 @@ class Record:
 
 
 class Servo:
-    """The loops of one axis, as its drive sees them: parameters to write, state to read, a demand for each period."""
+    """The loops of one axis, as its drive sees them: parameters to write, state to read, a demand for each period.
+
+    Of the coming cycle, and afterwards of the last one: `demand`, a view of (periods, 4): position, velocity, velocity offset,
+    torque offset; `periods`, its servo periods; `interval`, those from a SYNC to the next, the cycle being one of them or all;
+    `takes_setpoints`, whether it begins at a SYNC, or runs without any: in between set-points wait.
+    """
+
+    demand: NDArray[np.float64]
+    periods: int
+    interval: int
+    takes_setpoints: bool
 
     def __init__(self, bank: ServoBank, index: int) -> None:
         self.parameters = Record(bank.parameters, index)
@@ -221,6 +231,12 @@ class Servo:
         self._bank = bank
         self._index = index
         self._loop, self._brake = bank.loops.data[index:], bank.brakes.data[index:]
+        bank.join(index, self)
+
+    def begin(self, bank: ServoBank) -> None:
+        """Cycles are from now on as the bank has them."""
+        self.demand, self.periods, self.interval = bank.demands[self._index], bank.periods, bank.interval
+        self.takes_setpoints = bank.first
 
     @property
     def loop(self) -> Loop:
@@ -243,26 +259,6 @@ class Servo:
         self._brake[0] = engaged
 
     @property
-    def demand(self) -> NDArray[np.float64]:
-        """Demand of the coming cycle, a view of (periods, 4): position, velocity, velocity offset, torque offset."""
-        return self._bank.demands[self._index]
-
-    @property
-    def periods(self) -> int:
-        """Servo periods of the coming cycle, or of the last one after it."""
-        return self._bank.periods
-
-    @property
-    def takes_setpoints(self) -> bool:
-        """Whether the coming cycle begins at a SYNC, or runs without any: in between set-points wait."""
-        return self._bank.first
-
-    @property
-    def interval(self) -> int:
-        """Servo periods from a SYNC to the next, the coming cycle being one of them or all."""
-        return self._bank.interval
-
-    @property
     def positions(self) -> NDArray[np.float64]:
         """Counted positions of the last cycle, a view of (periods,) [rad]."""
         view: NDArray[np.float64] = self._bank.trace[: self._bank.periods, self._index]
@@ -275,6 +271,8 @@ class ServoBank:
     def __init__(self, axes: int, seed: int, length: float = SERVO_PERIOD) -> None:
         """`length` of a servo period [s]."""
         self._length = length
+        self._servos: dict[int, Servo] = {}
+        self.interval = 0
         self.first = True
         self.parameters = np.zeros(axes, dtype=PARAMETERS)
         self.state = np.zeros(axes, dtype=STATE)
@@ -303,12 +301,22 @@ class ServoBank:
 
         `first`: the cycle begins that interval.
         """
+        interval = periods if interval is None else interval
+        if periods == self.periods and interval == self.interval and first is self.first:
+            return
         if periods > len(self.demand):
             self._make_room(periods)
         if periods != self.periods:
             self._cut(periods)
-        self.interval = periods if interval is None else interval
+        self.interval = interval
         self.first = first
+        for servo in self._servos.values():
+            servo.begin(self)
+
+    def join(self, axis: int, servo: Servo) -> None:
+        """Whom to tell of an axis how long cycles are: its drive's."""
+        self._servos[axis] = servo
+        servo.begin(self)
 
     def take_cycle(self) -> tuple[NDArray[Any], ...]:
         """What compiled code needs to run the coming cycle by itself: as `servo_period` takes it, and where positions go.

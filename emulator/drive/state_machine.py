@@ -133,7 +133,7 @@ class StateMachine:
         rising = controlword & ~self._last_controlword
         self._last_controlword = controlword
         if self.state is State.OPERATION_ENABLED and controlword & STAY_ENABLED == STAY_ENABLED:
-            self._clear_stop()
+            self.stop = self._after_stop = None
             return
         if self.state is State.FAULT:
             if rising & Controlword.FAULT_RESET and self.may_reset():

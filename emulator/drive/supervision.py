@@ -8,7 +8,7 @@ from drivetwin.emulator.drive import faults
 from drivetwin.emulator.drive.axis import Axis
 from drivetwin.emulator.drive.faults import Fault
 from drivetwin.emulator.drive.limits import motor_speed_limit
-from drivetwin.emulator.drive.objects import number, optional
+from drivetwin.emulator.drive.objects import VALUE, number, optional
 from drivetwin.emulator.drive.scaling import Scaling
 from drivetwin.emulator.drive.servo import Alarm, filter_share
 from drivetwin.emulator.machine import Motor
@@ -56,7 +56,7 @@ class Supervision:
     def refresh(self) -> None:
         """Take over thresholds that have changed, before a cycle."""
         hardware = self._axis.hardware
-        seen = (hardware.current_scale, hardware.encoder_alive, *[variable.value for variable in self._sources])
+        seen = (hardware.current_scale, hardware.encoder_alive, *map(VALUE, self._sources))
         if seen == self._seen and self._axis.scaling is self._scaling:
             return
         self._seen, self._scaling = seen, self._axis.scaling
@@ -70,8 +70,8 @@ class Supervision:
 
     def alarms(self) -> list[Fault]:
         """Faults that the loops found in the cycle that has passed."""
-        self._alarms = self._found[0]
-        if self._alarms == 0:
+        self._alarms = alarms = self._found[0]
+        if alarms == 0:
             return []
         self._found[0] = 0
         return [fault for alarm, fault in _ALARMS.items() if self._alarms & alarm]
@@ -89,6 +89,11 @@ class Supervision:
         elif hardware.dc_link_voltage > OVERVOLTAGE * hardware.nominal_voltage:
             found.append(faults.OVERVOLTAGE)
         return found
+
+    def is_between_limits(self) -> bool:
+        """Whether no limit switch is actuated."""
+        switches = self._axis.hardware.switches
+        return bool(switches.low < self._position[0] < switches.high)
 
     def limit_switch_fault(self, speed: float) -> Fault | None:
         """The limit switch into which the axis is moved at `speed` [rad/s] of the motor, not 0."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from drivetwin.drive_profiles import Role
 from drivetwin.emulator.canopen.object_dictionary import Variable
 from drivetwin.emulator.drive.axis import Axis
-from drivetwin.emulator.drive.objects import before_change, optional
+from drivetwin.emulator.drive.objects import VALUE, before_change, optional
 from drivetwin.emulator.drive.servo import TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
 
 POINTS = 5
@@ -34,6 +34,7 @@ class TorquePrecontrol:
         self._constant = axis.role("friction_constant")
         self._torques = _entries(axis, "friction_torque")
         self._speeds = _entries(axis, "friction_speed")
+        self._added = [variable for variable in (self._additive, self._constant) if variable is not None]
         self._old = True
         for variable in (*self._torques, *self._speeds, axis.dictionary[0x6076]):
             before_change(variable, self.mark)
@@ -45,14 +46,14 @@ class TorquePrecontrol:
 
     def add(self) -> None:
         """Act on the demand that is planned, where the loops are closed."""
-        servo = self._axis.servo
-        if self._additive is None and self._constant is None and not self._torques:
+        adds = any(map(VALUE, self._added))
+        if not (adds or self._old or self._table is not None):
             return
+        servo = self._axis.servo
         loop = servo.loop
         if loop is Loop.OFF:
             return
-        additive, constant = self._additive, self._constant
-        if (additive is not None and additive.value) or (constant is not None and constant.value):
+        if adds:
             servo.demand[:, TORQUE_OFFSET] += self._additive_torque()
         if loop is not Loop.TORQUE and self._refresh() is not None:
             servo.demand[:, TORQUE_OFFSET] += self.friction(servo.demand[:, VELOCITY] + servo.demand[:, VELOCITY_OFFSET])

@@ -18,7 +18,8 @@ class Window:
     def look(self, holds: bool, time: float, cycle: float) -> bool:
         """`holds` for a cycle [s] that has passed; whether it has held for `time` [s] by now."""
         if not holds:
-            self.restart()
+            self._elapsed = 0.0
+            self.held = False
             return False
         self._elapsed += cycle
         self.held = self._elapsed >= time - 1e-9

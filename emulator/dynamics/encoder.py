@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.place import Place
 from drivetwin.emulator.dynamics.records import records
-from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.compiled import in_place
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,11 @@ class Encoder:
         return self.eccentricity != 0.0 or self.delay > 0.0
 
 
-@compiled
+@in_place
 def read_encoders(encoders, delays, history, newest, angle, reading) -> None:  # type: ignore[no-untyped-def]
     """Readings (n,) of angles (n,), `delays` (rows,) periods late, by the rings `history` (rows, length) at `newest` (1,)."""
-    reading[:] = angle
+    for axis in range(angle.shape[0]):
+        reading[axis] = angle[axis]
     length = history.shape[1]
     newest[0] = (newest[0] + 1) % length
     for row in range(encoders.shape[0]):
@@ -46,7 +47,7 @@ def read_encoders(encoders, delays, history, newest, angle, reading) -> None:  #
         reading[encoder.axis] = later + share * (earlier - later)
 
 
-@compiled
+@in_place
 def _seen(encoder, angle):  # type: ignore[no-untyped-def]
     return angle + encoder.gear * encoder.eccentricity * sin(angle + encoder.phase)
 

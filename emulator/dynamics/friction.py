@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.emulator.dynamics.place import Place
 from drivetwin.emulator.dynamics.records import acting, records
-from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.compiled import compiled, in_place
 
 BRISTLES = 4
 """Elements of the Maxwell-slip model."""
@@ -109,7 +109,7 @@ def _shares(velocity, stribeck_velocity, exponent):  # type: ignore[no-untyped-d
     return shares
 
 
-@compiled
+@in_place
 def level_at(law, speed):  # type: ignore[no-untyped-def]  # record arrays have no static type
     level = law.coulomb
     if law.stribeck_velocity > 0.0:
@@ -117,7 +117,7 @@ def level_at(law, speed):  # type: ignore[no-untyped-def]  # record arrays have 
     return level
 
 
-@compiled
+@in_place
 def apply_friction(laws, brakes, velocity, frictionloss, applied) -> None:  # type: ignore[no-untyped-def]
     """Set what MuJoCo's friction constraint may hold and what acts beside it, for laws (n,), from qvel (nv,).
 
@@ -134,7 +134,7 @@ def apply_friction(laws, brakes, velocity, frictionloss, applied) -> None:  # ty
         applied[law.dof] = -law.coulomb_asymmetry - law.viscous_asymmetry * speed
 
 
-@compiled
+@in_place
 def vary_friction(  # type: ignore[no-untyped-def]
     laws, anchors, brakes, time, position, velocity, torque, frictionloss, applied, damping, polynomial
 ) -> None:
@@ -158,7 +158,7 @@ def vary_friction(  # type: ignore[no-untyped-def]
         frictionloss[law.dof] = level
 
 
-@compiled
+@in_place
 def bristles_torque(law, anchors, level, q, v):  # type: ignore[no-untyped-def]
     """Maxwell slip: springs of equal stiffness, the i-th of which slips when stretched by i shares; all slip at `level`."""
     share = 2.0 * level / (law.presliding_stiffness * (BRISTLES + 1))

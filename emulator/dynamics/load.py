@@ -8,7 +8,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.compiled import in_place
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Load:
         return np.asarray(self.sine * np.sin(position) + self.cosine * np.cos(position) + self.constant)
 
 
-@compiled
+@in_place
 def apply_loads(loads, position, applied) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
     """Add loads to what acts on the joints in the coming step."""
     for row in range(loads.shape[0]):

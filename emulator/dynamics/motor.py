@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf, sin
 
-from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.compiled import in_place
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Motor:
         return any((self.constant_error, self.offset))
 
 
-@compiled
+@in_place
 def apply_motors(motors, torque) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
     """Turn reported motor torques into shaft torques."""
     for row in range(motors.shape[0]):
@@ -45,7 +45,7 @@ class Ripple:
     phase: float = 0.0
 
 
-@compiled
+@in_place
 def apply_ripples(ripples, position, torque) -> None:  # type: ignore[no-untyped-def]
     """Add ripples to the shaft torques; after the motors, for no torque constant scales them."""
     for row in range(ripples.shape[0]):

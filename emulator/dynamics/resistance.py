@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.place import Place
-from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.compiled import in_place
 
 
 class Resisting(Protocol):
@@ -23,7 +23,7 @@ class Resisting(Protocol):
         ...
 
 
-@compiled
+@in_place
 def apply_resistances(dofs, torque, applied) -> None:  # type: ignore[no-untyped-def]
     """Take torques (rows,) off what acts on the joints at `dofs` (rows,)."""
     for row in range(dofs.shape[0]):

@@ -10,7 +10,7 @@ import mujoco
 
 from drivetwin.emulator.dynamics.place import Place
 from drivetwin.emulator.dynamics.records import records
-from drivetwin.foundation.compiled import compiled
+from drivetwin.foundation.compiled import in_place
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Transmission:
         return replace(self, stiffness=together, damping=losses * together**2)
 
 
-@compiled
+@in_place
 def apply_elastic(rows, position, velocity, applied) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type
     """Add the torque through elastic transmissions to what acts on motors and joints in the coming step."""
     for row in range(rows.shape[0]):
@@ -63,7 +63,7 @@ def apply_elastic(rows, position, velocity, applied) -> None:  # type: ignore[no
         applied[t.dof] += torque
 
 
-@compiled
+@in_place
 def _untwisted(t, q):  # type: ignore[no-untyped-def]
     """Motor position m where m + e(m) is q: Kepler's equation, by Newton from the start of Danby and Burkardt 1983."""
     if t.error_amplitude == 0.0:
@@ -76,7 +76,7 @@ def _untwisted(t, q):  # type: ignore[no-untyped-def]
     return q + (angle - mean) / wave
 
 
-@compiled
+@in_place
 def _relax(rows, position) -> None:  # type: ignore[no-untyped-def]
     """Turn the motors to where nothing is twisted."""
     for row in range(rows.shape[0]):
@@ -84,7 +84,7 @@ def _relax(rows, position) -> None:  # type: ignore[no-untyped-def]
         position[t.motor_qpos] = _untwisted(t, position[t.qpos])
 
 
-@compiled
+@in_place
 def _through(t, twist, rate):  # type: ignore[no-untyped-def]
     """Torque through the transmission: teeth in contact push, and never pull."""
     if t.gap == 0.0:
@@ -96,7 +96,7 @@ def _through(t, twist, rate):  # type: ignore[no-untyped-def]
     return 0.0
 
 
-@compiled
+@in_place
 def apply_uneven(rows, links, position, velocity, torque, armature, simple, applied) -> None:  # type: ignore[no-untyped-def]
     """Lagrange with m(q): torque and rotor act by the slope dm/dq, and the rotor's inertia changes on the way.
 
@@ -114,7 +114,7 @@ def apply_uneven(rows, links, position, velocity, torque, armature, simple, appl
         applied[t.dof] -= t.motor_inertia * slope * curvature * velocity[t.dof] ** 2
 
 
-@compiled
+@in_place
 def read_uneven(rows, position, angle) -> None:  # type: ignore[no-untyped-def]
     """Take the error off the motor angles that a constant ratio gives."""
     for row in range(rows.shape[0]):

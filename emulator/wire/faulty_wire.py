@@ -14,10 +14,10 @@ logger = logging.getLogger(__name__)
 
 
 class FaultyWire:
-    """A drive's wire. `transmit` gets what the drive sends; `receive` and `sync` give it what the bus brings.
+    """A drive's wire. `transmit` gets what the drive sends; `receive` gives it what the bus brings.
 
-    While nothing is wrong `receive` and `sync` are the device's own, so a sound wire costs nothing. Bus off, a change of the
-    bit rate and disturbances may be present together.
+    While nothing is wrong `receive` is the device's own, so a sound wire costs nothing. Bus off, a change of the bit rate and
+    disturbances may be present together. `rewired` is called whenever `taker` may give another answer than before.
     """
 
     def __init__(self, transmit: Callable[[int, bytes], None], now: Callable[[], float]) -> None:
@@ -31,11 +31,12 @@ class FaultyWire:
         self._outward: Carry = self._put_on_bus
         self._inward: Carry = self._hand_over
         self.receive: Callable[[int, bytes, bool], None] = _to_nobody
-        self.sync: Callable[[int | None], None] = _to_nobody
+        self.rewired: Callable[[], None] = _to_nobody
 
     def join(self, device: Device) -> None:
         """Connect the drive's device, whose CAN controller starts anew; disturbances stay, as they are the wire's."""
         self._device = device
+        device.rewired = self._tell_rewired
         self._is_off = False
         self._silent_until = -inf
         if device.lss is not None:
@@ -48,6 +49,12 @@ class FaultyWire:
         if self._device is None:
             raise RuntimeError("no device has joined this wire")
         return self._device
+
+    def taker(self, cob_id: int) -> Callable[[bytes], None] | None:
+        """What takes the data of frames with this identifier, None where nothing does: whoever hears many asks once."""
+        if self.receive == self.device.receive:
+            return self.device.taker(cob_id)
+        return partial(self._give, cob_id)
 
     def transmit(self, cob_id: int, data: bytes) -> None:
         """A frame of the drive."""
@@ -105,10 +112,11 @@ class FaultyWire:
         self._outward = _chain(sent.values(), self._put_on_bus)
         self._inward = _chain(received.values(), self._hand_over)
         self._out = self._send if interrupted or sent else self._bus
-        if interrupted or received:
-            self.receive, self.sync = self._give, self._give_sync
-        else:
-            self.receive, self.sync = self.device.receive, self.device.sync
+        self.receive = self._give if interrupted or received else self.device.receive
+        self.rewired()
+
+    def _tell_rewired(self) -> None:
+        self.rewired()
 
     def _is_interrupted(self) -> bool:
         return self._is_off or self._now() < self._silent_until
@@ -120,12 +128,9 @@ class FaultyWire:
         if not self._is_interrupted():
             self._bus(frame.cob_id, frame.data)
 
-    def _give(self, cob_id: int, data: bytes, remote: bool) -> None:
+    def _give(self, cob_id: int, data: bytes, remote: bool = False) -> None:
         if not self._is_interrupted():
             self._inward(Frame(cob_id, data, remote))
-
-    def _give_sync(self, counter: int | None) -> None:
-        self._give(self.device.sync_cob_id, b"" if counter is None else bytes((counter,)), False)
 
     def _hand_over(self, frame: Frame) -> None:
         if frame.cob_id == self.device.sync_cob_id and not frame.remote:

@@ -31,7 +31,8 @@ struct Trouble : std::runtime_error {
 class Bus {
 public:
     /// Throws Trouble where the bus cannot be joined.
-    explicit Bus(const std::string& name) : socket_(name.rfind("unix:", 0) == 0 ? local(name.substr(5)) : can(name)) {
+    explicit Bus(const std::string& name)
+        : at_once_(name.rfind("unix:", 0) == 0 ? 64 : 1), socket_(at_once_ > 1 ? local(name.substr(5)) : can(name)) {
         if (socket_ < 0)
             throw Trouble("cannot join the bus " + name + ": " + std::strerror(errno));
     }
@@ -39,13 +40,21 @@ public:
     Bus(const Bus&) = delete;
     Bus& operator=(const Bus&) = delete;
 
-    void send(canid_t identifier, const Bytes& data) const {
+    static can_frame frame(canid_t identifier, const Bytes& data) {
         can_frame frame{};
         frame.can_id = identifier;
         frame.can_dlc = static_cast<uint8_t>(data.size());
         std::copy(data.begin(), data.end(), frame.data);
-        if (write(socket_, &frame, sizeof frame) != sizeof frame)
-            throw Trouble(std::string("the bus takes no frame: ") + std::strerror(errno));
+        return frame;
+    }
+
+    /// Frames in their order: on the embedded bus in one packet, which costs both ends one system call instead of one a frame.
+    void send(const std::vector<can_frame>& frames) const {
+        for (size_t sent = 0; sent < frames.size(); sent += at_once_) {
+            const size_t bytes = std::min(at_once_, frames.size() - sent) * sizeof(can_frame);
+            if (write(socket_, &frames[sent], bytes) != static_cast<ssize_t>(bytes))
+                throw Trouble(std::string("the bus takes no frame: ") + std::strerror(errno));
+        }
     }
 
     /// The next frame, nothing when the time is over.
@@ -86,6 +95,7 @@ private:
         return join(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) ? -1 : descriptor;
     }
 
+    size_t at_once_;  // frames in a packet
     int socket_;
     std::deque<can_frame> received_;
 };

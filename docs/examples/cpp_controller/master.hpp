@@ -62,7 +62,7 @@ public:
     const double period;  // s
     std::vector<Drive> drives{Drive(1), Drive(2), Drive(3)};
 
-    void nmt(uint8_t command, const Drive& drive) { bus_.send(0x000, {command, byte(drive.node, 0)}); }
+    void nmt(uint8_t command, const Drive& drive) { bus_.send({Bus::frame(0x000, {command, byte(drive.node, 0)})}); }
 
     uint32_t read(Drive& drive, uint16_t index, uint8_t subindex) {
         const Bytes answer = ask(drive, {0x40, byte(index, 0), byte(index, 1), subindex, 0, 0, 0, 0});
@@ -95,13 +95,16 @@ public:
     void step() {
         if (realtime_)
             std::this_thread::sleep_until(next_ = std::max(next_, Clock::now() - cycle_) + cycle_);
+        std::vector<can_frame> frames;
         for (Drive& drive : drives) {
             const auto at = static_cast<uint32_t>(drive.setpoint);
             const auto word = drive.controlword;
-            bus_.send(0x200 + drive.node, {byte(word, 0), byte(word, 1), byte(at, 0), byte(at, 1), byte(at, 2), byte(at, 3)});
+            const Bytes output{byte(word, 0), byte(word, 1), byte(at, 0), byte(at, 1), byte(at, 2), byte(at, 3)};
+            frames.push_back(Bus::frame(0x200 + drive.node, output));
             drive.heard = false;
         }
-        bus_.send(0x080, {});
+        frames.push_back(Bus::frame(0x080, {}));
+        bus_.send(frames);
         const bool missing = std::any_of(drives.begin(), drives.end(), [](const Drive& drive) { return drive.missed > 0; });
         const Clock::duration patience = realtime_ ? cycle_ : missing ? AGAIN : TPDO_TIMEOUT;
         const auto settled = [this](const Drive& one) { return one.heard || one.missed >= most_missed_; };
@@ -173,7 +176,7 @@ private:
     Bytes ask(Drive& drive, const Bytes& request) {
         const std::string object = hex(number(&request[1], 2), 4) + ":" + hex(request[3], 2);
         drive.answer.reset();
-        bus_.send(0x600 + drive.node, request);
+        bus_.send({Bus::frame(0x600 + drive.node, request)});
         if (!wait_until([&drive] { return drive.answer.has_value(); }, SDO_TIMEOUT))
             throw drive.trouble("does not answer for " + object);
         if (drive.answer->front() == 0x80)
