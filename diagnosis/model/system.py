@@ -99,11 +99,18 @@ def axis_system(colour: Colour, unknown: Array, component: Index, misfit: float,
     return AxisSystem(colour, columns, columns.T @ columns, component, misfit, colour.whiten(target), blocks)
 
 
-def system_of(axes: Mapping[str, AxisSystem], columns: Sequence[Column], spreads: Array, freedom: float = np.inf) -> System:
-    """The system of columns, whitened, with their priors, the unknown as large as it usually is."""
+def system_of(
+    axes: Mapping[str, AxisSystem],
+    columns: Sequence[Column],
+    spreads: Array,
+    freedom: float = np.inf,
+    near: Array | None = None,
+) -> System:
+    """The system of columns, whitened, with their priors, the unknown as large as it usually is; `near`: none by default."""
+    near = np.zeros(len(columns)) if near is None else near
     matrices = {axis: _matrix(axis, columns, 0, own.target) for axis, own in axes.items()}
     products = {axis: _products(own, matrices[axis]) for axis, own in axes.items()}
-    return System(axes, columns, spreads, {axis: own.usual for axis, own in axes.items()}, matrices, products, freedom)
+    return System(axes, columns, spreads, {axis: own.usual for axis, own in axes.items()}, matrices, products, freedom, near)
 
 
 @dataclass(frozen=True)
@@ -118,6 +125,8 @@ class System:
     products: Mapping[str, Products]
     freedom: float
     """Degrees of freedom of the nominal parameters' t distribution; infinite: they are normal."""
+    near: Array
+    """Of each column (p,), the inverse square of the step over which it holds, where it is a tangent; else 0."""
 
     def tuned(self, held: frozenset[int] = frozenset()) -> System:
         """The same with amplitudes where its evidence is highest."""
@@ -136,23 +145,29 @@ class System:
         """A column through the colour of each axis that it acts on."""
         return {axis: self.axes[axis].colour.whiten(rows) for axis, rows in column.items()}
 
-    def fit(self, extra: Sequence[Column] = (), less: Column | None = None, held: frozenset[int] = frozenset()) -> Fit:
-        """With further free columns, and `less` taken off the target; both whitened already. `held` columns are 0."""
-        parts = {axis: self._with(axis, extra, less) for axis in self.axes}
-        return solved(self.axes, parts, self._prior(extra), held, self.amplitude)
+    def fit(
+        self, extra: Sequence[Column] = (), less: Column | None = None, held: frozenset[int] = frozenset(), near: float = 0.0
+    ) -> Fit:
+        """With further free columns, and `less` taken off the target; both whitened already. `held` columns are 0.
 
-    def fit_tuned(self, extra: Sequence[Column], less: Column | None, held: frozenset[int]) -> Fit:
+        `near`: of the further columns, as of the system's.
+        """
+        parts = {axis: self._with(axis, extra, less) for axis in self.axes}
+        return solved(self.axes, parts, self._prior(extra, near), held, self.amplitude)
+
+    def fit_tuned(self, extra: Sequence[Column], less: Column | None, held: frozenset[int], near: float = 0.0) -> Fit:
         """The same with amplitudes where the evidence is highest, on axes that something acts on; on all where nothing does."""
         acted = {axis for one in (*extra, *([less] if less is not None else [])) for axis in one} or set(self.axes)
         parts = {axis: self._with(axis, extra, less) for axis in self.axes}
-        return solved(self.axes, parts, self._prior(extra), held, self.amplitude, acted)
+        return solved(self.axes, parts, self._prior(extra, near), held, self.amplitude, acted)
 
     def strain(self, fit: Fit) -> float:
         """What the priors of the columns cost [nats]: how far nominal parameters are off."""
         return self._prior(()).cost(fit.coefficients[: len(self.spreads)])
 
-    def _prior(self, extra: Sequence[Column]) -> Prior:
-        return Prior(1.0 / np.concatenate([self.spreads, np.full(len(extra), np.inf)]) ** 2, self.freedom)
+    def _prior(self, extra: Sequence[Column], near: float = 0.0) -> Prior:
+        spreads = np.concatenate([self.spreads, np.full(len(extra), np.inf)])
+        return Prior(1.0 / spreads**2, self.freedom, np.concatenate([self.near, np.full(len(extra), near)]))
 
     def _further(self, axis: str, extra: Sequence[Column], less: Column | None) -> Matrix:
         """The further columns that act on an axis, and its target without what is taken off it."""
@@ -210,13 +225,13 @@ class System:
         return np.asarray(own.unknown @ inner.mean(own.unknown.T @ left))
 
     def held_out(self, fold_of_block: Mapping[str, Index], folds: int, extra: Sequence[Column], less: Column | None,
-                 held: frozenset[int] = frozenset()) -> dict[str, Array]:  # fmt: skip
+                 held: frozenset[int] = frozenset(), near: float = 0.0) -> dict[str, Array]:  # fmt: skip
         """Log density [nats] of each axis's blocks, (B,), each predicted from the folds that it is not in.
 
         The unknown is not learned from these folds: a set is judged by what it names.
         """
         whole, matrices = {}, {}
-        amplitude = self.fit_tuned(extra, less, held).amplitude
+        amplitude = self.fit_tuned(extra, less, held, near).amplitude
         for axis in self.axes:
             known, further = self.matrices[axis], self._further(axis, extra, less)
             index = np.concatenate([known.index, further.index])
@@ -231,7 +246,7 @@ class System:
                 parts[axis] = Products(whole[axis].gram - a.T @ a, whole[axis].across - u.T @ a, whole[axis].index)
                 grams[axis] = own.gram - u.T @ u
             kept = {axis: ~mask for axis, mask in masks.items()}
-            fit = solved(self.axes, parts, self._prior(extra), held, amplitude, (), grams, kept)
+            fit = solved(self.axes, parts, self._prior(extra, near), held, amplitude, (), grams, kept)
             for axis, own in self.axes.items():
                 mask = masks[axis]
                 if not mask.any():
@@ -342,7 +357,7 @@ def solved(
     local = {axis: np.flatnonzero(place[part.index] >= 0) for axis, part in parts.items()}
     into = {axis: place[part.index[local[axis]]] for axis, part in parts.items()}
     told = whole.only(free)
-    prior = told.base
+    prior = told.base + told.near
     count = {axis: float(kept[axis].sum() if kept else len(own.target)) for axis, own in axes.items()}
     amplitude, level = dict(amplitude), dict.fromkeys(axes, 1.0)
     values, information = np.zeros(len(free)), np.diag(prior)
@@ -372,13 +387,13 @@ def solved(
     for axis, own in axes.items():
         evidence -= own.colour.logarithm + count[axis] * np.log(level[axis]) + 0.5 * squares[axis] / level[axis] ** 2
         evidence -= inner[axis].logarithm + own.unlikely(amplitude[axis])
-    bound = np.flatnonzero(prior > 0.0)
+    bound = np.flatnonzero(told.base > 0.0)
     if bound.size:
         spread = 1.0 / np.sqrt(told.base[bound])
         inner_bound = information[np.ix_(bound, bound)] * np.outer(spread, spread)
         evidence -= 0.5 * float(np.linalg.slogdet(inner_bound)[1])
     independent = sum(own.colour.independent for own in axes.values())
-    evidence -= 0.5 * float(np.sum(prior == 0.0)) * np.log(independent)
+    evidence -= 0.5 * float(np.sum(told.base == 0.0)) * np.log(independent)
     coefficients = np.zeros(size)
     coefficients[free] = values
     return Fit(coefficients, level, amplitude, float(evidence), information, free)

@@ -22,7 +22,7 @@ from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.moves import CLEARLY
 from drivetwin.diagnosis.weigh.proposal import Family, Proposal
-from drivetwin.diagnosis.weigh.state import State
+from drivetwin.diagnosis.weigh.state import NEARBY, State
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.errors import UserError
@@ -125,7 +125,7 @@ def preferred(state: State, answers: Sequence[Answer]) -> tuple[State, list[Answ
             others = [one for one in state.effects if not alike(one, answer.chosen)]
             with suppress(UserError):
                 ahead = settled_on(state.of((*others, best)))
-                if ahead.fit.evidence > state.fit.evidence - CLEARLY:
+                if ahead.reached > state.reached - CLEARLY:
                     state, named = ahead, replace(answer, chosen=best)
         found.append(named)
     return state, found
@@ -157,7 +157,7 @@ def believed(state: State, answers: Sequence[Answer]) -> State:
 def _strain(family: Family, tangents: Sequence[Column], column: Column | None, held: frozenset[int]) -> float:
     """What a member asks of nominal parameters [nats], which what is held out does not tell."""
     system = family.state.system
-    return system.strain(system.fit(tangents, column, held))
+    return system.strain(system.fit(tangents, column, held, NEARBY))
 
 
 def _without(family: Family) -> frozenset[int]:
@@ -173,7 +173,7 @@ def _held_out(
     """Log density [nats] of all blocks of all axes, (B,)."""
     system = family.state.system
     folds = {axis: np.arange(int(own.blocks.max(initial=-1)) + 1) % settings.folds for axis, own in system.axes.items()}
-    found = system.held_out(folds, settings.folds, tangents, column, held)
+    found = system.held_out(folds, settings.folds, tangents, column, held, NEARBY)
     return np.concatenate([found[axis] for axis in sorted(found)])
 
 

@@ -33,7 +33,7 @@ def _costs(found: State, proposals: Sequence[Proposal]) -> list[Column]:
     costs = []
     for one in proposals:
         try:
-            costs.append(found.felt(one.effect.axis, one.effect.effect).cost)
+            costs.append(found.felt(one.effect.axis, one.effect.effect).added)
         except UserError:
             continue
     return costs

@@ -17,7 +17,7 @@ from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.colouring import coloured, read_anew
 from drivetwin.diagnosis.weigh.proposal import Family, Found, Proposal, largest, makes_sense, rivals_of, same_kind
-from drivetwin.diagnosis.weigh.state import Bench, State, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import NEARBY, Bench, State, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import best_together, level_that_yields, settled_on, simpler, yields
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect
 from drivetwin.emulator.effects.base import Look
@@ -194,7 +194,7 @@ class Search:
         axes = {axis for one in several for axis in one.column}
         column = {axis: np.asarray(sum(one.column[axis] for one in several if axis in one.column)) for axis in axes}
         tangents = [each for one in several for each in one.tangents]
-        fit = state.system.fit_tuned(tangents, column, frozenset().union(*(one.held for one in several)))
+        fit = state.system.fit_tuned(tangents, column, frozenset().union(*(one.held for one in several)), NEARBY)
         return fit.evidence - state.fit.evidence + sum(one.prior for one in several)
 
     def dropped(self, pair: Pair, newest: Sequence[PlacedEffect]) -> Pair:
@@ -229,7 +229,7 @@ class Search:
             able = best is not None and best is not known and best.takes >= self.bench.settings.least_share
             if best is not None and able and (known is None or best.score > known.score + CLEARLY):
                 ahead = settled_on(beside.whole.of((*beside.whole.effects, best.effect)), SETTLED)
-                gains = known is None or ahead.fit.evidence + best.prior > pair.whole.fit.evidence + known.prior + CLEARLY
+                gains = known is None or ahead.reached + best.prior > pair.whole.reached + known.prior + CLEARLY
                 if gains and not _leaves_more(ahead, pair.whole):
                     pair, changed = self.pair(ahead, proposals), True
                     continue
@@ -267,7 +267,7 @@ class Search:
             others = [one for one in ahead.effects if all(one is not each for each in added)]
             for kind in kinds:
                 found = level_that_yields(ahead.of(others), axis, levels, kind)
-                if found is not None and found.fit.evidence > ahead.fit.evidence + CLEARLY:
+                if found is not None and found.reached > ahead.reached + CLEARLY:
                     ahead = found
         return ahead
 
@@ -277,11 +277,11 @@ class Search:
             own = {one.effect.name for one in pair.whole.effects if one.axis == axis and yields(type(one.effect))}
             others = [kind for kind in self.kinds[axis] if yields(kind) and kind.name not in own] if own else []
             found = [one for kind in others if (one := best_together(pair.part, axis, kind)) is not None]
-            able = [one for one in found if one.fit.evidence > pair.part.fit.evidence + log(self.tried(axis))]
+            able = [one for one in found if one.reached > pair.part.reached + log(self.tried(axis))]
             able += [each for one in able for each in simpler(one, axis, others)]
             wholes = [settled_on(pair.whole.of(one.effects), SETTLED) for one in able]
-            best = max(wholes, key=lambda one: one.fit.evidence, default=None)
-            if best is None or best.fit.evidence < pair.whole.fit.evidence + log(self.tried(axis)) + CLEARLY:
+            best = max(wholes, key=lambda one: one.reached, default=None)
+            if best is None or best.reached < pair.whole.reached + log(self.tried(axis)) + CLEARLY:
                 continue
             newest = [one for one in best.effects if one.axis == axis and type(one.effect) in others]
             pair = self.dropped(self.pair(best, proposals), newest)
@@ -389,14 +389,14 @@ class Search:
             state.rows.simulation.dynamics((*state.effects, placed(state.rows, one.axis, one.effect)))
         except UserError:
             return None
-        if not all(np.isfinite(rows).all() for rows in felt.cost.values()):
+        if not all(np.isfinite(rows).all() for rows in felt.added.values()):
             return None
         tangents = felt.tangents[:free]
-        less, tangent = state.system.whiten(felt.cost), [state.system.whiten(each) for each in tangents]
+        less, tangent = state.system.whiten(felt.added), [state.system.whiten(each) for each in tangents]
         held = state.held(one.effect.name, one.axis)
-        fit = state.system.fit_tuned(tangent, less, held)
-        left = state.energy(state.patched, tangents, felt.cost)
-        taken = {axis: state.left[axis] - left[axis] for axis in felt.cost}
+        fit = state.system.fit_tuned(tangent, less, held, NEARBY)
+        left = state.energy(state.patched, tangents, felt.added)
+        taken = {axis: state.left[axis] - left[axis] for axis in felt.added}
         share = max(part for axis, part in taken.items() if is_torque(axis))
         gain = fit.evidence - state.fit.evidence
         rare = one.effect.unlikely(state.rows.motion[one.axis], state.dynamics[one.axis])

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import log
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +21,14 @@ from drivetwin.diagnosis.propose.rigid import Polynomial, polynomial
 from drivetwin.diagnosis.propose.search import Beginnings, Field, Predict, beginnings, movable_fields, tangents
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.dynamics import AxisDynamics
-from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect, library
+from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, ModelEffect, PlacedEffect, library
+from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.lately import Lately
 
 Array = NDArray[np.float64]
+Later = tuple[tuple[AxisEffect, AxisDynamics], ...]
+"""Effects, and the axis as each finds it."""
 
 FARTHEST = 1.0
 """Steps that matter to a parameter, by which it is moved at most at once: a linear fit holds near by."""
@@ -32,6 +36,8 @@ SHARES = (1.0, 0.5, 0.25, 0.1)
 """Of a Gauss-Newton step, tried in turn until one is better: Nocedal and Wright, Numerical Optimization, 2006, sec. 3.1."""
 
 
+NEARBY = 1.0 / FARTHEST**2
+"""Of a tangent, the inverse square of the same: what only a parameter farther away explains is no evidence for this one."""
 NEAR = 0.02
 """Of its deviation, by which a parameter may miss the best one: the evidence feels the square of it."""
 NO_TORQUE = 1e-12
@@ -50,6 +56,8 @@ class Felt:
     axis: str
     effect: Effect
     dynamics: AxisDynamics
+    later: Later = ()
+    """What bends with the friction under it, and the axis as that finds it."""
 
     @cached_property
     def cost(self) -> Column:
@@ -57,14 +65,38 @@ class Felt:
         return self._cost(self.effect)
 
     @cached_property
+    def added(self) -> Column:
+        """What a set that has the later ones costs more with it [N·m or N]."""
+        return self.added_by(self.effect)
+
+    def added_by(self, effect: Effect) -> Column:
+        """The same of another effect in its place."""
+        found = dict(self._with_later(effect))
+        for one, dynamics in self.later:
+            for axis, rows in self.bench.column(PlacedEffect(self.axis, one, {}), dynamics).items():
+                found[axis] = found[axis] - rows
+        return found
+
+    @cached_property
     def tangents(self) -> Sequence[Column]:
-        """Its slope by each parameter that may move, in steps that matter to it [N·m or N]."""
+        """Its slope by each parameter that may move, in steps that matter to it [N·m or N], with what it does to the later."""
         wide = self.bench.settings.wide_step
         movable = movable_fields(self.effect, self.bench.rows.motion[self.axis], self.dynamics, wide)
-        return tangents(self.effect, movable, self._cost)
+        if self.later:  # what yields has steps, over which a slope is a wide difference
+            movable = [replace(each, difference=wide) for each in movable]
+        return tangents(self.effect, movable, self._with_later)
 
     def _cost(self, effect: Effect) -> Column:
         return self.bench.column(PlacedEffect(self.axis, effect, {}), self.dynamics)
+
+    def _with_later(self, effect: Effect) -> Column:
+        found = dict(self._cost(effect))
+        for one, dynamics in self.later:
+            assert isinstance(effect, FrictionEffect)
+            changed = replace(dynamics, friction=effect.change(dynamics.friction))
+            for axis, rows in self.bench.column(PlacedEffect(self.axis, one, {}), changed).items():
+                found[axis] = found[axis] + rows if axis in found else rows
+        return found
 
 
 @dataclass(frozen=True)
@@ -79,20 +111,25 @@ class Bench:
     intervals: Array
     """Between rows, of each recording [s]."""
     _earlier: dict[tuple[str, float], Array] = field(init=False, repr=False, default_factory=dict)
-    _felt: dict[tuple[str, Effect, AxisDynamics], Felt] = field(init=False, repr=False, default_factory=dict)
+    _felt: dict[Hashable, Felt] = field(init=False, repr=False, default_factory=dict)
     _beginnings: dict[tuple[str, type[AxisEffect]], Beginnings] = field(init=False, repr=False, default_factory=dict)
     _lately: Lately[tuple[str, Effect, AxisDynamics], Column] = field(init=False, repr=False, default_factory=Lately)
 
-    def felt(self, axis: str, effect: Effect, dynamics: AxisDynamics) -> Felt:
+    def felt(self, axis: str, effect: Effect, dynamics: AxisDynamics, later: Later = ()) -> Felt:
         """An effect on top of those before it, remembered: sets that follow each other have most of their effects in common."""
-        key = (axis, effect, dynamics)
+        key = (axis, effect, dynamics, later)
         found = self._felt.get(key)
         if found is None:
             if len(self._felt) >= HELD:
                 for old in list(self._felt)[: HELD // 2]:
                     self._felt.pop(old, None)
-            found = self._felt[key] = Felt(self, axis, effect, dynamics)
+            found = self._felt[key] = Felt(self, axis, effect, dynamics, later)
         return found
+
+    def before(self, ordered: tuple[PlacedEffect, ...]) -> list[AxisDynamics]:
+        """The axis of each effect of a set with those before it."""
+        dynamics = self.rows.simulation.dynamics
+        return [dynamics(ordered[:number])[one.axis] for number, one in enumerate(ordered)]
 
     def beginnings(self, axis: str, kind: type[AxisEffect], dynamics: AxisDynamics) -> Beginnings:
         """Where a search for a kind begins on an axis, remembered until what it stands on changes."""
@@ -197,6 +234,23 @@ class State:
         return self.system.fit(held=self.held())
 
     @cached_property
+    def standing(self) -> Fit:
+        """Of the set with its parameters where they are."""
+        tangents = frozenset(range(len(self.bench.nominals), len(self.columns)))
+        return self.system.fit_tuned((), None, self.held() | tangents)
+
+    @cached_property
+    def reached(self) -> float:
+        """Log evidence of that [nats]: what a straight line promises is not reached yet."""
+        tangents = len(self.columns) - len(self.bench.nominals)
+        independent = sum(own.colour.independent for own in self.system.axes.values())
+        return self.standing.evidence - 0.5 * tangents * log(independent)
+
+    def ahead(self, damping: float) -> Fit:
+        """Where a straight line has the parameters, held so many times nearer; the unknown as large as it is without moving."""
+        return replace(self.system.at(self.standing.amplitude), near=damping * self.system.near).fit(held=self.held())
+
+    @cached_property
     def frugal(self) -> System:
         """The set's system with no more of the unknown than usual: what a search begins in. Else that has what is sought."""
         usual = {axis: np.minimum(self.system.amplitude[axis], own.usual) for axis, own in self.system.axes.items()}
@@ -216,7 +270,7 @@ class State:
             one: axis_system(first[one], none[one], nothing, 1.0, self.target[one], rows.of[one].block) for one in rows.compared
         }
         flat = [{axis: first[axis].whiten(torque) for axis, torque in column.items()} for column in self.columns]
-        return system_of(bare, flat, self.system.spreads)
+        return system_of(bare, flat, self.system.spreads, near=self.system.near)
 
     @cached_property
     def dynamics(self) -> dict[str, AxisDynamics]:
@@ -240,21 +294,33 @@ class State:
 
     def felt(self, axis: str, effect: Effect) -> Felt:
         """An effect on top of the set. Raises UserError where nothing can follow it."""
-        return self.bench.felt(axis, effect, self.dynamics[axis])
+        return self.bench.felt(axis, effect, *self._place(axis, effect))
 
     def predictor(self, axis: str) -> Predict:
         """From an effect on an axis to what it costs on top of the set."""
+        return lambda effect: Felt(self.bench, axis, effect, *self._place(axis, effect)).added
 
-        def cost(effect: Effect) -> Column:
-            return self.bench.column(PlacedEffect(axis, effect, {}), self.dynamics[axis])
+    def _place(self, axis: str, effect: Effect) -> tuple[AxisDynamics, Later]:
+        """What an effect would stand on in the set, and what of the set would then bend otherwise."""
+        key = axis, type(effect)
+        if key not in self._places:
+            ordered = in_order((*self.effects, PlacedEffect(axis, effect, {})))
+            number = next(k for k, one in enumerate(ordered) if one.effect is effect)
+            before = self.bench.before(self.effects)
+            later = _later(ordered, [*before[:number], self.dynamics[axis], *before[number:]], number)
+            under = self.rows.simulation.dynamics(self.effects[:number])[axis] if later else self.dynamics[axis]
+            self._places[key] = under, later
+        return self._places[key]
 
-        return cost
+    @cached_property
+    def _places(self) -> dict[tuple[str, type[Effect]], tuple[AxisDynamics, Later]]:
+        return {}
 
     def energy(self, held: frozenset[int], extra: Sequence[Column] = (), less: Column | None = None) -> dict[str, float]:
         """Share of the gap's energy that is left on each axis, least squares; further columns and torque as they are felt."""
         whiten = self.plain.whiten
         columns, torque = [whiten(each) for each in extra], whiten(less) if less is not None else None
-        left = self.plain.residual(self.plain.fit(columns, torque, held), columns, torque)
+        left = self.plain.residual(self.plain.fit(columns, torque, held, NEARBY), columns, torque)
         gap = self.bench.rows.gap_energy
         return {
             axis: float(rows @ rows) * self.plain.axes[axis].colour.level ** 2 / max(gap[axis], 1e-300)
@@ -287,8 +353,9 @@ def state_of(
     spreads = [one.spread for one in bench.nominals]
     owners = []
     simulation.dynamics(ordered)
+    before = bench.before(ordered)
     for number, one in enumerate(ordered):
-        felt = bench.felt(one.axis, one.effect, simulation.dynamics(ordered[:number])[one.axis])
+        felt = bench.felt(one.axis, one.effect, before[number], _later(ordered, before, number))
         for axis, rows in felt.cost.items():
             target[axis] = target[axis] - rows
         columns.extend(felt.tangents)
@@ -296,9 +363,27 @@ def state_of(
         owners.extend([number] * len(felt.tangents))
     axes = {axis: _axis_system(bench, axis, colours[axis], target[axis]) for axis in bench.rows.compared}
     whitened = [{axis: axes[axis].colour.whiten(rows) for axis, rows in column.items()} for column in columns]
-    system = system_of(axes, whitened, np.array(spreads), bench.settings.nominal_freedom)
+    near = np.where(np.isinf(spreads), NEARBY, 0.0)
+    system = system_of(axes, whitened, np.array(spreads), bench.settings.nominal_freedom, near)
     whole = State(bench, ordered, system, tuple(owners), target, columns, late, exact)
     return replace(whole, system=system.tuned(whole.held()))
+
+
+def _later(ordered: Sequence[PlacedEffect], before: Sequence[AxisDynamics], number: int) -> Later:
+    """What costs otherwise on the axis of a friction effect, in a set, where that is another: friction and joints that yield.
+
+    In sliding an asymmetry of friction is an offset. Behind play and bristles it is none.
+    """
+    one = ordered[number]
+    if not isinstance(one.effect, FrictionEffect) or one.effect.several:
+        return ()
+    rest = zip(ordered[number + 1 :], before[number + 1 :], strict=True)
+    own = [(each.effect, axis) for each, axis in rest if each.axis == one.axis]
+    return tuple((effect, axis) for effect, axis in own if isinstance(effect, AxisEffect) and _bends(effect))
+
+
+def _bends(effect: AxisEffect) -> bool:
+    return isinstance(effect, Stribeck) or not effect.scales
 
 
 def _axis_system(bench: Bench, axis: str, known: Colour | AxisSystem, target: Array) -> AxisSystem:
@@ -334,16 +419,17 @@ def _floor(bench: Bench, axis: str) -> float:
     return max(0.25 * bench.settings.model_error * bench.rows.size[axis], NO_TORQUE)
 
 
-def moved_by_fit(state: State, fit: Fit, share: float) -> tuple[PlacedEffect, ...]:
+def moved_by_fit(state: State, fit: Fit, share: float, axis: str | None = None) -> tuple[PlacedEffect, ...]:
     """The effects, their parameters by a share of the way to where a linear fit about them has them, within their bounds.
 
-    An effect whose every parameter is there already, by its deviation, stays as it is.
+    An effect whose every parameter is there already, by its deviation, stays as it is. `axis`: only those of one axis move.
     """
     found, first = [], len(state.bench.nominals)
     deviations = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
     for number, one in enumerate(state.effects):
         at = [first + k for k, owner in enumerate(state.owners) if owner == number]
-        if all(abs(fit.coefficients[k]) <= NEAR * deviations[k] for k in at):
+        there = all(abs(fit.coefficients[k]) <= NEAR * deviations[k] for k in at)
+        if there or axis not in (None, one.axis):
             found.append(one)
             continue
         values = {}

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.alignment import aligned
-from drivetwin.diagnosis.weigh.state import SHARES, State, moved_by_fit
+from drivetwin.diagnosis.weigh.state import State, moved_by_fit
 from drivetwin.emulator.effects import AxisEffect, Effect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
@@ -19,7 +19,11 @@ STARTS = 3
 """Of a further kind, the best beside what yields already, that are moved together with it."""
 STEPS = 15
 """Gauss-Newton steps at most, of each."""
-ENOUGH = 0.1
+DAMPINGS = (1.0, 10.0, 100.0, 1000.0)
+"""Of a step, tried in turn until one is better: Marquardt, J. Soc. Ind. Appl. Math. 11(2), 1963."""
+GOOD = 0.25
+"""Of what a straight line promises, that a step must bring, or another one is tried as well: the same."""
+ENOUGH = 0.5
 """Nats that a further step must bring."""
 
 
@@ -38,7 +42,7 @@ def best_together(state: State, axis: str, kind: type[Effect]) -> State | None:
     begun = [one for one in tried if one is not None]
     begun.sort(key=lambda one: -one.fit.evidence)
     found = side_by_side(settled_on, begun[:STARTS])
-    return max(found, key=lambda one: one.fit.evidence, default=None)
+    return max(found, key=lambda one: one.reached, default=None)
 
 
 def level_that_yields(state: State, axis: str, levels: Sequence[Effect], kind: type[Effect]) -> State | None:
@@ -57,7 +61,7 @@ def level_that_yields(state: State, axis: str, levels: Sequence[Effect], kind: t
         return [one for one in tried if one is not None]
 
     each = [max(tried, key=lambda one: one.fit.evidence) for level in levels if (tried := begun(level))]
-    return max(side_by_side(settled_on, each), key=lambda one: one.fit.evidence, default=None)
+    return max(side_by_side(settled_on, each), key=lambda one: one.reached, default=None)
 
 
 def simpler(state: State, axis: str, kinds: Sequence[type[Effect]]) -> list[State]:
@@ -79,11 +83,11 @@ def simpler(state: State, axis: str, kinds: Sequence[type[Effect]]) -> list[Stat
 def settled_on(state: State, steps: int = STEPS) -> State:
     """The set a few Gauss-Newton steps on, all parameters together, as far as the evidence gains."""
     for _ in range(steps):
-        before, state = state.fit.evidence, aligned(state)
+        before, state = state.reached, aligned(state)
         ahead = step_ahead(state)
         if ahead is None:
             break
-        done = ahead.fit.evidence - before < ENOUGH
+        done = ahead.reached - before < ENOUGH
         state = ahead
         if done:
             break
@@ -91,15 +95,32 @@ def settled_on(state: State, steps: int = STEPS) -> State:
 
 
 def step_ahead(state: State) -> State | None:
-    """One Gauss-Newton step on, as far as that is better; None where no share of the step is."""
-    for share in SHARES:
+    """One damped Gauss-Newton step on, of all axes, or else of one; None where none is better.
+
+    Where one axis's effects bend too much for a straight line, the others still move.
+    """
+    axes = sorted({one.axis for one in state.effects})
+    for axis in (None, *(axes if len(axes) > 1 else ())):
+        best = _best_step(state, axis)
+        if best is not None:
+            return best
+    return None
+
+
+def _best_step(state: State, axis: str | None) -> State | None:
+    """The first step that brings a good part of what it promises, or else the best."""
+    best: State | None = None
+    for damping in DAMPINGS:
+        told = state.ahead(damping)
         try:
-            ahead = state.of(moved_by_fit(state, state.fit, share))
+            ahead = state.of(moved_by_fit(state, told, 1.0, axis))
         except UserError:
             continue
-        if ahead.fit.evidence > state.fit.evidence:
-            return ahead
-    return None
+        if ahead.reached > (best or state).reached:
+            best = ahead
+        if best is not None and best.reached - state.reached > GOOD * (told.evidence - state.reached):
+            break
+    return best
 
 
 def _state(state: State, effects: Sequence[PlacedEffect]) -> State | None:

@@ -330,3 +330,8 @@ class FrictionEffect(StaticEffect):
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return self.change(axis.friction).resistance(motion) - motion.kept_lately(axis.friction, axis.friction.resistance)
+
+    @staticmethod
+    def small(axis: AxisDynamics) -> float:
+        """A tenth of the level of friction [N·m or N]: bristles give way with that much more as they do without it."""
+        return 0.1 * max(axis.friction.coulomb, axis.friction.static_torque) or 1.0

@@ -32,8 +32,8 @@ class Coulomb(FrictionEffect):
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
-        before = axis.friction.coulomb
-        return [Start((cls(before + 1.0),), lambda found: cls(max(0.0, before + found[0])))]
+        before, more = axis.friction.coulomb, cls.small(axis)
+        return [Start((cls(before + more),), lambda found: cls(max(0.0, before + more * found[0])))]
 
     @classmethod
     def drawn(cls, ground: Ground) -> Coulomb:

@@ -71,7 +71,7 @@ class PositionFriction(FrictionEffect):
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
         left = unexplained(motion, axis) * np.sign(motion.velocity)
         numbers = [*long_waves(motion), *strongest(motion, left, _PERIODS)]
-        return [cls._start(axis.friction.coulomb, 1.0 / number) for number in numbers]
+        return [cls._start(axis.friction.coulomb, cls.small(axis), 1.0 / number) for number in numbers]
 
     @classmethod
     def drawn(cls, ground: Ground) -> PositionFriction:
@@ -80,9 +80,9 @@ class PositionFriction(FrictionEffect):
         return cls(min(amplitude, 0.9 * ground.axis.friction.coulomb), ground.room / waves, ground.phase())
 
     @classmethod
-    def _start(cls, most: float, period: float) -> Start:
+    def _start(cls, most: float, small: float, period: float) -> Start:
         def compose(found: Sequence[float]) -> PositionFriction:
             amplitude, phase = amplitude_and_phase(found)
-            return cls(min(amplitude, most), period, phase)
+            return cls(min(small * amplitude, most), period, phase)
 
-        return Start((cls(1.0, period), cls(1.0, period, 0.5 * pi)), compose)
+        return Start((cls(small, period), cls(small, period, 0.5 * pi)), compose)

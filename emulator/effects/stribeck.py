@@ -58,7 +58,8 @@ class Stribeck(FrictionEffect):
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
         velocities = np.maximum(np.geomspace(0.005, _FASTEST, 8) * top_speed(motion), 1e-6)
-        return [cls._start(axis.friction.coulomb, float(at), exponent) for at in velocities for exponent in (1.0, 2.0)]
+        more = cls.small(axis)
+        return [cls._start(axis.friction.coulomb, more, float(at), power) for at in velocities for power in (1.0, 2.0)]
 
     @classmethod
     def drawn(cls, ground: Ground) -> Stribeck:
@@ -69,8 +70,8 @@ class Stribeck(FrictionEffect):
         return cls(static, speed, float(ground.draw.choice((1.0, 2.0))))
 
     @classmethod
-    def _start(cls, coulomb: float, velocity: float, exponent: float) -> Start:
+    def _start(cls, coulomb: float, more: float, velocity: float, exponent: float) -> Start:
         def compose(found: Sequence[float]) -> Stribeck | None:
-            return cls(coulomb + found[0], velocity, exponent) if found[0] > 0.0 else None
+            return cls(coulomb + more * found[0], velocity, exponent) if found[0] > 0.0 else None
 
-        return Start((cls(coulomb + 1.0, velocity, exponent),), compose)
+        return Start((cls(coulomb + more, velocity, exponent),), compose)

@@ -64,4 +64,4 @@ class TemperatureDrift(FrictionEffect):
 
     @classmethod
     def _start(cls, time_constant: float) -> Start:
-        return Start((cls(1.0, time_constant),), lambda found: cls(max(found[0], 0.0), time_constant))
+        return Start((cls(0.1, time_constant),), lambda found: cls(max(0.1 * found[0], 0.0), time_constant))

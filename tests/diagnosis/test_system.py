@@ -144,6 +144,23 @@ def test_a_free_column_is_generalised_least_squares_and_costs_half_the_logarithm
     assert fit.evidence == pytest.approx(told + 0.5 * len(rows) * LOG - USUAL - 0.5 * np.log(independent), abs=1e-4)
 
 
+@pytest.mark.parametrize("kind", ["white", "coloured"])
+def test_a_tangent_holds_near_its_point_and_costs_as_much_as_a_free_column(kind: str) -> None:
+    """Generalised ridge regression (Hoerl and Kennard, Technometrics 12(1), 1970, eq. 4.1)."""
+    colour, near = colours(kind), 3000.0
+    system = system_of(colour)
+    fit = system.fit([system.whiten(FREE)], near=near)
+    rows, given = np.concatenate(list(target().values())), dense(colour, fit.level, COLUMNS, SPREADS)
+    column = stacked([FREE])[:, 0]
+    value = float(column @ np.linalg.solve(given, rows) / (column @ np.linalg.solve(given, column) + near))
+    free = system.fit([system.whiten(FREE)]).coefficients[-1]
+    assert fit.coefficients[-1] == pytest.approx(value, rel=1e-6)
+    assert abs(value) < 0.8 * abs(free)
+    told = multivariate_normal(np.zeros(len(rows)), given).logpdf(rows - value * column) - 0.5 * near * value**2
+    independent = sum(one.independent for one in colour.values())
+    assert fit.evidence == pytest.approx(told + 0.5 * len(rows) * LOG - USUAL - 0.5 * np.log(independent), abs=1e-4)
+
+
 def test_the_noise_level_is_where_the_evidence_is_highest() -> None:
     """Of the penalised residual: its square over the rows, which three turns bring within a hundredth."""
     colour = colours("white")

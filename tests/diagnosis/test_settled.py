@@ -1,0 +1,68 @@
+"""A set of effects moves to where it explains most: not to where a straight line promises as much."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from plain_bench import COGGING, COULOMB, ORDER, PHASE, SLIDES, STICKS, Machine
+from rig_bench import compared, strokes
+
+from drivetwin.diagnosis.prepare.prepared import prepared
+from drivetwin.diagnosis.propose.placing import placed
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.state import Bench, State, bench_of, first_colours, state_of
+from drivetwin.diagnosis.weigh.yielding import settled_on
+from drivetwin.emulator.effects import Effect
+from drivetwin.emulator.effects.backlash import Backlash
+from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
+from drivetwin.emulator.effects.presliding import Presliding
+from drivetwin.emulator.effects.stribeck import Stribeck
+from drivetwin.emulator.effects.torque_ripple import TorqueRipple
+
+RIPPLE = TorqueRipple(COGGING, ORDER, PHASE)
+TRUE = Stribeck(COULOMB + STICKS, SLIDES, 2.0)
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    """A column with Stribeck friction and cogging, of which the model knows nothing."""
+    machine = Machine()
+    model = tmp_path_factory.mktemp("plain") / "model.xml"
+    model.write_text(machine.model, encoding="utf-8")
+    ready = prepared(Path(model), [machine.recording(1, 30.0, "one")], [machine.recording(2, 20.0, "two")], Settings())
+    return bench_of(ready.rows, Settings(), ready.absolute)
+
+
+def state(bench: Bench, *effects: Effect) -> State:
+    return state_of(bench, [placed(bench.rows, "turn", one) for one in effects], first_colours(bench), {})
+
+
+@pytest.mark.parametrize("static", [1.1, 2.5], ids=["less", "more"])
+@pytest.mark.parametrize("speed", [0.3, 4.0], ids=["slower", "faster"])
+def test_a_set_settles_at_the_truth_from_far_away(bench: Bench, static: float, speed: float) -> None:
+    """Where it also settles from the truth; its level with the model's own level beside it, for both are free."""
+    begun = state(bench, Stribeck(COULOMB + static * STICKS, speed * SLIDES, 1.0), RIPPLE)
+    found, there = settled_on(begun, 30), settled_on(state(bench, TRUE, RIPPLE), 30)
+    assert found.reached == pytest.approx(there.reached, abs=2.0)
+
+
+def test_what_a_straight_line_promises_is_not_reached_yet(bench: Bench) -> None:
+    far, there = state(bench, Stribeck(COULOMB + 2.0 * STICKS, SLIDES, 2.0), RIPPLE), settled_on(state(bench, TRUE, RIPPLE))
+    assert there.reached == pytest.approx(there.fit.evidence, abs=1.0)
+    assert far.fit.evidence > there.fit.evidence - 30.0, "level alone: a straight line"
+    assert far.reached < there.reached - 100.0
+
+
+@pytest.mark.parametrize("later", [Presliding(2e4, 10.0), Backlash(0.002, 2e4, 10.0)], ids=["presliding", "backlash"])
+def test_a_slope_of_friction_knows_what_bends_with_it(later: Effect, tmp_path: Path) -> None:
+    """Against the difference of what two whole sets cost, the level of friction less and more on one way."""
+    rows = compared(tmp_path, strokes(1, 20.0))
+    own = bench_of(rows, Settings(), {"turn": True, "lift": True})
+    asymmetry, step = 0.3, Settings().wide_step
+    low, middle, high = (state(own, CoulombAsymmetry(asymmetry * (1.0 + change)), later) for change in (-step, 0.0, step))
+    by_hand = (low.target["turn"] - high.target["turn"]) / (2.0 * step)
+    slope = middle.columns[len(own.nominals)]["turn"]
+    assert np.std(by_hand) > 0.0
+    np.testing.assert_allclose(slope, by_hand, atol=1e-9 * float(np.abs(by_hand).max()))
