@@ -22,7 +22,6 @@ from drivetwin.diagnosis.propose.search import Beginnings, Field, Predict, begin
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, ModelEffect, PlacedEffect, library
-from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.lately import Lately
 
@@ -383,7 +382,7 @@ def _later(ordered: Sequence[PlacedEffect], before: Sequence[AxisDynamics], numb
 
 
 def _bends(effect: AxisEffect) -> bool:
-    return isinstance(effect, Stribeck) or not effect.scales
+    return effect.above_level or not effect.scales
 
 
 def _axis_system(bench: Bench, axis: str, known: Colour | AxisSystem, target: Array) -> AxisSystem:

@@ -181,6 +181,8 @@ class AxisEffect(Effect):
 
     scales: ClassVar[bool] = True
     """Whether a start's members may be scaled to say how large the effect is; else they are tried as they are."""
+    above_level: ClassVar[bool] = False
+    """Whether a parameter is a whole level of friction, so that what it costs changes with the level before it."""
 
     @abstractmethod
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:

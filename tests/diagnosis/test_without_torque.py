@@ -102,10 +102,6 @@ def test_what_differs_is_found(effect: str, parameter: str, truth: dict[str, flo
     assert runs[WITH_EFFECTS].apart["position"].rms < 0.5 * runs[ALONE].apart["position"].rms
 
 
-@pytest.mark.xfail(
-    reason="steps of 12 bits are in position and asked torque alike, and are taken for a delay of 4 ms (docs/diagnosis.md)",
-    strict=False,
-)
 def test_a_machine_as_modelled_has_no_gap(tmp_path: Path) -> None:
     assert diagnosed(tmp_path).verdict == "no_gap"
 
