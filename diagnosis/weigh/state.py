@@ -66,11 +66,7 @@ class Felt:
     @cached_property
     def added(self) -> Column:
         """What a set that has the later ones costs more with it [N·m or N]."""
-        return self.added_by(self.effect)
-
-    def added_by(self, effect: Effect) -> Column:
-        """The same of another effect in its place."""
-        found = dict(self._with_later(effect))
+        found = dict(self._with_later(self.effect))
         for one, dynamics in self.later:
             for axis, rows in self.bench.column(PlacedEffect(self.axis, one, {}), dynamics).items():
                 found[axis] = found[axis] - rows

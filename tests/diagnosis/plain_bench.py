@@ -10,8 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.report.result import Array, Diagnosis
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.state import Bench, bench_of
 from drivetwin.recording.recording import Recording, RecordingInfo
 
 PERIOD = 0.004
@@ -67,6 +69,13 @@ class Machine:
             path = Path(folder) / "plain.xml"
             path.write_text(self.model, encoding="utf-8")
             return diagnose(path, fitted, held, Settings(), lambda _stage, _share: None)
+
+    def bench(self, folder: Path, seconds: float = 30.0) -> Bench:
+        """One recording of it beside the model, on which sets of effects are weighed; another one is not fitted."""
+        path = folder / "model.xml"
+        path.write_text(self.model, encoding="utf-8")
+        ready = prepared(path, [self.recording(1, seconds, "one")], [self.recording(2, 20.0, "two")], Settings())
+        return bench_of(ready.rows, Settings(), ready.absolute)
 
 
 def _sum(terms: object) -> Array:

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from plain_bench import Machine
 
-from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.propose.placing import placed
-from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.averaging import Answer, believed
-from drivetwin.diagnosis.weigh.state import State, bench_of, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
@@ -29,11 +26,7 @@ WAVE, OFFSET = PositionFriction(0.1, 0.5), TorqueOffset(0.3)
 @pytest.fixture(scope="module")
 def state(tmp_path_factory: pytest.TempPathFactory) -> State:
     """A set of a wave and an offset."""
-    machine = Machine()
-    model = tmp_path_factory.mktemp("plain") / "model.xml"
-    model.write_text(machine.model, encoding="utf-8")
-    ready = prepared(Path(model), [machine.recording(1, 20.0, "one")], [machine.recording(2, 20.0, "two")], Settings())
-    bench = bench_of(ready.rows, Settings(), ready.absolute)
+    bench = Machine().bench(tmp_path_factory.mktemp("plain"), 20.0)
     return state_of(bench, [placed(bench.rows, "turn", one) for one in (WAVE, OFFSET)], first_colours(bench), {})
 
 

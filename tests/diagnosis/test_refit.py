@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from plain_bench import COGGING, COULOMB, ORDER, PHASE, SLIDES, STICKS, Machine
 
-from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.report.result import TWO_SIDED_90
-from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.refit import Refitted, refitted
-from drivetwin.diagnosis.weigh.state import Bench, bench_of, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import Bench, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.coulomb import Coulomb
@@ -22,11 +18,7 @@ from drivetwin.emulator.effects.torque_ripple import TorqueRipple
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    machine = Machine()
-    model = tmp_path_factory.mktemp("plain") / "model.xml"
-    model.write_text(machine.model, encoding="utf-8")
-    ready = prepared(Path(model), [machine.recording(1, 30.0, "one")], [machine.recording(2, 20.0, "two")], Settings())
-    return bench_of(ready.rows, Settings(), ready.absolute)
+    return Machine().bench(tmp_path_factory.mktemp("plain"))
 
 
 def fitted(bench: Bench, *effects: Effect) -> Refitted:

@@ -9,7 +9,6 @@ import pytest
 from plain_bench import COGGING, COULOMB, ORDER, PHASE, SLIDES, STICKS, Machine
 from rig_bench import compared, strokes
 
-from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.state import Bench, State, bench_of, first_colours, state_of
@@ -28,11 +27,7 @@ TRUE = Stribeck(COULOMB + STICKS, SLIDES, 2.0)
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     """A column with Stribeck friction and cogging, of which the model knows nothing."""
-    machine = Machine()
-    model = tmp_path_factory.mktemp("plain") / "model.xml"
-    model.write_text(machine.model, encoding="utf-8")
-    ready = prepared(Path(model), [machine.recording(1, 30.0, "one")], [machine.recording(2, 20.0, "two")], Settings())
-    return bench_of(ready.rows, Settings(), ready.absolute)
+    return Machine().bench(tmp_path_factory.mktemp("plain"))
 
 
 def state(bench: Bench, *effects: Effect) -> State:
