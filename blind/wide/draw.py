@@ -22,7 +22,7 @@ from drivetwin.blind.wide.robots import draw_robot
 from drivetwin.blind.wide.simulator import Run
 from drivetwin.blind.wide.sizing import Along, has_presliding, sized_causes, sized_nuisances, stiffened
 from drivetwin.blind.wide.truth import DRIVES, LAWS
-from drivetwin.blind.wide.weighing import Recorded, item_of, noise_of, torque_and_gap, weighed
+from drivetwin.blind.wide.weighing import Recorded, item_of, noise_of, quieted, torque_and_gap, weighed
 from drivetwin.blind.wide.world import Items, World, draw_world, rms, slowed, travel
 from drivetwin.foundation.children import tied_processes
 from drivetwin.foundation.errors import UserError
@@ -128,7 +128,7 @@ def _drawn(draw: Draw, world: World, kind: Kind, placed: list[tuple[str, int]]) 
         return None
     world, recorded = moved
     scales = _scales(world, causes, recorded)
-    along = Along.recorded(world, [(one.plan, one.motion) for one in recorded])
+    along = Along.recorded(world, [(one.plan, one.motion, one.window.band) for one in recorded])
     world, plain = stiffened(world, along, causes, scales)
     if not plain and kind != "clean":
         return None
@@ -147,7 +147,7 @@ def _scales(world: World, causes: Items, recorded: list[Recorded]) -> Array:
     """
     torque, gap = torque_and_gap(world, recorded)
     if not causes:
-        return np.full(len(torque), np.min(0.6 * noise_of(world) / torque))
+        return np.full(len(torque), np.min(0.6 * noise_of(world, recorded) / torque))
     levels = {name: Level(torque[k], gap[k], 0.0) for k, name in enumerate(world.names)}
     items = [item_of(world, cause, causes, recorded, levels[cause.axis]) for cause in causes]
     telling = [item for item in items if item.effect not in DRIVE] or items
@@ -170,7 +170,7 @@ def _moved(world: World, items: Items, asked: Sequence[Plan]) -> tuple[World, li
 
 def _weighed(world: World, kind: Kind, causes: Items, nuisances: Items, recorded: list[Recorded]) -> WideCase:
     """The case with what everything costs along the motion that was recorded."""
-    items, noise = (*causes, *nuisances), noise_of(world)
+    items, noise = (*causes, *nuisances), noise_of(world, recorded)
     torque, gap = torque_and_gap(world, recorded)
     more = np.maximum(0.0, 2.0 * gap - noise) if kind == "clean" else 0.0 * noise
     levels = {
@@ -194,13 +194,13 @@ def _weighed(world: World, kind: Kind, causes: Items, nuisances: Items, recorded
         attempt=0,
         slower=world.slower,
         micro=world.micro,
-        noise=tuple(float(f"{value:.6g}") for value in more),
+        noise=tuple(float(f"{value:.6g}") for value in more / quieted(recorded)),
     )
 
 
 def _presliding(world: World, causes: Items, recorded: list[Recorded], levels: dict[str, Level]) -> tuple[Item, ...]:
     """That of every axis which has none as its cause, as items."""
-    cost = Along.recorded(world, [(one.plan, one.motion) for one in recorded]).presliding(world)
+    cost = Along.recorded(world, [(one.plan, one.motion, one.window.band) for one in recorded]).presliding(world)
     return tuple(
         weighed(Cause("presliding", name, {"displacement": micro}), float(cost[k]), levels[name])
         for k, (name, micro) in enumerate(zip(world.names, world.micro, strict=True))

@@ -16,6 +16,7 @@ from drivetwin.blind.wide.friction import yielding_way
 from drivetwin.blind.wide.machines import Draw
 from drivetwin.blind.wide.motion import Plan
 from drivetwin.blind.wide.simulator import Motion
+from drivetwin.blind.wide.window import Window
 from drivetwin.blind.wide.world import Items, World, motion_of, rms, travel
 
 Array = NDArray[np.float64]
@@ -32,21 +33,23 @@ HIDDEN = 0.2
 _STEPS = 5
 _CLOSE, _REACHED = 0.15, 0.8
 _STRIDE = 4
+_OPEN = 400.0
+"""Band [Hz] in which plans are compared."""
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """A motion (k, n) by a plan, when each axis moves, and what the nominal model needs for it [N·m or N]."""
+    """A motion (k, n) by a plan, and what the nominal model needs for it [N·m or N]; `window`: what counts of a torque."""
 
     plan: Plan
     motion: Motion
-    moving: NDArray[np.bool_]
+    window: Window
     nominal: Array
 
     @classmethod
-    def of(cls, world: World, plan: Plan, motion: Motion) -> Stretch:
-        """Of a world."""
-        return cls(plan, motion, world.moving(motion), world.nominal_needs(motion))
+    def of(cls, world: World, plan: Plan, motion: Motion, band: float) -> Stretch:
+        """Of a world, compared in a band [Hz]."""
+        return cls(plan, motion, Window(band, motion.tick, world.moving(motion)), world.nominal_needs(motion))
 
 
 @dataclass(frozen=True)
@@ -57,13 +60,13 @@ class Along:
 
     @classmethod
     def planned(cls, world: World, plans: Sequence[Plan]) -> Along:
-        """As they are planned."""
-        return cls(tuple(Stretch.of(world, plan, motion_of(plan.position, _STRIDE)) for plan in plans))
+        """As they are planned; in which band they will be compared is not known yet."""
+        return cls(tuple(Stretch.of(world, plan, motion_of(plan.position, _STRIDE), _OPEN) for plan in plans))
 
     @classmethod
-    def recorded(cls, world: World, moved: Sequence[tuple[Plan, Motion]]) -> Along:
-        """As the motors moved, given at every servo period."""
-        return cls(tuple(Stretch.of(world, plan, _thinned(motion)) for plan, motion in moved))
+    def recorded(cls, world: World, moved: Sequence[tuple[Plan, Motion, float]]) -> Along:
+        """As the motors moved, given at every servo period, compared in a band [Hz]."""
+        return cls(tuple(Stretch.of(world, plan, _thinned(motion), band) for plan, motion, band in moved))
 
     @cached_property
     def torque(self) -> Array:
@@ -79,7 +82,7 @@ class Along:
 
     def _moving(self, values: Sequence[Array], axis: int) -> Array:
         """Of an axis (m,), from values (k, n) of each stretch."""
-        return np.concatenate([each[one.moving[:, axis], axis] for each, one in zip(values, self.stretches, strict=True)])
+        return np.concatenate([one.window.of(each[:, axis], axis) for each, one in zip(values, self.stretches, strict=True)])
 
     def ground(self, draw: Draw, world: World, axis: int) -> Ground:
         """What an effect of an axis is drawn for."""
@@ -107,7 +110,7 @@ class Along:
         for _ in range(_STEPS):
             cause = Cause(effect, world.names[axis], {key: float(f"{value:.6g}") for key, value in sizable(factor).items()})
             costs = [
-                world.cost(cause, base, (*before, cause), one.motion, one.plan)[one.moving[:, axis]]
+                one.window.of(world.cost(cause, base, (*before, cause), one.motion, one.plan), axis)
                 for base, one in zip(bases, self.stretches, strict=True)
             ]
             cost = rms(np.concatenate(costs))

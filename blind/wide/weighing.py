@@ -14,6 +14,7 @@ from drivetwin.blind.wide.channel import passed
 from drivetwin.blind.wide.effects import DRIVE
 from drivetwin.blind.wide.motion import Plan
 from drivetwin.blind.wide.simulator import Motion, Run
+from drivetwin.blind.wide.window import Window, band_of, of_white_noise
 from drivetwin.blind.wide.world import World, rms
 
 Array = NDArray[np.float64]
@@ -24,7 +25,7 @@ Items = tuple[Cause, ...]
 class Recorded:
     """A validation recording without noise: motion of the motors, torque that it needs, gap (k, n) to the nominal model.
 
-    `asked` (k, n) is what the drives asked for.
+    `asked` (k, n) is what the drives asked for; `rate` [Hz] at which it is recorded.
     """
 
     plan: Plan
@@ -32,7 +33,8 @@ class Recorded:
     torque: Array
     asked: Array
     gap: Array
-    moving: NDArray[np.bool_]
+    rate: float
+    window: Window
 
     @classmethod
     def of(cls, world: World, items: Items, run: Run, plan: Plan) -> Recorded:
@@ -41,28 +43,35 @@ class Recorded:
         torque = world.needs(items, motion, plan)
         measured = [passed(torque[:, k], of_axis(items, name)) for k, name in enumerate(world.names)]
         gap = np.column_stack(measured) - world.nominal_needs(world.read(motion, items))
-        return cls(plan, motion, torque, run.asked, gap, world.moving(motion))
+        rate = next(rate for one, rate in zip(world.plans, world.rates, strict=True) if one.name == plan.name)
+        band = band_of(list(np.column_stack(measured).T), motion.tick, rate)
+        return cls(plan, motion, torque, run.asked, gap, rate, Window(band, motion.tick, world.moving(motion)))
 
     def cost(self, world: World, item: Cause, items: Items) -> Array:
         """What an item costs its axis in motion (k,) [N·m or N]: the others of `items` are there, it is taken away."""
         k, others = world.names.index(item.axis), tuple(one for one in items if one is not item)
-        return world.cost(item, self._base(item), others, self.motion, self.plan)[self.moving[:, k]]
+        return self.window.of(world.cost(item, self._base(item), others, self.motion, self.plan), k)
 
     def _base(self, item: Cause) -> Array:
         """Torque (k, n) on which an item makes its difference: a saturation and a slow current loop on the asked one."""
         return self.asked if item.effect in DRIVE else self.torque
 
 
-def noise_of(world: World) -> Array:
-    """Rms of each axis's torque noise and quantum (n,) [N·m or N]."""
-    return np.array([np.hypot(one.torque_noise, one.torque_quantum / 12.0**0.5) for one in world.channels])
+def noise_of(world: World, recorded: Sequence[Recorded]) -> Array:
+    """Rms of each axis's torque noise and quantum (n,) in the window [N·m or N]."""
+    return quieted(recorded) * np.array([np.hypot(one.torque_noise, one.torque_quantum / 12.0**0.5) for one in world.channels])
+
+
+def quieted(recorded: Sequence[Recorded]) -> float:
+    """What the windows leave of white noise, of its rms."""
+    return rms(np.array([of_white_noise(one.window.band, one.rate) for one in recorded]))
 
 
 def torque_and_gap(world: World, recorded: Sequence[Recorded]) -> tuple[Array, Array]:
     """Of each axis in motion over all recordings, rms (n,) [N·m or N]."""
     axes = range(len(world.names))
     torque, gap = (
-        np.array([rms(np.concatenate([getattr(one, what)[one.moving[:, k], k] for one in recorded])) for k in axes])
+        np.array([rms(np.concatenate([one.window.of(getattr(one, what)[:, k], k) for one in recorded])) for k in axes])
         for what in ("torque", "gap")
     )
     return torque, gap

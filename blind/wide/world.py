@@ -29,8 +29,8 @@ WAYS: dict[Way, float] = {"both": 0.84, "one_direction": 0.08, "one_speed": 0.08
 MEMORY = (0.001, 0.05)
 """Time [s] for which sliding friction remembers a higher level."""
 
-MOVING = 0.005
-"""Share of an axis's highest speed above which it moves."""
+MOVING = 0.002
+"""Share of an axis's highest speed above which it moves, as the contract of the gap report has it."""
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,8 @@ LEVELS = 4
 """Times that coefficients and noise levels are found in turn."""
 TUNED = 10
 """The same where amplitudes are found as well."""
+CLOSE = 1e-3
+"""Change of a level, and of an amplitude over what is usual, below which nothing is left to find."""
 
 Amplitudes = Mapping[str, Array]
 """Of each axis, of each component of its unknown (K,) [N·m or N]."""
@@ -363,7 +365,7 @@ def solved(
     values, information = np.zeros(len(free)), np.diag(prior)
     squares: dict[str, float] = {}
     inner: dict[str, Inner] = {}
-    turns = TUNED if tuned else LEVELS
+    turns, found = TUNED if tuned else LEVELS, False
     for turn in range(turns):
         information, right, reduced = np.diag(prior).astype(float), np.zeros(len(free)), {}
         for axis, own in axes.items():
@@ -374,15 +376,19 @@ def solved(
             right[into[axis]] += reduced[axis][local[axis], -1] / level[axis] ** 2
         values = _solve(information, right)
         squares = {axis: _square(reduced[axis], local[axis], values[into[axis]]) for axis in axes}
-        if turn == turns - 1:
+        if found or turn == turns - 1:
             break
-        prior = told.precision(values)
+        found, prior = True, told.precision(values)
         for axis in tuned:
             own, part = axes[axis], parts[axis]
             left = part.across[:, -1] - part.across[:, local[axis]] @ values[into[axis]]
             mean = inner[axis].mean(left)
-            amplitude[axis] = inner[axis].tuned(own.component, mean, amplitude[axis], own.misfit)
-        level = {axis: max(1.0, float(np.sqrt(squares[axis] / max(count[axis], 1.0)))) for axis in axes}
+            tuned_now = inner[axis].tuned(own.component, mean, amplitude[axis], own.misfit)
+            found &= bool(np.abs(tuned_now - amplitude[axis]).max(initial=0.0) < CLOSE * own.misfit)
+            amplitude[axis] = tuned_now
+        louder = {axis: max(1.0, float(np.sqrt(squares[axis] / max(count[axis], 1.0)))) for axis in axes}
+        found &= all(abs(louder[axis] - level[axis]) < CLOSE * level[axis] for axis in axes)
+        level = louder
     evidence = -told.cost(values)
     for axis, own in axes.items():
         evidence -= own.colour.logarithm + count[axis] * np.log(level[axis]) + 0.5 * squares[axis] / level[axis] ** 2

@@ -73,13 +73,18 @@ class Felt:
         return found
 
     @cached_property
-    def tangents(self) -> Sequence[Column]:
-        """Its slope by each parameter that may move, in steps that matter to it [N·m or N], with what it does to the later."""
+    def movable(self) -> Sequence[Field]:
+        """Its parameters that may move."""
         wide = self.bench.settings.wide_step
         movable = movable_fields(self.effect, self.bench.rows.motion[self.axis], self.dynamics, wide)
         if self.later:  # what yields has steps, over which a slope is a wide difference
             movable = [replace(each, difference=wide) for each in movable]
-        return tangents(self.effect, movable, self._with_later)
+        return movable
+
+    @cached_property
+    def tangents(self) -> Sequence[Column]:
+        """Its slope by each of them, in steps that matter to it [N·m or N], with what it does to the later."""
+        return tangents(self.effect, self.movable, self._with_later)
 
     def _cost(self, effect: Effect) -> Column:
         return self.bench.column(PlacedEffect(self.axis, effect, {}), self.dynamics)
@@ -183,16 +188,19 @@ def _known(rows: Rows, axis: str, nominals: Sequence[Nominal]) -> Array:
 
 @dataclass(frozen=True)
 class State:
-    """A set of effects, in the order in which torque passes them, and the system of equations about it."""
+    """A set of effects, in the order in which torque passes them, and the system of equations about it.
+
+    The slopes of its effects take most of the time. A set that is only compared with others where it stands is not asked for
+    them.
+    """
 
     bench: Bench
     effects: tuple[PlacedEffect, ...]
-    system: System
-    owners: tuple[int, ...]
-    """Which effect each further column is a tangent of, after those of the nominal parameters."""
+    felts: tuple[Felt, ...]
+    """Each effect on top of those before it."""
+    axes: Mapping[str, AxisSystem]
     target: Mapping[str, Array]
-    columns: Sequence[Column]
-    """Torque that the effects leave, and the system's columns, as they are felt [N·m or N]."""
+    """Torque that the effects leave, as it is felt [N·m or N]."""
     late: Mapping[str, float]
     """By how much the torque of each axis is read earlier [s]: it was recorded after the motion that needed it."""
     exact: frozenset[int] = frozenset()
@@ -200,11 +208,11 @@ class State:
 
     def of(self, effects: Sequence[PlacedEffect]) -> State:
         """Another set, the noise coloured and the torque read as in this one. Raises UserError where it makes no mechanism."""
-        return state_of(self.bench, effects, self.system.axes, self.late, self.exact)
+        return state_of(self.bench, effects, self.axes, self.late, self.exact)
 
     def holding(self, number: int) -> State:
         """The same set, one nominal parameter as the model has it."""
-        return state_of(self.bench, self.effects, self.system.axes, self.late, self.exact | {number})
+        return state_of(self.bench, self.effects, self.axes, self.late, self.exact | {number})
 
     def lateness(self) -> dict[str, float]:
         """By how much the torque of each axis was recorded late [s], of those whose torque is read earlier."""
@@ -216,12 +224,42 @@ class State:
 
     def read(self, late: Mapping[str, float]) -> State:
         """The same set, the torque of each axis read otherwise [s]."""
-        return state_of(self.bench, self.effects, self.system.axes, late, self.exact)
+        return state_of(self.bench, self.effects, self.axes, late, self.exact)
 
     @property
     def rows(self) -> Rows:
         """What is compared."""
         return self.bench.rows
+
+    @cached_property
+    def bare(self) -> System:
+        """The system of the nominal parameters alone."""
+        columns = [one.column for one in self.bench.nominals]
+        spreads = np.array([one.spread for one in self.bench.nominals])
+        return system_of(self.axes, self._whitened(columns), spreads, self.bench.settings.nominal_freedom)
+
+    @cached_property
+    def owners(self) -> tuple[int, ...]:
+        """Which effect each further column is a tangent of, after those of the nominal parameters."""
+        return tuple(number for number, felt in enumerate(self.felts) for _ in felt.movable)
+
+    @cached_property
+    def columns(self) -> Sequence[Column]:
+        """The system's columns, as they are felt [N·m or N]."""
+        return [*(one.column for one in self.bench.nominals), *(each for felt in self.felts for each in felt.tangents)]
+
+    @cached_property
+    def system(self) -> System:
+        """Nominal parameters, and the slopes of the effects, with amplitudes of the unknown where the evidence is highest."""
+        tangents = np.full(len(self.owners), np.inf)
+        near = np.concatenate([np.zeros(len(self.bench.nominals)), np.full(len(self.owners), NEARBY)])
+        whitened = [*self.bare.columns, *self._whitened(self.columns[len(self.bench.nominals) :])]
+        spreads = np.concatenate([self.bare.spreads, tangents])
+        system = system_of(self.axes, whitened, spreads, self.bench.settings.nominal_freedom, near)
+        return system.tuned(self.held())
+
+    def _whitened(self, columns: Sequence[Column]) -> list[Column]:
+        return [{axis: self.axes[axis].colour.whiten(rows) for axis, rows in column.items()} for column in columns]
 
     @cached_property
     def fit(self) -> Fit:
@@ -231,15 +269,13 @@ class State:
     @cached_property
     def standing(self) -> Fit:
         """Of the set with its parameters where they are."""
-        tangents = frozenset(range(len(self.bench.nominals), len(self.columns)))
-        return self.system.fit_tuned((), None, self.held() | tangents)
+        return self.bare.fit_tuned((), None, self.held())
 
     @cached_property
     def reached(self) -> float:
         """Log evidence of that [nats]: what a straight line promises is not reached yet."""
-        tangents = len(self.columns) - len(self.bench.nominals)
-        independent = sum(own.colour.independent for own in self.system.axes.values())
-        return self.standing.evidence - 0.5 * tangents * log(independent)
+        independent = sum(own.colour.independent for own in self.axes.values())
+        return self.standing.evidence - 0.5 * len(self.owners) * log(independent)
 
     def ahead(self, damping: float) -> Fit:
         """Where a straight line has the parameters, held so many times nearer; the unknown as large as it is without moving."""
@@ -342,26 +378,16 @@ def state_of(
 ) -> State:
     """The set's system, in given colours or in those of another set's. Raises UserError where the effects make no mechanism."""
     ordered = in_order(effects)
-    simulation = bench.rows.simulation
     target = {axis: bench.target(axis, late.get(axis, 0.0)).copy() for axis in bench.rows.compared}
-    columns: list[Column] = [one.column for one in bench.nominals]
-    spreads = [one.spread for one in bench.nominals]
-    owners = []
-    simulation.dynamics(ordered)
+    bench.rows.simulation.dynamics(ordered)
     before = bench.before(ordered)
+    felts = []
     for number, one in enumerate(ordered):
-        felt = bench.felt(one.axis, one.effect, before[number], _later(ordered, before, number))
-        for axis, rows in felt.cost.items():
+        felts.append(bench.felt(one.axis, one.effect, before[number], _later(ordered, before, number)))
+        for axis, rows in felts[-1].cost.items():
             target[axis] = target[axis] - rows
-        columns.extend(felt.tangents)
-        spreads.extend([np.inf] * len(felt.tangents))
-        owners.extend([number] * len(felt.tangents))
     axes = {axis: _axis_system(bench, axis, colours[axis], target[axis]) for axis in bench.rows.compared}
-    whitened = [{axis: axes[axis].colour.whiten(rows) for axis, rows in column.items()} for column in columns]
-    near = np.where(np.isinf(spreads), NEARBY, 0.0)
-    system = system_of(axes, whitened, np.array(spreads), bench.settings.nominal_freedom, near)
-    whole = State(bench, ordered, system, tuple(owners), target, columns, late, exact)
-    return replace(whole, system=system.tuned(whole.held()))
+    return State(bench, ordered, tuple(felts), axes, target, late, exact)
 
 
 def _later(ordered: Sequence[PlacedEffect], before: Sequence[AxisDynamics], number: int) -> Later:

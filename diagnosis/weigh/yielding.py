@@ -40,7 +40,7 @@ def best_together(state: State, axis: str, kind: type[Effect]) -> State | None:
     starts = [start.members[0] for start in kind.starts(state.rows.motion[axis], dynamics)]
     tried = side_by_side(lambda effect: _state(state, (*state.effects, placed(state.rows, axis, effect))), starts)
     begun = [one for one in tried if one is not None]
-    begun.sort(key=lambda one: -one.fit.evidence)
+    begun.sort(key=lambda one: -one.reached)
     found = side_by_side(settled_on, begun[:STARTS])
     return max(found, key=lambda one: one.reached, default=None)
 
@@ -60,7 +60,7 @@ def level_that_yields(state: State, axis: str, levels: Sequence[Effect], kind: t
         tried = side_by_side(lambda effect: _state(alone, (*alone.effects, placed(state.rows, axis, effect))), starts)
         return [one for one in tried if one is not None]
 
-    each = [max(tried, key=lambda one: one.fit.evidence) for level in levels if (tried := begun(level))]
+    each = [max(tried, key=lambda one: one.reached) for level in levels if (tried := begun(level))]
     return max(side_by_side(settled_on, each), key=lambda one: one.reached, default=None)
 
 

@@ -16,8 +16,10 @@ from drivetwin.recording.reader import read_recording
 
 @pytest.fixture(scope="module")
 def case() -> WideCase:
-    """An elasticity of a linear axis."""
-    return next(cases(1, 3, ("linear",)))
+    """An elasticity of a linear axis. An eccentric encoder of its motor would show between the two encoders as well."""
+    found = next(cases(1, 5, ("linear",)))
+    assert all(item.effect != "encoder_eccentricity" for item in found.nuisances)
+    return found
 
 
 def test_the_second_encoder_sees_the_spring_of_the_case(case: WideCase, tmp_path: Path) -> None:
