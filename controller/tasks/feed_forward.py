@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from drivetwin.controller.feedforward.alignment import loops_of
-from drivetwin.controller.feedforward.experiment import Bench
-from drivetwin.controller.feedforward.leg import with_rest
+from drivetwin.controller.feedforward.bench import Bench
+from drivetwin.controller.feedforward.rest import with_rest
 from drivetwin.controller.feedforward.stage import Stage, feed_velocity
 from drivetwin.controller.feedforward.torque_model import ModelTorque, fitted
 from drivetwin.controller.joint_path import JointPath, joined, limits_of
