@@ -78,8 +78,8 @@ def _refuse_twice(training: Sequence[Path], validation: Sequence[Path]) -> None:
             digest = sha256(samples) if samples else ""
             if samples and digest in seen:
                 raise UserError(
-                    f"{folder} ({role}) has the same samples as {seen[digest]}; a recording counts once, and what is fitted "
-                    "tells nothing of motion that was not: give another one"
+                    f"{folder} ({role}) has the same samples as {seen[digest]}; a recording counts once, and what was fitted "
+                    "cannot be validated: give another one"
                 )
             seen[digest] = f"{folder} ({role})"
 

@@ -189,7 +189,7 @@ def added_words(selected: Sequence[PlacedEffect]) -> str:
 def residual_words(diagnosis: Diagnosis) -> str:
     """What the tables of what has no name do; empty where there are none."""
     each = [_table_words(one, diagnosis) for one in diagnosis.residual]
-    return f"A table of what has no name, which is no cause, closes {'; '.join(each)}." if each else ""
+    return f"A table of what has no name, which is not a cause, closes {'; '.join(each)}." if each else ""
 
 
 def _table_words(one: Residual, diagnosis: Diagnosis) -> str:

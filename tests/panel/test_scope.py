@@ -146,7 +146,7 @@ def test_entering_a_state_triggers() -> None:
         (["truth:lift:position"], None, "has emulated nothing"),
         (["position"], None, "expected NODE:INDEX:SUBINDEX"),
         ([POSITION], Trigger(TORQUE, "rises"), "not among the channels"),
-        ([POSITION], Trigger(POSITION, "state", state="Fault"), "tells no state"),
+        ([POSITION], Trigger(POSITION, "state", state="Fault"), "has no states"),
         ([STATUSWORD], Trigger(STATUSWORD, "state", state="Broken"), "unknown state"),
         ([f"1:60{number:02X}:00" for number in range(MOST_CHANNELS + 1)], None, "a scope has 12 at most"),
     ],
