@@ -143,7 +143,7 @@ def test_entering_a_state_triggers() -> None:
         ([POSITION, "2:6064:00"], None, "there is no node 2"),
         (["1:5000:00"], None, "have no 5000h:00"),
         (["1:1008:00"], None, "is no number"),
-        (["truth:lift:position"], None, "has emulated nothing"),
+        (["truth:lift:position"], None, "can read the truth"),
         (["position"], None, "expected NODE:INDEX:SUBINDEX"),
         ([POSITION], Trigger(TORQUE, "rises"), "not among the channels"),
         ([POSITION], Trigger(POSITION, "state", state="Fault"), "has no states"),
