@@ -26,11 +26,11 @@ TWO_SIDED_90 = 1.645
 UNKNOWN, NOISE = "unknown", "noise"
 """Parts of a gap beside the effects: what no effect of the library explains, and what is no gap."""
 
+# Bounds that report.json keeps: schema.py checks them when the file is written and when it is read.
 Proportion = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
 Level = Annotated[FiniteFloat, Field(ge=0.0)]
 Interval = tuple[FiniteFloat, FiniteFloat]
 RegimeName = Literal["reversal", "presliding", "acceleration", "low_speed", "high_speed"]
-"""Bounds that report.json keeps: schema.py checks them when the file is written and when it is read."""
 
 
 class Verdict(StrEnum):
