@@ -23,7 +23,7 @@ def cluster(scheduler: str | None, workers: int) -> Iterator[Client]:
             running = Client(scheduler, timeout=_CONNECT_SECONDS)
         except (OSError, ValueError) as error:
             expected = "expected the address of a Dask scheduler that runs, tcp://HOST:PORT"
-            raise UserError(f"--scheduler {scheduler}: nobody answers there ({error}); {expected}") from None
+            raise UserError(f"--scheduler {scheduler}: no scheduler answers there ({error}); {expected}") from None
         with running as client:
             yield client
         return

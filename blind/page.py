@@ -78,9 +78,9 @@ def _nominal_sections(score: NominalScore) -> list[str]:
         _section(
             f"Strictly, {words}",
             table(("strictly", *RATE_HEAD[1:]), strict_rows(score), (1, 2, 3, 4)),
-            f'<p class="note">{strict_words(score)} Every cause told, by its probability: is it there?</p>',
+            f'<p class="note">{strict_words(score)} Every cause that was named, by its probability: is it there?</p>',
             table(CALIBRATION_HEAD, calibration_rows(score.strict.reliability), (1, 2, 3, 4, 5)),
-            '<p class="note">By the event of the contract: is it there, or one that it truly cannot be told from?</p>',
+            '<p class="note">As the contract counts it: is the cause there, or one that cannot be distinguished from it?</p>',
             table(CALIBRATION_HEAD, calibration_rows(score.or_alike.reliability), (1, 2, 3, 4, 5)),
         ),
         _section(f"How far the gap shrinks, {words}", figure_div(_shrinks(score))),

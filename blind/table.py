@@ -101,7 +101,7 @@ def strict_words(score: NominalScore) -> str:
     told = "no probability was called" if found.brier is None else f"strict Brier score {found.brier:.3f}"
     contract = "" if alike is None else f", {alike:.3f} by the event of the contract"
     off = found.share_error
-    error = "no share of a true cause was told" if off is None else f"told shares are {off:.2f} off (median)"
+    error = "no share of a true cause was stated" if off is None else f"stated shares are {off:.2f} off (median)"
     untried = score.or_alike.untried
     claims = f" {untried} claims to be indistinguishable were not tried by the fit and count as wrong." if untried else ""
     return f"{told[0].upper()}{told[1:]}{contract}; {error}.{claims}"

@@ -233,7 +233,7 @@ def host_bus(name: str) -> HostedBus:
     if name.startswith(PREFIX):
         return _host_unix(name)
     if name == INPROC:
-        raise UserError("inproc joins nobody outside this process; give --bus vcan0 or --bus ws://127.0.0.1:54701")
+        raise UserError("no other process can join inproc; give --bus vcan0 or --bus ws://127.0.0.1:54701")
     if SOCKETCAN.fullmatch(name):
         bus = PatientBus(_socketcan(name))
         return HostedBus(bus, name, bus.shutdown)

@@ -72,7 +72,7 @@ def _within_limits(order: Order, path: Path | None, bus: str, clock: str, yes: b
     """The order on a machine narrowed to its limits file; a bus that may be physical needs the file and --yes."""
     if is_physical(bus):
         if clock != "realtime":
-            raise UserError(f"{bus} may be a real machine, whose drives keep time by themselves: give --clock realtime")
+            raise UserError(f"{bus} may be a real machine, whose drives have their own clock: give --clock realtime")
         if path is None or not yes:
             raise UserError(f"{bus} may be a real machine: give --limits FILE, and --yes where the machine is clear")
     if path is None:

@@ -85,6 +85,10 @@ class Machine(Strict):
         if strange := [name for name in names if name not in self.axes]:
             raise UserError(f"machine {self.machine} has no axis {strange[0]!r}, only {', '.join(self.axes)}")
 
+    def beside_the_middle(self, share: float) -> dict[str, float]:
+        """Every axis at a share of its travel beside the middle [m or rad]."""
+        return {name: sum(axis.travel) / 2.0 + share * (axis.travel[1] - axis.travel[0]) for name, axis in self.axes.items()}
+
     @property
     def model_path(self) -> Path:
         """The controller's nominal model (MJCF)."""

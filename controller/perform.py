@@ -60,7 +60,7 @@ def _streaming(order: Order) -> tuple[Streaming, str]:
         return chosen, ""
     taken = 100.0 * asked.bus_time(axes) / asked.period
     return chosen, (
-        f"the PDOs of {axes} axes take {taken:.0f} % of 1 Mbit/s in the {asked.period * 1e3:g} ms that were asked for, with "
+        f"the PDOs of {axes} axes take {taken:.0f} % of 1 Mbit/s in the {asked.period * 1e3:g} ms requested, with "
         f"worst-case stuffing, and {100.0 * MOST_LOAD:.0f} % is the most: the cycle is {chosen.period * 1e3:g} ms"
     )
 

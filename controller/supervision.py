@@ -14,7 +14,7 @@ HINTS = {
     0x8611: ", following error: is the axis blocked, or its torque limit too low for gravity and friction?",
     0x8130: ", heartbeat or guarding lost",
     0x2310: ", overcurrent",
-    0x2350: ", I2t: more torque for longer than the motor bears",
+    0x2350: ", I2t: more torque for longer than the motor withstands",
     0x3220: ", undervoltage of the DC link",
 }
 """What the commonest error codes say (CiA 402-2, table 'Error codes')."""
@@ -222,7 +222,7 @@ def jump(watch: Watch) -> TroubleError | None:
     drive.streaming = drive.homed = False
     return _trouble(
         drive,
-        f"tells a position {way:.4g} from where it was {watch.age * 1e3:.3g} ms before, and cannot have moved that far: "
+        f"reports a position {way:.4g} from where it was {watch.age * 1e3:.3g} ms before, and cannot have moved that far: "
         "is its encoder sound?",
     )
 

@@ -223,7 +223,7 @@ def _filled(entry: ObjectEntry, other: ObjectEntry | None, complaints: Complaint
     limits = (other.low, other.high) if entry.low is None and entry.high is None else (entry.low, entry.high)
     if entry.default in (None, "") or _impossible(entry.default, other):
         if entry.default not in (None, ""):
-            complaints.note("the value of {} is 0, by which the drive divides; the profile's is taken", _spell_entry(entry))
+            complaints.note("the value of {} is 0, by which the drive divides; the profile's is taken", _place_of(entry))
         entry = replace(entry, default=other.default, default_node_relative=other.default_node_relative)
     fits = not isinstance(entry.default, int | float) or _within(entry.default, *limits)
     return replace(entry, low=limits[0], high=limits[1]) if fits else replace(entry, low=None, high=None)
@@ -308,8 +308,8 @@ def _grouped(addresses: Iterable[Address]) -> list[str]:
 def _subindices(found: list[int]) -> str:
     if found == [0]:
         return ""
-    spelled = f"{found[0]:02X}" if len(found) == 1 else f"{found[0]:02X}..{found[-1]:02X}"
-    return f":{spelled}"
+    span = f"{found[0]:02X}" if len(found) == 1 else f"{found[0]:02X}..{found[-1]:02X}"
+    return f":{span}"
 
 
 def _with_head(file: EdsFile, objects: Objects, roles: dict[str, Role], base: DriveProfile) -> DriveProfile:
@@ -384,15 +384,15 @@ def _mapped_bits(path: Path, objects: Objects, index: int, subindex: int) -> int
     carried = target is not None and (target.rpdo if index in _RPDO_MAPPING else target.tpdo)
     if target is None or not carried or bits != max(8, BITS.get(target.data_type, 0)):
         raise UserError(
-            f"{path}, [{index:04X}sub{subindex:X}]: maps {_spell(mapped)} with {bits} bits; expected an object of the file "
+            f"{path}, [{index:04X}sub{subindex:X}]: maps {_place(mapped)} with {bits} bits; expected an object of the file "
             f"that may stand in such a PDO, with its own length: correct the mapping, PDOMapping or the object"
         )
     return bits
 
 
-def _spell(address: Address) -> str:
+def _place(address: Address) -> str:
     return f"{address[0]:04X}h" + (f":{address[1]:02X}" if address[1] else "")
 
 
-def _spell_entry(entry: ObjectEntry) -> str:
-    return _spell((entry.index, entry.subindex))
+def _place_of(entry: ObjectEntry) -> str:
+    return _place((entry.index, entry.subindex))

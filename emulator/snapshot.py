@@ -34,7 +34,7 @@ def load_snapshot(drives: Sequence[Drive], snapshot: Snapshot, path: Path) -> No
     unknown = [reading for reading in snapshot.readings if (reading.index, reading.subindex) not in drive.dictionary]
     if unknown:
         logger.warning(
-            "%s: the drive type %s has no %s; left out", path, drive.profile.name, ", ".join(map(_spell, unknown[:8]))
+            "%s: the drive type %s has no %s; left out", path, drive.profile.name, ", ".join(map(_place, unknown[:8]))
         )
     for reading in snapshot.readings:
         if reading not in unknown:
@@ -51,7 +51,7 @@ def is_stored(variable: Variable) -> bool:
 def _store(variable: Variable, reading: Reading, path: Path) -> None:
     if reading.data is None or not is_stored(variable):
         return
-    where = f"{path}: {_spell(reading)} {reading.name}"
+    where = f"{path}: {_place(reading)} {reading.name}"
     if reading.data_type != variable.data_type.name:
         raise UserError(f"{where} is {reading.data_type}; this drive type has it as {variable.data_type.name}: choose another")
     if variable.size is not None and len(reading.data) != variable.size:
@@ -81,5 +81,5 @@ def _check_mapping(dictionary: ObjectDictionary, index: int, rule: MappingRule, 
         raise UserError(f"{path}: the PDO mapping {index:04X}h does not go with this drive type: {abort}") from None
 
 
-def _spell(reading: Reading) -> str:
+def _place(reading: Reading) -> str:
     return f"{reading.index:04X}h:{reading.subindex:02X}"

@@ -33,7 +33,7 @@ class AxisEntry(Strict):
     @classmethod
     def _holds_its_own_keys(cls, half: dict[str, Any]) -> dict[str, Any]:
         if both := sorted({*cls.model_fields, "gear_ratio", "motor_inertia"}.intersection(half)):
-            raise ValueError(f"{both[0]} has no place here, but beside `drive` and `motion`, or follows from what stands there")
+            raise ValueError(f"{both[0]} belongs beside `drive` and `motion`, or follows from their keys")
         return half
 
 

@@ -240,7 +240,7 @@ def _check_real(bench: Bench, path: Path) -> None:
             f"{path}: bus: {bench.bus} is not named like a physical bus (can0); if it is meant, add any_bus: true to real"
         )
     if bench.clock != "realtime":
-        raise UserError(f"{path}: clock: real drives keep time by themselves; write clock: realtime")
+        raise UserError(f"{path}: clock: real drives have their own clock; write clock: realtime")
     if bench.bit_timing or bench.truth is not None or bench.model is not None:
         wrong = "bit_timing: their wire" if bench.bit_timing else "truth: their plant" if bench.truth else "model: their plant"
         raise UserError(f"{path}: {wrong} is not modelled where drives are real; leave it out")

@@ -28,7 +28,7 @@ _LEAST_MOTION = 0.25
 _STANDS = "it stands still in every recording"
 _WHY_NOT = {
     Term.COULOMB: "the axis hardly moves",
-    Term.VISCOUS: "the axis has one speed only, where viscous and Coulomb friction look alike: record another speed",
+    Term.VISCOUS: "at one speed only, viscous and Coulomb friction cannot be distinguished: record another speed",
     Term.INERTIA: "the speed never changes within a recording: record a move that accelerates",
     Term.OFFSET: "the axis moves in one direction only, where an offset looks like Coulomb friction: record both",
 }
@@ -209,7 +209,7 @@ def _parameters(fit: Fit, kind: JointKind, settings: Settings) -> dict[str, Para
 def _exponent_untold(exponent: Exponent, settings: Settings) -> str:
     (low, high), (least, most) = exponent.interval, settings.stribeck_exponent_bounds
     return (
-        f"the data tell it no better than {low:.2g} to {high:.2g}, sought between {least:g} and {most:g}, so "
+        f"the data only show that it is {low:.2g} to {high:.2g}, of {least:g} to {most:g} searched, so "
         f"{settings.stribeck_exponent:g} is kept, and the intervals of the other parameters allow for that: record more "
         "strokes at low speeds"
     )

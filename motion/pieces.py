@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterable
 from pathlib import Path
 
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.axis_motion import least_samples
-from drivetwin.recording.reader import read_recording
+from drivetwin.recording.reader import find_recordings, read_recording
 from drivetwin.recording.recording import Recording
 
 logger = logging.getLogger(__name__)
+
+
+def read_all(paths: Iterable[Path], cutoff_hz: float, *, allow_gaps: bool) -> list[Recording]:
+    """All recordings in `paths`, folders of one or of many, in their order; as `read_pieces`."""
+    folders = [folder for path in paths for folder in find_recordings(path)]
+    return [piece for folder in folders for piece in read_pieces(folder, cutoff_hz, allow_gaps=allow_gaps)]
 
 
 def read_pieces(folder: Path, cutoff_hz: float, *, allow_gaps: bool) -> list[Recording]:

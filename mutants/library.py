@@ -34,7 +34,7 @@ def mutant_file(name: str) -> Path:
     """The file that a mutant stands in. Raises UserError as `mutant`."""
     spec = find_spec(_module_name(name))
     if spec is None or spec.origin is None:
-        raise UserError(f"mutant {name} stands in no file: {_module_name(name)} is not there; mend its entry point ({GROUP})")
+        raise UserError(f"mutant {name} has no file: {_module_name(name)} does not exist; correct its entry point ({GROUP})")
     return Path(spec.origin)
 
 

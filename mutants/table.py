@@ -37,7 +37,7 @@ BENCH = INSTALLED / "hil_tests" / "benches" / "scara.yaml"
 @app.command()
 def table_command(
     bench: Annotated[Path, typer.Option(metavar="FILE", help="A bench of the reference controller.")] = BENCH,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Gets table.json and table.md.")] = Path("out/mutants"),
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Output folder for table.json and table.md.")] = Path("out/mutants"),
     own: Annotated[bool, typer.Option("--own", help="Each mutant only in the case meant for it.")] = False,
     only: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Only this mutant; may be given again.")] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Cases at once; default: one a core.", show_default=False)] = None,

@@ -173,7 +173,7 @@ class Move(_Ask):
 
     def answer(self, panel: Panel) -> None:
         if panel.motion is None:
-            raise UserError("this panel moves nothing: it has joined a bus whose machine is somebody else's")
+            raise UserError("this panel moves nothing: it has joined the bus of a machine that it did not start")
         if self.runs and panel.commissioning is not None and panel.commissioning.runs:
             raise UserError("an axis is being measured; stop that first, in the view commissioning")
         if self.runs:

@@ -45,7 +45,7 @@ def machine(panel: Panel) -> Told:
     """The machine as its model draws it, where the drives say that it is."""
     axes = [_axis(node) for node in panel.nodes.values()]
     if panel.model is None:
-        why = "This panel has joined a bus, and no drive tells its machine; drivetwin panel --bus BUS --machine NAME draws."
+        why = "No drive on a bus knows its machine. Start drivetwin panel --bus BUS --machine NAME to draw it."
         return {"geoms": None, "why": why, "axes": axes}
     return {"geoms": _geoms(panel), "left_out": panel.model.left_out, "machine": panel.machine, "axes": axes}
 

@@ -1,4 +1,4 @@
-"""Fuzz: spoiled files at everything that reads a stranger's file, which has to end in a value or in one line.
+"""Fuzz: spoiled files at everything that reads a foreign file, which has to end in a value or in one line.
 
 What does not end within a minute counts as broken, and the process gets 8 GiB. The spoiled file that broke a reader, or ended
 this process, lies in `--out`.

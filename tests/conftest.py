@@ -27,7 +27,7 @@ LONGEST = [
         "panel/test_commissioning_view.py",
         "integration/test_effect_of_ones_own.py",
         "emulator/canopen/test_fuzz_frames.py",
-        "diagnosis/excitation/test_told_apart.py",
+        "diagnosis/excitation/test_distinguished.py",
         "controller/test_write_friction_table.py",
         "twin/test_emps_replay.py",
         "blind/wide/test_wide_draw.py",

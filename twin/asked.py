@@ -27,11 +27,11 @@ def loops_by_position(recording: Recording, axis: str, model: mujoco.MjModel) ->
     Raises UserError where no loops are known, or they are moved by something else.
     """
     where = f"{recording.files[-1] if recording.files else recording.name}: axis {axis}: no torque was recorded, so that"
-    loops = loops_of(f"{where} the drive has to tell it", recording.info.axes[axis], model)
+    loops = loops_of(f"{where} the demanded torque has to come from the drive's loops", recording.info.axes[axis], model)
     if loops.loop is not Loop.POSITION:
         raise UserError(
-            f"{where} position_demand has to tell it, and the {loops.told_by} does not go by it: record {axis}.torque, or tell "
-            "the `drive` that follows the demand (docs/formats.md)"
+            f"{where} it has to follow from position_demand, which the {loops.told_by} does not use: record {axis}.torque, or "
+            "give the `drive` that follows the demand (docs/formats.md)"
         )
     return loops
 

@@ -124,7 +124,7 @@ def curve(samples: Array, at: Array) -> Array:
 
 def _finite(where: str, columns: dict[str, Array], name: str) -> Array:
     if name not in columns:
-        raise UserError(f"{where}: no column {name}: a replay moves by it; record it, or tell another `law` of the drive")
+        raise UserError(f"{where}: no column {name}: a replay needs it; record it, or give another `law` of the drive")
     if wrong := np.flatnonzero(~np.isfinite(columns[name])).tolist():
         raise UserError(f"{where}: {name} row {wrong[0] + 1} is not a number; a replay needs it in every row")
     return columns[name]

@@ -17,7 +17,7 @@ from drivetwin.foundation.html_page import write_page
 from drivetwin.foundation.page_table import DASH, inputs_section, pictured, plain_table, stacking_table
 from drivetwin.twin.comparison import MODEL, SIGNALS, WITH_EFFECTS, Array, AxisComparison, Comparison, worst
 
-_TITLE = "Model beside machine, in closed loop"
+_TITLE = "Model and machine in closed loop"
 _WINDOW = 2.0
 """Of time that a picture opens with [s]."""
 _MOST_POINTS = 8000

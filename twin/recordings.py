@@ -8,8 +8,8 @@ from pathlib import Path
 
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.inverse_dynamics import read_mjcf
-from drivetwin.motion.pieces import read_pieces
-from drivetwin.recording.reader import check_joints, find_recordings
+from drivetwin.motion.pieces import read_all
+from drivetwin.recording.reader import check_joints
 from drivetwin.recording.recording import Recording
 
 
@@ -17,12 +17,7 @@ def read_for(model: Path, paths: Sequence[Path], cutoff_hz: float, *, allow_gaps
     """All recordings in folders, in their order. Raises UserError for a joint that the model lacks and a name that two have."""
     compiled = read_mjcf(model)
     joints = [compiled.joint(number).name for number in range(compiled.njnt)]
-    read = [
-        recording
-        for path in paths
-        for folder in find_recordings(path)
-        for recording in read_pieces(folder, cutoff_hz, allow_gaps=allow_gaps)
-    ]
+    read = read_all(paths, cutoff_hz, allow_gaps=allow_gaps)
     for recording in read:
         check_joints(recording, joints)
     ordered = sorted(read, key=lambda each: each.name)

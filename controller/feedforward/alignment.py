@@ -44,7 +44,7 @@ def _loops(drive: DriveNode, told: DriveLoops) -> Loops:
     """A sampled filter is half a servo period ahead of its time constant, and a difference of positions as much behind."""
     if not (told.position_gain and told.velocity_gain and told.servo_period):
         raise UserError(
-            f"{drive.where()} does not tell position_gain, velocity_gain and servo_period of its loops, which feeding forward "
+            f"{drive.where()} does not give position_gain, velocity_gain and servo_period of its loops, which feeding forward "
             "and learning go by; choose the --profile that this drive is"
         )
     return Loops(

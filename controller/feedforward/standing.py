@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.controller.feedforward.alignment import Loops
-from drivetwin.controller.feedforward.leg import LEAD_IN
+from drivetwin.controller.feedforward.rest import LEAD_IN
 from drivetwin.controller.motion import positions_now, stream
 from drivetwin.controller.session import Session
 

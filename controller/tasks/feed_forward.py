@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from drivetwin.controller.feedforward.alignment import loops_of
-from drivetwin.controller.feedforward.experiment import Bench
-from drivetwin.controller.feedforward.leg import with_rest
+from drivetwin.controller.feedforward.bench import Bench
+from drivetwin.controller.feedforward.rest import with_rest
 from drivetwin.controller.feedforward.stage import Stage, feed_velocity
 from drivetwin.controller.feedforward.torque_model import ModelTorque, fitted
 from drivetwin.controller.joint_path import JointPath, joined, limits_of
@@ -45,7 +45,7 @@ class FeedForward(Task):
 
     def run(self, work: Work) -> None:
         session = work.session
-        work.do(partial(session.travel, _pose(session.machine, -REACH)))
+        work.do(partial(session.travel, session.machine.beside_the_middle(-REACH)))
         feed_velocity(session, True)
         path = _to_and_fro(session)
         plain = session.run("without feed-forward", path.position)
@@ -63,16 +63,11 @@ def _to_and_fro(session: Session) -> JointPath:
     """All axes together to the other side and back, from where they are."""
     limits = [limits_of(axis) for axis in session.machine.axes.values()]
     here = positions_now(session.drives)
-    there = list(_pose(session.machine, REACH).values())
+    there = list(session.machine.beside_the_middle(REACH).values())
     period = session.cycle.period
     away = with_rest(here, synchronised(here.tolist(), there, limits).sample(period))
     back = with_rest(away.position[-1], synchronised(there, here.tolist(), limits).sample(period))
     return joined([away, back])
-
-
-def _pose(machine: Machine, share: float) -> dict[str, float]:
-    """Every axis at a share of its travel beside the middle [m or rad]."""
-    return {name: sum(axis.travel) / 2.0 + share * (axis.travel[1] - axis.travel[0]) for name, axis in machine.axes.items()}
 
 
 def _rms(recording: Recording, axis: str) -> float:

@@ -7,7 +7,6 @@ from itertools import cycle
 
 from pydantic import PositiveFloat
 
-from drivetwin.controller.machine import Machine
 from drivetwin.controller.tasks.base import Task, Work
 
 REACH = 0.3
@@ -21,14 +20,9 @@ class Soak(Task):
 
     def run(self, work: Work) -> None:
         session = work.session
-        work.do(partial(session.travel, _pose(session.machine, -REACH)))
+        work.do(partial(session.travel, session.machine.beside_the_middle(-REACH)))
         last = session.cycle.count + round(self.seconds / session.cycle.period)
         for side in cycle((REACH, -REACH)):
             if session.cycle.count >= last:
                 return
-            work.do(partial(session.travel, _pose(session.machine, side)))
-
-
-def _pose(machine: Machine, share: float) -> dict[str, float]:
-    """Every axis at a share of its travel beside the middle [m or rad]."""
-    return {name: sum(axis.travel) / 2.0 + share * (axis.travel[1] - axis.travel[0]) for name, axis in machine.axes.items()}
+            work.do(partial(session.travel, session.machine.beside_the_middle(side)))

@@ -14,9 +14,9 @@ from drivetwin.diagnosis.excitation.standstills import Standstills
 from drivetwin.diagnosis.excitation.sweep import Sweep
 from drivetwin.diagnosis.excitation.warm_up import WarmUp
 from drivetwin.diagnosis.excitation.whole_travel import WholeTravel
-from drivetwin.diagnosis.prepare.testable import WHY
+from drivetwin.diagnosis.prepare.testable import WHY, NotTestable
 from drivetwin.diagnosis.report.result import UNKNOWN
-from drivetwin.diagnosis.report.schema import CausePart, GapReport, NotTestablePart
+from drivetwin.diagnosis.report.schema import CausePart, GapReport
 from drivetwin.emulator.effects import Effect, Need, library
 from drivetwin.foundation.errors import UserError
 
@@ -70,7 +70,7 @@ def _among(causes: Sequence[CausePart], axis: str) -> Question:
     return Question(axis, tuple(dict.fromkeys(effects)), "; ".join(words))
 
 
-def _untested(entries: Sequence[NotTestablePart], axis: str) -> Question:
+def _untested(entries: Sequence[NotTestable], axis: str) -> Question:
     """Effects that another motion would make testable."""
     motions = {WHY[need] for need in MOTION_HELPS}
     asked = [one for one in entries if (one.reason, one.needed) in motions]

@@ -21,7 +21,7 @@ class SmallReversals(Excitation):
     """Swings that grow and shrink, of three sizes at three places."""
 
     name = Exciting.SMALL_REVERSALS
-    purpose = "bristles give a loop whose size grows with the way, a gap a step whose way does not, friction neither"
+    purpose = "bristles make a loop that grows with the distance, backlash a step of one width, friction neither"
 
     def pieces(self, limits: AxisLimits, period: float) -> Iterator[Path]:
         count = round(SECONDS / period)

@@ -80,7 +80,7 @@ def completed(
 def notes(asked: Mapping[str, AskedTorque]) -> tuple[str, ...]:
     """What a reader needs to know of the torque."""
     return tuple(
-        f"{axis}: no torque was recorded. What is compared is the torque that the {how.told_by} asked for, from demand and "
+        f"{axis}: no torque was recorded. The comparison uses the torque that the {how.told_by} demanded, from demand and "
         f"position{', but for a constant in each recording' if how.floats else ''}."
         for axis, how in asked.items()
     )

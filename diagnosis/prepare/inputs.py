@@ -16,7 +16,7 @@ from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import sha256
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.motion.model_file import motors_of
-from drivetwin.motion.pieces import read_pieces
+from drivetwin.motion.pieces import read_all
 from drivetwin.recording.reader import SIGNALS, check_joints, find_recordings
 from drivetwin.recording.recording import Recording
 
@@ -52,10 +52,7 @@ def read_inputs(
     if cutoff_hz is not None and not (math.isfinite(cutoff_hz) and cutoff_hz >= LOWEST_CUTOFF):
         raise UserError(f"--cutoff {cutoff_hz:g}: expected a frequency of {LOWEST_CUTOFF:g} Hz or more")
     mujoco_model = _mjcf(model)
-    fitted, held = (
-        tuple(each for folder in _folders(paths) for each in read_pieces(folder, cutoff_hz or USUAL, allow_gaps=allow_gaps))
-        for paths in (training, validation)
-    )
+    fitted, held = (tuple(read_all(paths, cutoff_hz or USUAL, allow_gaps=allow_gaps)) for paths in (training, validation))
     for recording in (*fitted, *held):
         _check_axes(model, mujoco_model, recording)
         _refuse_other_axes(fitted[0], recording)
@@ -78,8 +75,8 @@ def _refuse_twice(training: Sequence[Path], validation: Sequence[Path]) -> None:
             digest = sha256(samples) if samples else ""
             if samples and digest in seen:
                 raise UserError(
-                    f"{folder} ({role}) has the same samples as {seen[digest]}; a recording counts once, and what is fitted "
-                    "tells nothing of motion that was not: give another one"
+                    f"{folder} ({role}) has the same samples as {seen[digest]}; a recording counts once, and what was fitted "
+                    "cannot be validated: give another one"
                 )
             seen[digest] = f"{folder} ({role})"
 

@@ -50,7 +50,7 @@ WHY: Mapping[Need, tuple[str, str]] = {
     ),
 }
 
-GIVEN_UNKNOWN = "no torque was recorded: that which the drive gave is not known from the one that it asked for"
+GIVEN_UNKNOWN = "no torque was recorded: the demanded torque does not show what the drive delivered"
 AT_REST = ("the axis does not move in the recordings that are fitted", "a recording in which it moves")
 
 

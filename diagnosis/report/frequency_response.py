@@ -77,7 +77,7 @@ def frequency_response(
     instrument = next((name for name in INSTRUMENTS if any(_varies(each, axis, name) for each in with_torque)), None)
     if instrument is None:
         return NoResponse(
-            "nothing that drove it was recorded (position_demand, velocity_demand or torque_offset), so that its mechanics "
+            "no demand was recorded (position_demand, velocity_demand or torque_offset), so that its mechanics "
             "cannot be told from what its own loops do"
         )
     driven = [each for each in with_torque if _varies(each, axis, instrument)]

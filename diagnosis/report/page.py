@@ -53,10 +53,10 @@ def _verdict(diagnosis: Diagnosis) -> str:
     head = ["Axis", "Beyond noise?", "Unit", "Torque", "Gap", "Noise", "Gap after", "Closed", "Unknown"]
     rows = [_overview(name, diagnosis) for name in diagnosis.axes]
     data = (
-        "No validation recordings were given: blocks of the recordings were held back from the fit, and the figures are of "
+        "No validation recordings were given: blocks of the recordings were held back from the fit, and the figures refer to "
         "these blocks."
         if diagnosis.held_back
-        else "The figures are of the validation recordings, which were not fitted."
+        else "The figures refer to the validation recordings, which were not fitted."
     )
     notes = "".join(f"<li>{escape(note)}</li>" for note in diagnosis.notes)
     return (

@@ -7,17 +7,17 @@ from html import escape
 
 from drivetwin.diagnosis.report.figures import gap_figure, left_figure, map_figures, spectrum_figure, time_figure, torque_figure
 from drivetwin.diagnosis.report.page_frequency import frequency_part
-from drivetwin.diagnosis.report.remains import spells_after
+from drivetwin.diagnosis.report.remains import intervals_after
 from drivetwin.diagnosis.report.result import AxisGap, Diagnosis, Regime
 from drivetwin.diagnosis.report.view import Trace, gap_map, spectra_of, trace_of, worst_window
 from drivetwin.diagnosis.report.wording import (
     goes_with_words,
+    interval_words,
     level,
     listed,
     name_of,
     number,
     percent,
-    spells_words,
     time_words,
     untested,
 )
@@ -26,7 +26,7 @@ from drivetwin.motion.filtering import effective_cutoff
 
 _WINDOW = 4.0
 """Of time that the report opens with [s]."""
-_SPELLS_SHOWN = 5
+_INTERVALS_SHOWN = 5
 
 
 def axis_section(name: str, diagnosis: Diagnosis) -> str:
@@ -109,21 +109,21 @@ def _remains(axis: str, diagnosis: Diagnosis) -> str:
     unknown = f"The unknown, {percent(gap.unknown.share)} of the gap, {goes_with_words(gap.unknown)}."
     most = max(gap.where_after, key=lambda regime: regime.share)
     place = f"{percent(most.share)} of what is left above noise is in the regime {name_of(most.regime)}."
-    return f"<p>{escape(f'{left} {unknown} {place}')}</p>{_spells(axis, diagnosis)}"
+    return f"<p>{escape(f'{left} {unknown} {place}')}</p>{_intervals(axis, diagnosis)}"
 
 
-def _spells(axis: str, diagnosis: Diagnosis) -> str:
+def _intervals(axis: str, diagnosis: Diagnosis) -> str:
     """When most of what is left is; empty where it is spread evenly."""
-    spells, unit = spells_after(diagnosis, axis), diagnosis.units[axis]
-    if not spells:
+    intervals, unit = intervals_after(diagnosis, axis), diagnosis.units[axis]
+    if not intervals:
         return ""
-    share = percent(sum(spell.share for spell in spells))
+    share = percent(sum(interval.share for interval in intervals))
     rows = [
         [escape(each.recording), _tight(time_words(each)), escape(level(each.rms, unit)), percent(each.share)]
-        for each in spells[:_SPELLS_SHOWN]
+        for each in intervals[:_INTERVALS_SHOWN]
     ]
     head = ["Recording", "Time", "Level, rms", "Share"]
-    return f"<p>{share} of its energy is in {spells_words(len(spells))}; the largest:</p>{plain_table(head, rows, (2, 3))}"
+    return f"<p>{share} of its energy is in {interval_words(len(intervals))}; the largest:</p>{plain_table(head, rows, (2, 3))}"
 
 
 def _tight(words: str) -> str:

@@ -23,7 +23,7 @@ def frequency_part(name: str, diagnosis: Diagnosis) -> str:
             figure = mechanics_figure(found, found.resonances, units)
             return f"{pictured(_TITLE, figure)}<p>{escape(_told(found))}</p>{_note(found)}"
         case NoResponse(reason):
-            return f'<h3>{_TITLE}</h3><p class="note">Not told by these recordings: {escape(reason)}.</p>'
+            return f'<h3>{_TITLE}</h3><p class="note">These recordings do not show it: {escape(reason)}.</p>'
     return ""
 
 

@@ -32,14 +32,15 @@ def method_section(diagnosis: Diagnosis) -> str:
         f"<section><h2>Method</h2>{stacking_table(head, rows, numeric=range(1, 7))}<ul>"
         "<li>Measured and predicted torque go through the same zero-phase 4th-order Butterworth filter, forward and backward; "
         f"the cut-off is its -3 dB frequency of one pass{_lowered(diagnosis)}.</li>"
-        "<li>Only samples in motion count: at standstill stiction holds an arbitrary torque, and the gap there is given "
-        "apart.</li>"
-        f"{noise}<li>Model error is what a model of this kind is expected to miss; it is no noise, and is given apart.</li>"
+        "<li>Only samples in motion count: at standstill stiction holds an arbitrary torque, and the gap there is listed "
+        "separately.</li>"
+        f"{noise}<li>Model error is what a model of this kind is expected to miss. It is not noise, and is listed "
+        "separately.</li>"
         f"{tests}"
         "<li>Regimes: a sample in motion counts in the first that fits, in the order of the table; shares are of the gap's "
         "energy above noise.</li>"
         "<li>The gap varies over: what goes with a quantity beyond the axis's own direction, speed and acceleration, "
-        "cross-validated; each has its own share, and they do not add up.</li></ul>"
+        "cross-validated. Each has its own share; the shares do not add up.</li></ul>"
         f"<h3>Settings</h3>{_settings(diagnosis.settings)}</section>"
     )
 
@@ -75,7 +76,7 @@ def _axes_by(words: Mapping[str, str]) -> dict[str, list[str]]:
 
 def _settings(settings: Settings) -> str:
     rows = [[escape(name_of(name)), _value(name, value)] for name, value in asdict(settings).items()]
-    note = '<p class="note">docs/diagnosis.md says what each does, and how much the answer depends on it.</p>'
+    note = '<p class="note">docs/diagnosis.md explains each setting, and how much the answer depends on it.</p>'
     return f"{plain_table(['Setting', 'Value'], rows, numeric=(1,))}{note}"
 
 

@@ -1,4 +1,4 @@
-"""When most of the gap remains with the selected effects: the spells in which it is largest."""
+"""When most of the gap remains with the selected effects: the intervals in which it is largest."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from drivetwin.diagnosis.report.result import Array, Diagnosis, Mask, Prediction
 _CELL = 0.1
 """Time [s] that is looked at as one."""
 _LOUD = 1.5
-"""Times the rms of all that remains, from which a cell is part of a spell."""
+"""Times the rms of all that remains, from which a cell is part of an interval."""
 
 
 @dataclass(frozen=True)
-class Spell:
+class TimeInterval:
     """A stretch of a recording's own time [s] in which more than usual remains: rms [N·m or N], share of all of its energy."""
 
     recording: str
@@ -26,15 +26,15 @@ class Spell:
     share: float
 
 
-def spells_after(diagnosis: Diagnosis, axis: str) -> tuple[Spell, ...]:
-    """Every spell in which more than 1.5 times the rms remains, largest energy first; none where it is spread evenly."""
+def intervals_after(diagnosis: Diagnosis, axis: str) -> tuple[TimeInterval, ...]:
+    """Every interval in which more than 1.5 times the rms remains, largest energy first; none where it is spread evenly."""
     whole = sum(prediction.period * _square(prediction, axis).sum() for prediction in diagnosis.predictions)
     loud = _LOUD * diagnosis.after_rms[axis]
-    found = [spell for prediction in diagnosis.predictions for spell in _spells(prediction, axis, loud, whole)]
-    return tuple(sorted(found, key=lambda spell: -spell.share))
+    found = [interval for prediction in diagnosis.predictions for interval in _intervals(prediction, axis, loud, whole)]
+    return tuple(sorted(found, key=lambda interval: -interval.share))
 
 
-def _spells(prediction: Prediction, axis: str, loud: float, whole: float) -> Iterator[Spell]:
+def _intervals(prediction: Prediction, axis: str, loud: float, whole: float) -> Iterator[TimeInterval]:
     square, used = _square(prediction, axis), prediction.axes[axis].used
     width = max(1, round(_CELL / prediction.period))
     starts = np.arange(0, len(square), width)
@@ -44,7 +44,7 @@ def _spells(prediction: Prediction, axis: str, loud: float, whole: float) -> Ite
         total = float(energy[first : last + 1].sum())
         rms = float(np.sqrt(total / count[first : last + 1].sum()))
         begin = float(prediction.time[starts[first]])
-        yield Spell(prediction.recording, begin, float(prediction.time[end]), rms, prediction.period * total / whole)
+        yield TimeInterval(prediction.recording, begin, float(prediction.time[end]), rms, prediction.period * total / whole)
 
 
 def _runs(mask: Mask) -> Iterator[tuple[int, int]]:

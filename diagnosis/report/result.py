@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, FiniteFloat
 
 from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.settings import Settings
@@ -24,6 +26,12 @@ TWO_SIDED_90 = 1.645
 UNKNOWN, NOISE = "unknown", "noise"
 """Parts of a gap beside the effects: what no effect of the library explains, and what is no gap."""
 
+# Bounds that report.json keeps: schema.py checks them when the file is written and when it is read.
+Proportion = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
+Level = Annotated[FiniteFloat, Field(ge=0.0)]
+Interval = tuple[FiniteFloat, FiniteFloat]
+RegimeName = Literal["reversal", "presliding", "acceleration", "low_speed", "high_speed"]
+
 
 class Verdict(StrEnum):
     """Of the whole diagnosis; contract gap-report/2, 'Definitions'."""
@@ -38,9 +46,9 @@ class Verdict(StrEnum):
 class Estimate:
     """A fitted parameter with its unit and its two-sided 90 % interval."""
 
-    value: float
+    value: FiniteFloat
     unit: str
-    ci90: tuple[float, float]
+    ci90: Interval
 
 
 @dataclass(frozen=True)
@@ -48,25 +56,25 @@ class Share:
     """Part of the energy of an axis's gap on motion that was not fitted, with its 90 % interval; `of` an effect or else."""
 
     of: str
-    share: float
-    ci90: tuple[float, float]
+    share: Proportion
+    ci90: Interval
 
 
 @dataclass(frozen=True)
 class Regime:
     """Share of an axis's gap energy above noise in one regime of the motion, and the regime's bounds by quantity."""
 
-    regime: str
-    share: float
-    interval: Mapping[str, tuple[float, float]]
+    regime: RegimeName
+    share: Proportion
+    interval: Mapping[str, Interval]
 
 
 @dataclass(frozen=True)
 class Pattern:
     """How the gap of an axis varies over a quantity: share of its energy that goes with it, and a word to it."""
 
-    over: str
-    share: float
+    over: Literal["position", "load", "time", "frequency", "cross_axis"]
+    share: Proportion
     detail: str
 
 
@@ -74,9 +82,9 @@ class Pattern:
 class Unknown:
     """What no effect of the library explains: its share of the gap, what it goes with, and how long it lasts [s]."""
 
-    share: float
+    share: Proportion
     goes_with: tuple[str, ...]
-    correlation_time: float
+    correlation_time: Level
 
 
 @dataclass(frozen=True)

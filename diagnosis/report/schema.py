@@ -9,19 +9,27 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
-from drivetwin.diagnosis.report.result import UNKNOWN, Verdict
+from drivetwin.diagnosis.prepare.testable import NotTestable
+from drivetwin.diagnosis.report.result import (
+    UNKNOWN,
+    Estimate,
+    Interval,
+    Level,
+    Pattern,
+    Proportion,
+    Regime,
+    Share,
+    Unknown,
+    Verdict,
+)
 from drivetwin.foundation.typed_json import read_json
 
 SCHEMA: Final = "gap-report/2"
 _ROUNDING = 1e-6
 
-Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
-Level = Annotated[FiniteFloat, Field(ge=0.0)]
-Interval = tuple[FiniteFloat, FiniteFloat]
-
 
 class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, from_attributes=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, from_attributes=True, revalidate_instances="always")
 
 
 class TestPart(_Part):
@@ -30,47 +38,7 @@ class TestPart(_Part):
     __test__ = False
 
     name: str
-    p_value: Share
-
-
-class RegimePart(_Part):
-    """One entry of "where"."""
-
-    regime: Literal["reversal", "presliding", "acceleration", "low_speed", "high_speed"]
-    share: Share
-    interval: dict[str, Interval]
-
-
-class PatternPart(_Part):
-    """One entry of "patterns"."""
-
-    over: Literal["position", "load", "time", "frequency", "cross_axis"]
-    share: Share
-    detail: str
-
-
-class SharePart(_Part):
-    """One part of the gap's energy on motion that was not fitted: of an effect, `unknown` or `noise`."""
-
-    of: str
-    share: Share
-    ci90: Interval
-
-
-class UnknownPart(_Part):
-    """What no effect explains: its share, what it goes with, and how long it lasts [s]."""
-
-    share: Share
-    goes_with: list[str]
-    correlation_time: Level
-
-
-class NotTestablePart(_Part):
-    """An effect that the recordings cannot answer."""
-
-    effect: str
-    reason: str
-    needed: str
+    p_value: Proportion
 
 
 class AxisPart(_Part):
@@ -85,12 +53,12 @@ class AxisPart(_Part):
     standstill_rms: Level
     significant: bool
     test: TestPart
-    shares: list[SharePart]
-    where: list[RegimePart]
-    where_after: list[RegimePart]
-    patterns: list[PatternPart]
-    unknown: UnknownPart
-    not_testable: list[NotTestablePart]
+    shares: tuple[Share, ...]
+    where: tuple[Regime, ...]
+    where_after: tuple[Regime, ...]
+    patterns: tuple[Pattern, ...]
+    unknown: Unknown
+    not_testable: tuple[NotTestable, ...]
 
     @model_validator(mode="after")
     def _shares_add_up(self) -> Self:
@@ -98,14 +66,6 @@ class AxisPart(_Part):
             if parts and abs(math.fsum(each.share for each in parts) - 1.0) > _ROUNDING:
                 raise ValueError(f"the shares of `{name}` do not add up to 1")
         return self
-
-
-class EstimatePart(_Part):
-    """A parameter with its unit and 90 % interval."""
-
-    value: FiniteFloat
-    unit: str
-    ci90: Interval
 
 
 class ShrinkPart(_Part):
@@ -121,9 +81,9 @@ class CausePart(_Part):
 
     effect: str
     axis: str
-    probability: Share
-    share: Share
-    parameters: dict[str, EstimatePart]
+    probability: Proportion
+    share: Proportion
+    parameters: dict[str, Estimate]
     gap_closed: ShrinkPart | None
     indistinguishable_from: list[str]
     tell_apart_by: str

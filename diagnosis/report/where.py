@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.diagnosis.report.result import Array, AxisPrediction, Mask, Prediction, Regime
+from drivetwin.diagnosis.report.result import Array, AxisPrediction, Mask, Prediction, Regime, RegimeName
 
 REVERSAL, PRESLIDING, ACCELERATION, LOW_SPEED, HIGH_SPEED = range(5)
-REGIMES = ("reversal", "presliding", "acceleration", "low_speed", "high_speed")
+REGIMES: tuple[RegimeName, ...] = get_args(RegimeName)
 
 REVERSAL_TIME = 0.05
 PRESLIDING_SHARE = 0.01

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from drivetwin.diagnosis.prepare.testable import NotTestable
-from drivetwin.diagnosis.report.remains import Spell
+from drivetwin.diagnosis.report.remains import TimeInterval
 from drivetwin.diagnosis.report.result import AxisGap, Cause, Diagnosis, Estimate, Residual, Unknown, Verdict
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.quantities import scale_of
@@ -100,14 +100,14 @@ def listed(words: Sequence[str], last: str = "and") -> str:
     return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
-def spells_words(count: int) -> str:
+def interval_words(count: int) -> str:
     """How many intervals of time."""
     return "one interval" if count == 1 else f"{count} intervals"
 
 
-def time_words(spell: Spell) -> str:
+def time_words(interval: TimeInterval) -> str:
     """An interval of time, on its recording's own time."""
-    return f"{spell.begin:.2f} to {spell.end:.2f} s"
+    return f"{interval.begin:.2f} to {interval.end:.2f} s"
 
 
 _QUANTITIES: Mapping[str, str] = {"cross_axis": "the motion of another axis", "frequency": "a single frequency"}
@@ -189,7 +189,7 @@ def added_words(selected: Sequence[PlacedEffect]) -> str:
 def residual_words(diagnosis: Diagnosis) -> str:
     """What the tables of what has no name do; empty where there are none."""
     each = [_table_words(one, diagnosis) for one in diagnosis.residual]
-    return f"A table of what has no name, which is no cause, closes {'; '.join(each)}." if each else ""
+    return f"A table of what has no name, which is not a cause, closes {'; '.join(each)}." if each else ""
 
 
 def _table_words(one: Residual, diagnosis: Diagnosis) -> str:

@@ -20,14 +20,9 @@ from drivetwin.diagnosis.report.schema import (
     CausePart,
     ClosedLoopPart,
     GapReport,
-    NotTestablePart,
-    PatternPart,
-    RegimePart,
     ResidualPart,
     SelectedPart,
-    SharePart,
     TestPart,
-    UnknownPart,
 )
 from drivetwin.emulator.effects.file import effects_payload
 from drivetwin.foundation.files import provenance, write_json
@@ -105,12 +100,12 @@ def _axis(gap: AxisGap) -> AxisPart:
         standstill_rms=gap.standstill_rms,
         significant=gap.significant,
         test=TestPart(name=f"{gap.test}; noise: {gap.noise_found_by}", p_value=gap.p_value),
-        shares=[SharePart.model_validate(each) for each in gap.shares],
-        where=[RegimePart.model_validate(each) for each in gap.where],
-        where_after=[RegimePart.model_validate(each) for each in gap.where_after],
-        patterns=[PatternPart.model_validate(each) for each in gap.patterns],
-        unknown=UnknownPart.model_validate(gap.unknown),
-        not_testable=[NotTestablePart.model_validate(each) for each in gap.not_testable],
+        shares=gap.shares,
+        where=gap.where,
+        where_after=gap.where_after,
+        patterns=gap.patterns,
+        unknown=gap.unknown,
+        not_testable=gap.not_testable,
     )
 
 

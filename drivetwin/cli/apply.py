@@ -25,7 +25,7 @@ def apply_command(
     findings: Annotated[
         Path, typer.Argument(metavar="FINDINGS.json", help="identified.json of identify or fit, or effects.json of diagnose.")
     ],
-    model: Annotated[Path, typer.Argument(metavar="MODEL.xml", help="MuJoCo model (MJCF); it stays as it is.")],
+    model: Annotated[Path, typer.Argument(metavar="MODEL.xml", help="MuJoCo model (MJCF); it is not changed.")],
     *,
     out: Annotated[Path, typer.Option(metavar="FILE.xml", help="The model to write; FILE.effects.json appears beside it.")],
     joint: Annotated[

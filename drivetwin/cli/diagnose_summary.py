@@ -8,13 +8,14 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from drivetwin.diagnosis.report.remains import spells_after
+from drivetwin.diagnosis.report.remains import intervals_after
 from drivetwin.diagnosis.report.result import UNKNOWN, Cause, Diagnosis
 from drivetwin.diagnosis.report.wording import (
     LIKELY,
     closed,
     estimate_words,
     goes_with_words,
+    interval_words,
     level,
     listed,
     name_of,
@@ -23,7 +24,6 @@ from drivetwin.diagnosis.report.wording import (
     percent,
     residual_words,
     shrinks,
-    spells_words,
     time_words,
     undistinguished,
     untested,
@@ -32,7 +32,7 @@ from drivetwin.diagnosis.report.wording import (
 from drivetwin.twin.comparison import SIGNALS
 
 _SHOWN_AT_MOST = 3
-"""Spells that are named."""
+"""Intervals that are named."""
 
 
 def print_summary(console: Console, found: Diagnosis) -> None:
@@ -106,12 +106,12 @@ def _hints(found: Diagnosis) -> Iterator[str]:
         if cause.indistinguishable_from and cause.probability >= LIKELY:
             yield undistinguished(cause)
     for axis, gap in found.axes.items():
-        spells = spells_after(found, axis) if gap.significant else ()
-        if spells:
-            share = percent(sum(spell.share for spell in spells))
-            largest = ", ".join(f"{time_words(spell)} of {spell.recording}" for spell in spells[:_SHOWN_AT_MOST])
+        intervals = intervals_after(found, axis) if gap.significant else ()
+        if intervals:
+            share = percent(sum(interval.share for interval in intervals))
+            largest = ", ".join(f"{time_words(interval)} of {interval.recording}" for interval in intervals[:_SHOWN_AT_MOST])
             left = level(found.after_rms[axis], found.units[axis])
-            yield f"left on {axis}, {left} rms: {share} of its energy in {spells_words(len(spells))}, most at {largest}"
+            yield f"left on {axis}, {left} rms: {share} of its energy in {interval_words(len(intervals))}, most at {largest}"
     for axes, effects, reason, needed in _untested(found):
         yield f"not testable on {axes}: {effects} ({reason}; needed: {needed})"
     if found.residual:

@@ -18,8 +18,8 @@ from drivetwin.foundation.machine_picture import machine_picture
 from drivetwin.identification import AxisIdentification, Identification, Model, Settings, identify, load_model, write_results
 from drivetwin.identification.wording import LABELS, number, percent, row_of
 from drivetwin.motion.coupled_motion import check_axes_move_alone
-from drivetwin.motion.pieces import read_pieces
-from drivetwin.recording.reader import check_joints, check_torque, find_recordings
+from drivetwin.motion.pieces import read_all
+from drivetwin.recording.reader import check_joints, check_torque
 from drivetwin.recording.recording import Recording
 
 
@@ -96,12 +96,7 @@ def _refuse_unless(option: str, value: float, good: bool, expected: str) -> None
 
 def _read(paths: Iterable[Path], model: Model, cutoff_hz: float, allow_gaps: bool) -> list[Recording]:
     """All recordings in `paths`, checked against the model."""
-    read = [
-        recording
-        for path in paths
-        for folder in find_recordings(path)
-        for recording in read_pieces(folder, cutoff_hz, allow_gaps=allow_gaps)
-    ]
+    read = read_all(paths, cutoff_hz, allow_gaps=allow_gaps)
     for recording in read:
         check_joints(recording, model.joints)
         check_torque(recording, "drivetwin fit")

@@ -89,7 +89,7 @@ def _write(made: NewMachine, source: Path, folder: Path) -> None:
     write_json(folder / "effects.json", {"schema": "effects/1", "effects": []} | provenance(0, [source], folder))
     assumed = "".join(f"# {line}\n" for line in made.assumed)
     text = yaml.safe_dump(made.description, sort_keys=False, allow_unicode=True, width=120, default_flow_style=None)
-    head = "# Made by `drivetwin machine new`. Assumed, for the model does not tell:\n"
+    head = "# Made by `drivetwin machine new`. Assumed, because the model does not contain it:\n"
     (folder / FILE).write_text(head + assumed + text, encoding="utf-8")
 
 

@@ -39,7 +39,7 @@ def check_clock(clock: str, bus: str) -> None:
     if clock not in PACINGS:
         raise UserError(f"unknown clock {clock!r}; expected {' or '.join(PACINGS)}")
     if is_physical(bus) and clock != "realtime":
-        raise UserError(f"{bus} may be a real machine, whose drives keep time by themselves: give --clock realtime")
+        raise UserError(f"{bus} may be a real machine, whose drives have their own clock: give --clock realtime")
 
 
 @contextmanager

@@ -53,7 +53,7 @@ def panel_command(
     eds: Annotated[Path | None, typer.Option(help="A drive's own EDS or DCF; replaces the profile's objects.")] = None,
     machine: Annotated[
         str | None,
-        typer.Option(metavar="NAME|DIR|FILE.yaml", help="With --bus: the machine on it, whose axes are then named and drawn."),
+        typer.Option(metavar="NAME|DIR|FILE.yaml", help="With --bus: the machine on it; names and draws its axes."),
     ] = None,
     control: Annotated[
         Path | None,

@@ -35,9 +35,9 @@ def replay_command(
     effects: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Effects (effects/1): the model is moved without and with them.")
     ] = None,
-    cutoff: Annotated[float, typer.Option(metavar="HZ", help="Cut-off of the zero-phase filter of what is compared.")] = 48.0,
+    cutoff: Annotated[float, typer.Option(metavar="HZ", help="Cut-off of the filter applied before the comparison.")] = 48.0,
     allow_gaps: Annotated[bool, typer.Option("--allow-gaps", help="Split a recording at lost samples.")] = False,
-    no_html: Annotated[bool, typer.Option("--no-html", help="Leave replay.html out.")] = False,
+    no_html: Annotated[bool, typer.Option("--no-html", help="Do not write replay.html.")] = False,
     effects_from: EffectsFrom = None,
     quiet: Quiet = False,
     json_: AsJson = False,

@@ -29,7 +29,9 @@ class TransmissionError(MotorWave, TransmissionEffect):
     """
 
     name: ClassVar[str] = "transmission_error"
-    by_motion: ClassVar[str] = "constant velocities whose waves pass at several frequencies, with and without acceleration"
+    by_motion: ClassVar[str] = (
+        "several constant velocities, at which the waves have different frequencies, with and without acceleration"
+    )
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("amplitude", POSITION, low=0.0),
         Parameter("order", NUMBER, low=0.5),

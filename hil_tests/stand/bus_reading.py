@@ -43,7 +43,7 @@ def sent_by_drive(identifier: int, nodes: Iterable[int]) -> bool:
     return identifier == LSS_ANSWER or any(identifier - node in OF_DRIVES for node in nodes)
 
 
-def strangers_told_apart(frames: Sequence[BusFrame], nodes: Sequence[int]) -> tuple[BusFrame, ...]:
+def strangers_distinguished(frames: Sequence[BusFrame], nodes: Sequence[int]) -> tuple[BusFrame, ...]:
     """The frames, of which a node beats that is no drive and that no drive was told to watch (1016h): not the controller's."""
     watched = {_watched(frame.data) for frame in frames if frame.identifier - SDO_REQUEST in nodes}
     return tuple(

@@ -12,7 +12,7 @@ from drivetwin.bus.channel import open_bus
 from drivetwin.hil_tests.bench import Bench
 from drivetwin.hil_tests.evidence import BusFrame, BusLost, Ending, Evidence, Run, Truth
 from drivetwin.hil_tests.scenario import Scenario
-from drivetwin.hil_tests.stand.bus_reading import read_bus, sent_by_drive, strangers_told_apart
+from drivetwin.hil_tests.stand.bus_reading import read_bus, sent_by_drive, strangers_distinguished
 from drivetwin.hil_tests.stand.controller_process import ControllerProcess
 from drivetwin.hil_tests.stand.controller_start import EXIT_STATUS, ControllerStart
 from drivetwin.hil_tests.stand.watchdog import Watchdog
@@ -97,7 +97,7 @@ class RealStand:
             nodes=self._nodes,
             units=tuple(self._bench.units.values()),
             gears=tuple(axis.gear_ratio for axis in axes.values()),
-            frames=strangers_told_apart(self._frames, self._nodes),
+            frames=strangers_distinguished(self._frames, self._nodes),
             truth=_no_truth(len(axes)),
             states=reading.states,
             struck=(),

@@ -75,7 +75,7 @@ def cascade_of(axis: str, loops: DriveLoops | None) -> Cascade:
     """What a drive told of its loops. Raises UserError where it is no cascade, or does not tell its gains."""
     if loops is None or loops.law is not DriveLaw.CASCADE or loops.position_gain is None or not loops.velocity_gain:
         raise UserError(
-            f"axis {axis}: its drive tells no gains of a position loop over a velocity loop, so their frequency responses "
+            f"axis {axis}: its drive has no gains of a position loop over a velocity loop, so their frequency responses "
             "cannot be separated; this needs a drive type with position_gain and velocity_gain (servoone, cia402-full)"
         )
     cutoff = loops.velocity_filter_hz

@@ -1,4 +1,4 @@
-"""Stops permanently after a fault, although it was told to continue."""
+"""Stops permanently after a fault, although the task tells it to continue."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Resets every fault by itself and continues, whether it was told to or not."""
+"""Resets every fault on its own and continues, whatever the task says."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Works for two thirds of the time that it was told."""
+"""Works for two thirds of the time that the task sets."""
 
 from __future__ import annotations
 

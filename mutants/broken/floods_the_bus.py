@@ -1,4 +1,4 @@
-"""Sends frames that nobody asked for, as fast as it can."""
+"""Sends unrequested frames, as fast as it can."""
 
 from __future__ import annotations
 

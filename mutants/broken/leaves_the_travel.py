@@ -1,4 +1,4 @@
-"""Moves wherever it is told, without checking where the axes are."""
+"""Moves to any target, without checking where the axes are."""
 
 from __future__ import annotations
 

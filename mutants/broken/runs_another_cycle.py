@@ -1,4 +1,4 @@
-"""Runs with a cycle of 4 ms, whatever it was told."""
+"""Runs with a cycle of 4 ms, whatever the task says."""
 
 from __future__ import annotations
 

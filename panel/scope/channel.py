@@ -79,7 +79,7 @@ def read_channel(key: str, nodes: dict[int, NodeWatch], *, truth: bool) -> AnyCh
     if head != "truth":
         raise UserError(f"{key!r} is no channel; expected NODE:INDEX:SUBINDEX as 1:6064:00, or truth:AXIS:QUANTITY")
     if not truth:
-        raise UserError("truth is what an emulator tells its owner; this panel has joined a bus and has emulated nothing")
+        raise UserError("only the process that started an emulator can read the truth; this panel has joined a bus")
     axis, _, quantity = rest.partition(":")
     axes = {node.axis.name: node.axis for node in nodes.values() if node.axis is not None}
     if axis not in axes or quantity not in TRUTH:

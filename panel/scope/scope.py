@@ -264,6 +264,6 @@ def _check(trigger: Trigger | None, channels: dict[str, AnyChannel]) -> None:
         return
     channel = channels[trigger.channel]
     if not isinstance(channel, ObjectChannel) or channel.address[0] != STATUSWORD_INDEX:
-        raise UserError(f"{trigger.channel} tells no state; trigger on a channel of the statusword (6041h)")
+        raise UserError(f"{trigger.channel} has no states; trigger on a channel of the statusword (6041h)")
     if trigger.state not in list(PowerState):
         raise UserError(f"unknown state {trigger.state!r}; known are {', '.join(PowerState)}")

@@ -89,7 +89,7 @@ def _since_the_first(table: Table, source: Column) -> tuple[Samples, datetime]:
     try:
         return np.array([(each - instants[0]).total_seconds() for each in instants]), instants[0]
     except TypeError:
-        raise UserError(f"{table.file}: time: some rows name their time zone and some do not; write all alike") from None
+        raise UserError(f"{table.file}: time: some rows name a time zone and some do not; write all in one way") from None
 
 
 def _time_column(table: Table, source: Column, told: TimeMap) -> Samples:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -39,8 +41,8 @@ class CountingBus(InprocBus):
         super().send(msg, timeout)
 
 
-@pytest.fixture
-def short(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(scope="module")
+def short() -> Iterator[type[CountingBus]]:
     """Motion of a second and a half a recording, over the whole travel of every axis."""
 
     def plans(machine: DrawnMachine, _: int) -> Plans:
@@ -54,28 +56,45 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
             made.append((Plan(name, paths),))
         return Plans(*made)
 
-    monkeypatch.setattr(record, "draw_plans", plans)
-    monkeypatch.setattr(record, "InprocBus", CountingBus)
-    CountingBus.syncs = 0
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(record, "draw_plans", plans)
+        patch.setattr(record, "InprocBus", CountingBus)
+        yield CountingBus
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A case, the folder in which it was recorded, and how many SYNCs that took."""
+
+    case: Case
+    folder: Path
+    syncs: int
+
+
+@pytest.fixture(scope="module")
+def recorded(short: type[CountingBus], tmp_path_factory: pytest.TempPathFactory) -> Recorded:
+    """A turntable with an offset; to be read only."""
+    case = Case(4, 21345678, "turntable", "single", (CAUSE,), "lugre")
+    folder = tmp_path_factory.mktemp("recorded") / "004"
+    short.syncs = 0
+    record_case(case, folder)
+    return Recorded(case, folder, short.syncs)
 
 
 def recordings(directory: Path) -> list[Recording]:
     return [read_recording(path)[0] for folder in FOLDERS for path in find_recordings(directory / folder)]
 
 
-@pytest.mark.usefixtures("short")
-def test_a_case_is_what_a_user_would_have(tmp_path: Path) -> None:
-    record_case(Case(4, 21, "turntable", "single", (CAUSE,), "lugre"), tmp_path / "004")
-
-    assert sorted(path.name for path in (tmp_path / "004").iterdir()) == [
+def test_a_case_is_what_a_user_would_have(recorded: Recorded) -> None:
+    assert sorted(path.name for path in recorded.folder.iterdir()) == [
         "fresh",
         "model.xml",
         "model_off.xml",
         "training",
         "validation",
     ]
-    found = recordings(tmp_path / "004")
-    axis = draw_machine("turntable", 21).axes["table"]
+    found = recordings(recorded.folder)
+    axis = draw_machine("turntable", recorded.case.seed).axes["table"]
     for recording in found:
         info = recording.info.axes["table"]
         assert (info.joint, info.actuator, info.gear_ratio) == ("table", "table", axis.gear_ratio)
@@ -88,37 +107,40 @@ def test_a_case_is_what_a_user_would_have(tmp_path: Path) -> None:
         assert set(recording.columns["table"]) == {"torque", "position", "position_demand"}
 
 
-@pytest.mark.usefixtures("short")
-def test_all_recordings_of_a_case_are_of_one_power_on(tmp_path: Path) -> None:
-    record_case(Case(0, 21, "turntable", "single", (CAUSE,), "lugre"), tmp_path)
-
-    found = recordings(tmp_path)
+def test_all_recordings_of_a_case_are_of_one_power_on(recorded: Recorded) -> None:
+    found = recordings(recorded.folder)
     for earlier, later in pairwise(found):
         assert later.time[0] > earlier.time[-1]
     assert found[0].time[0] > 0.5  # homing came before
-    assert round(found[-1].time[-1] / 0.001) < CountingBus.syncs <= round(found[-1].time[-1] / 0.001) + 1100
+    assert round(found[-1].time[-1] / 0.001) < recorded.syncs <= round(found[-1].time[-1] / 0.001) + 1100
 
 
-@pytest.mark.usefixtures("short")
-def test_nothing_of_the_truth_is_written(tmp_path: Path) -> None:
-    record_case(Case(0, 21345678, "turntable", "single", (CAUSE,), "lugre"), tmp_path)
-
-    for path in tmp_path.rglob("*"):
+def test_nothing_of_the_truth_is_written(recorded: Recorded) -> None:
+    for path in recorded.folder.rglob("*"):
         if path.is_file() and path.suffix in (".json", ".xml"):
             text = path.read_text(encoding="utf-8")
             for told in ("torque_offset", "0.4321", "21345678", "lugre", "single"):
                 assert told not in text, f"{path.name} tells {told}"
 
 
-@pytest.mark.usefixtures("short")
-@pytest.mark.parametrize("cause", [CAUSE, Cause("foreign:wind", "table", {"torque": 0.3, "time_constant": 0.2})])
-def test_recording_twice_is_bit_identical(tmp_path: Path, cause: Cause) -> None:
-    case = Case(0, 21, "turntable", "single", (cause,), "maxwell_slip")
-    for name in ("once", "again"):
-        record_case(case, tmp_path / name)
-    for path in sorted((tmp_path / "once").rglob("*")):
+def same_bytes(once: Path, again: Path) -> None:
+    """Each file of one folder stands in the other as well."""
+    for path in sorted(once.rglob("*")):
         if path.is_file():
-            assert path.read_bytes() == (tmp_path / "again" / path.relative_to(tmp_path / "once")).read_bytes(), path
+            assert path.read_bytes() == (again / path.relative_to(once)).read_bytes(), path
+
+
+def test_recording_twice_is_bit_identical(recorded: Recorded, tmp_path: Path) -> None:
+    record_case(recorded.case, tmp_path / "again")
+    same_bytes(recorded.folder, tmp_path / "again")
+
+
+@pytest.mark.usefixtures("short")
+def test_a_foreign_cause_is_recorded_twice_alike(tmp_path: Path) -> None:
+    wind = Cause("foreign:wind", "table", {"torque": 0.3, "time_constant": 0.2})
+    for name in ("once", "again"):
+        record_case(Case(0, 21, "turntable", "single", (wind,), "maxwell_slip"), tmp_path / name)
+    same_bytes(tmp_path / "once", tmp_path / "again")
 
 
 @pytest.mark.usefixtures("short")

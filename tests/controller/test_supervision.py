@@ -46,4 +46,4 @@ def test_nor_one_whose_next_sync_makes_up_for_a_late_one() -> None:
 def test_as_much_within_one_cycle_is_a_leap() -> None:
     *before, last = watched([*MOVING, (PERIOD, SPEED * STALL)])
     assert before == [""] * 3
-    assert "tells a position 0.12 from where it was 2 ms before, and cannot have moved that far" in last
+    assert "reports a position 0.12 from where it was 2 ms before, and cannot have moved that far" in last

@@ -123,7 +123,7 @@ NOT_TESTABLE = (
 
 def gap_of(gap_rms: float, significant: bool) -> AxisGap:
     """An axis with all that a gap can have, or one with none of it."""
-    regimes = {
+    regimes: dict[RegimeName, tuple[float, dict[str, tuple[float, float]]]] = {
         "reversal": (0.1, {"time": (-0.05, 0.05)}),
         "presliding": (0.03, {"displacement": (0.0, 0.017)}),
         "acceleration": (0.06, {"acceleration": (0.54, 1.3)}),

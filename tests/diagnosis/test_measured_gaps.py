@@ -25,7 +25,7 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 EXAMPLES = REPOSITORY / "docs" / "examples"
 DATA = REPOSITORY.parent / "shared" / "data"
 LOADS = ("torque_offset", "coulomb_asymmetry", "gravity")
-"""A weight on a screw is all of these while it slides: no steady motion tells them apart."""
+"""A weight on a screw is all of these while it slides: no steady motion distinguishes them."""
 MIDDLE_SPEEDS = ("30", "70", "100", "160", "n30", "n70", "n100", "n160")
 """Of the lead screw [rpm], as its files are named."""
 

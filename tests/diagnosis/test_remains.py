@@ -1,4 +1,4 @@
-"""What remains, and when: spells put into the gap after come out with their time, level and share."""
+"""What remains, and when: intervals put into the gap after come out with their time, level and share."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gap_bench import CAUSES, axis_of, coloured_noise, diagnosis_of, recording_of, time_of
 
-from drivetwin.diagnosis.report.remains import spells_after
+from drivetwin.diagnosis.report.remains import intervals_after
 from drivetwin.diagnosis.report.result import Array, Diagnosis
 
 TIME = time_of(30.0)
@@ -28,7 +28,7 @@ def left(*after: Array) -> Diagnosis:
 def test_pulses_are_named_by_recording_and_time() -> None:
     pulses = np.where((TIME >= 12.0) & (TIME < 12.5), 0.5, 0.0) + np.where((TIME >= 20.0) & (TIME < 20.2), 0.4, 0.0)
     found = left(NOISE, NOISE + pulses)
-    first, second, *others = spells_after(found, "rotate")
+    first, second, *others = intervals_after(found, "rotate")
     assert others == []
     assert (first.recording, second.recording) == ("b", "b")
     assert (first.begin, first.end) == pytest.approx((112.0, 112.5), abs=0.11)
@@ -41,5 +41,5 @@ def test_pulses_are_named_by_recording_and_time() -> None:
     assert first.share == pytest.approx(energy / whole, rel=1e-6)
 
 
-def test_what_is_spread_evenly_has_no_spell() -> None:
-    assert spells_after(left(0.3 * np.sin(200.0 * TIME)), "rotate") == ()
+def test_what_is_spread_evenly_has_no_interval() -> None:
+    assert intervals_after(left(0.3 * np.sin(200.0 * TIME)), "rotate") == ()

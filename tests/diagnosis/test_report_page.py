@@ -218,7 +218,7 @@ def test_an_axis_says_its_frequency_response_or_why_it_has_none(tmp_path: Path) 
     found = page_of(replace(CASE, responses={"rotate": told, "stretch": NoResponse("its torque was not recorded")}), tmp_path)
     assert "Anti-resonance at 25.0 Hz, resonance at 50.0 Hz, from 1 to 79 Hz: elastic between motor and load" in found.text
     assert "the load would be 3 times the motor" in found.text
-    assert "Not told by these recordings: its torque was not recorded." in found.text
+    assert "These recordings do not show it: its torque was not recorded." in found.text
     assert found.figures == 7 + 1 + 1
     stiff = replace(told, resonances=Resonances((), ()))
     assert "No resonance from 1 to 79 Hz" in page_of(replace(CASE, responses={"rotate": stiff}), tmp_path).text

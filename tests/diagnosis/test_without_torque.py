@@ -122,7 +122,7 @@ def test_it_says_what_only_a_torque_would_tell(tmp_path: Path) -> None:
     needed = {one.needed for one in by_model.testable["shoulder"].not_testable if one.effect == "torque_saturation"}
     assert needed == {"the torque that the drive gives: `torque`"}
     (note,) = by_model.notes
-    assert note.startswith("shoulder: no torque was recorded. What is compared is the torque that the position actuator")
+    assert note.startswith("shoulder: no torque was recorded. The comparison uses the torque that the position actuator")
 
 
 def test_an_integral_hides_any_constant(tmp_path: Path) -> None:

@@ -82,7 +82,7 @@ def test_the_limits_are_those_that_expectations_take() -> None:
 
 
 def test_the_tasks_and_their_parameters_are_told() -> None:
-    table = rows("What the controller is told (task/1)")
+    table = rows("What the controller receives (task/1)")
     names = get_args(TaskName)
     assert [name for name in table if name in names] == list(names)
     for name in names:

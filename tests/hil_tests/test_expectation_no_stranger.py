@@ -6,7 +6,7 @@ import pytest
 from made_evidence import evidence, frame, judged, standing
 
 from drivetwin.hil_tests.evidence import BusFrame
-from drivetwin.hil_tests.stand.bus_reading import sent_by_drive, strangers_told_apart
+from drivetwin.hil_tests.stand.bus_reading import sent_by_drive, strangers_distinguished
 
 BOOTS = frame(0.5, 0x705, b"\x00", by_controller=False)
 
@@ -67,7 +67,7 @@ TO_WATCH_127 = frame(0.2, 0x601, bytes.fromhex("23161001c8007f00"))
 def heard(*frames: BusFrame) -> tuple[BusFrame, ...]:
     """As the stand of real drives notes them."""
     noted = [one._replace(by_controller=not sent_by_drive(one.identifier, NODES)) for one in frames]
-    return strangers_told_apart(noted, NODES)
+    return strangers_distinguished(noted, NODES)
 
 
 @pytest.mark.parametrize("beat", [b"\x00", b"\x7f"], ids=["boots", "beats"])

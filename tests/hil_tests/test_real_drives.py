@@ -36,7 +36,7 @@ from drivetwin.hil_tests.verdict import Outcome
     [
         ({"bus": "embedded"}, "embedded is made for a case, and real drives are on none"),
         ({"real": {"limits": "limits.yaml"}}, "unix:/nowhere is not named like a physical bus .* add any_bus: true to real"),
-        ({"clock": "sync"}, "clock: real drives keep time by themselves"),
+        ({"clock": "sync"}, "clock: real drives have their own clock"),
         ({"bit_timing": True}, "bit_timing: their wire is not modelled where drives are real"),
         ({"truth": "own.json"}, "truth: their plant is not modelled|no effects file"),
         ({"real": {"any_bus": True}}, "real.limits: name the file"),
@@ -70,7 +70,7 @@ def test_real_drives_are_moved_only_where_somebody_says_so(tmp_path: Path) -> No
     assert read_bench(path, real=True).bus == "can0"
     with pytest.raises(UserError, match="a machine will move: add --real to `drivetwin accept`, once it is clear"):
         read_bench(path)
-    with pytest.raises(UserError, match="clock: real drives keep time by themselves"):
+    with pytest.raises(UserError, match="clock: real drives have their own clock"):
         read_bench(path, real=True, changes={"clock": "sync"})
 
 

@@ -90,5 +90,5 @@ def test_one_period_has_no_coherence() -> None:
 
 
 def test_drive_that_tells_no_gains_is_refused_by_name() -> None:
-    with pytest.raises(UserError, match="axis lift: its drive tells no gains"):
+    with pytest.raises(UserError, match="axis lift: its drive has no gains"):
         cascade_of("lift", DriveLoops())

@@ -130,7 +130,7 @@ def test_a_diagnosis_is_watched(tmp_path: Path) -> None:
         expect(shown.locator("[data-is='phases']")).to_contain_text("report.html")
         report = shown.frame_locator("iframe[title='Report']")
         expect(report.locator("h1")).to_have_text("Simulation against machine")
-        expect(report.locator("body")).to_contain_text("Not told by these recordings: nothing that drove it was recorded")
+        expect(report.locator("body")).to_contain_text("These recordings do not show it: no demand was recorded")
 
 
 @needs_chromium

@@ -336,7 +336,7 @@ def test_dates_and_times(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("second", "message"),
-    [("8 o'clock", r"'t' row 3: .* is not an ISO date and time"), ("2026-11-23T08:15:01Z", "some rows name their time zone")],
+    [("8 o'clock", r"'t' row 3: .* is not an ISO date and time"), ("2026-11-23T08:15:01Z", "some rows name a time zone")],
 )
 def test_dates_that_are_none(second: str, message: str, tmp_path: Path) -> None:
     file = tmp_path / "scope.csv"

@@ -1,4 +1,4 @@
-"""Torque that loops asked for, from demand and position alone, against the force that MuJoCo's own actuators gave."""
+"""Torque that loops demanded, from demand and position alone, against the force that MuJoCo's own actuators gave."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_it_is_the_force_of_mujocos_actuator(drive: dict[str, Any] | None, actua
 
 def test_a_drive_that_follows_a_torque_asks_for_none(tmp_path: Path) -> None:
     log = without_torque(by_a_smooth_demand(write_model(tmp_path, SERVO)), {"law": "torque"})
-    with pytest.raises(UserError, match="axis turn: no torque was recorded, so that position_demand has to tell it"):
+    with pytest.raises(UserError, match="axis turn: no torque was recorded, so that it has to follow from position_demand"):
         loops_by_position(log, "turn", read_mjcf(write_model(tmp_path, SERVO)))
 
 

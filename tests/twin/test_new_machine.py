@@ -149,7 +149,7 @@ Change = Callable[[dict[str, Any]], object]
             "machine.yaml: axes.z.colour: is not a known key; there are actuator, drive, feed, gear, joint, motion, node_id",
         ),
         (lambda told: told["axes"]["z"]["drive"]["motor"].pop("inertia"), "axes.z.drive.motor.inertia: Field required"),
-        (lambda told: told["axes"]["z"]["drive"].update(joint="x"), "axes.z.drive: joint has no place here"),
+        (lambda told: told["axes"]["z"]["drive"].update(joint="x"), "axes.z.drive: joint belongs beside `drive` and `motion`"),
         (lambda told: told["axes"]["z"]["motion"].update(rest=9.0), "z.motion.rest: 9 is not"),
         (lambda told: told["axes"]["z"]["motion"].update(travel=[0.0, 1.0]), "z.motion.travel: [0.0, 1.0] is not"),
         (lambda told: told["axes"]["z"]["drive"]["loops"].update(velocity_gain=1e5), "z.drive.loops.velocity_gain: 100000"),

@@ -18,7 +18,7 @@ const CHECKS = [
     (drive) => ![null, Nmt.OPERATIONAL].includes(drive.nmtState) && 'is not operational any more',
     (drive) => drive.missed >= MISSED && `sent no PDO for ${MISSED} SYNCs`,
     (drive) => drive.silence > SILENCE && 'sends no heartbeat any more',
-    (drive, period) => drive.streaming && leaps(drive, period) && 'tells a position that it cannot have come to',
+    (drive, period) => drive.streaming && leaps(drive, period) && 'reports a position that it cannot have reached',
     (drive) => drive.streaming && drive.followingError > drive.followingErrorLimit && 'is too far off its set-point',
     (drive) => drive.watchesTravel && outside(drive) && 'has left its travel',
 ];

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.controller.feedforward.experiment import Bench
-from drivetwin.controller.feedforward.leg import LEAD_IN, rows_of, with_rest
+from drivetwin.controller.feedforward.bench import Bench
+from drivetwin.controller.feedforward.rest import LEAD_IN, rows_of, with_rest
 from drivetwin.controller.feedforward.stage import Stage, feed_velocity
 from drivetwin.controller.joint_path import JointPath
 from drivetwin.controller.motion import positions_now

@@ -6,10 +6,10 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from drivetwin.controller.feedforward.metrics import BAND, Tracking
 from drivetwin.controller.feedforward.stage import Stage
 from drivetwin.identification.friction_law import FrictionLaw
 from wafer_handler.dynamics_check import TorqueComparison
+from wafer_handler.metrics import BAND, Tracking
 from wafer_handler.results import AxisResult, StraightMove
 from wafer_handler.scara.identification import FrictionCurve
 

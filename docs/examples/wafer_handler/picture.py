@@ -7,10 +7,10 @@ from pathlib import Path
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from drivetwin.controller.feedforward.metrics import BAND
 from drivetwin.controller.feedforward.stage import Stage
 from drivetwin.identification.plots import STYLE
 from wafer_handler.figures import COLOURS, EQ14, LEARNED, MICRO
+from wafer_handler.metrics import BAND
 from wafer_handler.results import AxisResult
 
 

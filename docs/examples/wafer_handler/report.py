@@ -7,7 +7,6 @@ from pathlib import Path
 
 import mujoco
 
-from drivetwin.controller.feedforward.metrics import Tracking
 from drivetwin.controller.feedforward.stage import Stage
 from drivetwin.emulator.machine import load_machine
 from drivetwin.foundation.html_page import figure_div, table, write_page
@@ -23,6 +22,7 @@ from wafer_handler.figures import (
     torque_figure,
     tracking_figure,
 )
+from wafer_handler.metrics import Tracking
 from wafer_handler.results import PUBLISHED, AxisResult, Study, Times, learning_reduction, times
 from wafer_handler.scara.dynamics import PARAMETERS
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.controller.feedforward.metrics import Tracking
 from drivetwin.controller.feedforward.stage import Stage
 from drivetwin.identification.friction_law import FrictionLaw
 from wafer_handler.dynamics_check import DynamicsDifference, TorqueComparison
+from wafer_handler.metrics import Tracking
 from wafer_handler.scara.identification import BaseIdentification
 from wafer_handler.scara.transfer import Phase
 

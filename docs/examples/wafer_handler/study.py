@@ -9,10 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from drivetwin.controller.feedforward.alignment import loops_of
-from drivetwin.controller.feedforward.experiment import Bench, repeat_learning, run_stage
-from drivetwin.controller.feedforward.learning import Learner
-from drivetwin.controller.feedforward.leg import Leg, leg
-from drivetwin.controller.feedforward.metrics import Tracking, tracking
+from drivetwin.controller.feedforward.bench import Bench
 from drivetwin.controller.feedforward.stage import Stage
 from drivetwin.controller.joint_path import limits_of
 from drivetwin.controller.procedure import FIT, capture_friction
@@ -21,6 +18,10 @@ from drivetwin.identification import identify, load_model
 from drivetwin.identification.friction_law import FrictionLaw
 from drivetwin.recording.recording import Recording
 from drivetwin.recording.writer import write_into
+from wafer_handler.experiment import repeat_learning, run_stage
+from wafer_handler.learning import Learner
+from wafer_handler.leg import Leg, leg
+from wafer_handler.metrics import Tracking, tracking
 from wafer_handler.results import AXES, AxisResult
 from wafer_handler.scara.dynamics import mass_matrix
 from wafer_handler.scara.excitation import capture_together

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from streaming_bench import EACH_MILLISECOND, StreamingBench, streaming
 from wafer_handler.bench import true_base
+from wafer_handler.experiment import run_stage
+from wafer_handler.leg import Leg, leg
+from wafer_handler.metrics import tracking
 from wafer_handler.scara.dynamics import torque
 
 from drivetwin.controller.feedforward.alignment import loops_of
-from drivetwin.controller.feedforward.experiment import Bench, run_stage
-from drivetwin.controller.feedforward.leg import Leg, leg
-from drivetwin.controller.feedforward.metrics import tracking
+from drivetwin.controller.feedforward.bench import Bench
 from drivetwin.controller.feedforward.stage import Stage
 from drivetwin.controller.joint_path import JointPath, Rows, limits_of
 from drivetwin.controller.session import Streaming

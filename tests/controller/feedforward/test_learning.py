@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from linear_axis import CYCLE, INERTIA, LOOPS, Move, follow
 from numpy.typing import NDArray
+from wafer_handler.learning import FADE, Learner
 
-from drivetwin.controller.feedforward.learning import FADE, Learner
 from drivetwin.controller.joint_path import Rows
 
 MOVE = Move(1.0, 0.4)

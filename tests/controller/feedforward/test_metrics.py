@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from streaming_bench import streaming
+from wafer_handler.leg import leg
+from wafer_handler.metrics import BAND, Tracking, tracking
 
-from drivetwin.controller.feedforward.leg import leg
-from drivetwin.controller.feedforward.metrics import BAND, Tracking, tracking
 from drivetwin.motion.jerk_limited import MotionLimits
 
 PERIOD, CRUISE_START, CRUISE_END = 1e-3, 0.1, 0.5

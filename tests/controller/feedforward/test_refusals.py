@@ -8,16 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from streaming_bench import streaming
+from wafer_handler.experiment import repeat_learning
+from wafer_handler.learning import Learner
+from wafer_handler.leg import leg
+from wafer_handler.metrics import tracking
 from wafer_handler.scara.arm import load_arm
 from wafer_handler.scara.blade_path import Point, blade_line
 from wafer_handler.scara.dynamics import BaseParameters
 from wafer_handler.scara.torque_model import ArmTorque
 
 from drivetwin.controller.feedforward.alignment import loops_of
-from drivetwin.controller.feedforward.experiment import Bench, repeat_learning
-from drivetwin.controller.feedforward.learning import Learner
-from drivetwin.controller.feedforward.leg import leg
-from drivetwin.controller.feedforward.metrics import tracking
+from drivetwin.controller.feedforward.bench import Bench
 from drivetwin.controller.joint_path import limits_of
 from drivetwin.controller.motion import Offsets, positions_now, stream
 from drivetwin.controller.session import Streaming
@@ -63,7 +64,7 @@ def test_velocities_to_a_drive_that_maps_none(tmp_path: Path) -> None:
 
 
 def test_loops_that_are_not_told(tmp_path: Path) -> None:
-    said = r"axis slide \(node 1\) does not tell position_gain, velocity_gain"
+    said = r"axis slide \(node 1\) does not give position_gain, velocity_gain"
     with streaming("stage", "servoone", (), tmp_path / "bus.log") as bench, pytest.raises(UserError, match=said):
         loops_of(bench.session.drives, {"slide": AxisInfo(joint="slide")})
 

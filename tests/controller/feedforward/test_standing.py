@@ -10,7 +10,7 @@ import pytest
 from streaming_bench import streaming
 
 from drivetwin.controller.feedforward.alignment import loops_of
-from drivetwin.controller.feedforward.leg import LEAD_IN
+from drivetwin.controller.feedforward.rest import LEAD_IN
 from drivetwin.controller.feedforward.standing import HOLD, held_torque
 from drivetwin.controller.motion import Offsets, positions_now, stream
 from drivetwin.emulator.effects import PlacedEffect, read_effects

@@ -135,7 +135,7 @@ def test_three_axes_take_a_longer_cycle_than_asked_and_say_why(tmp_path: Path) -
     bench = TaskBench()
     outcome = bench.told("boot", tmp_path, cycle=0.001)
     assert outcome.cycle == pytest.approx(0.002)
-    assert outcome.cycle_reason.startswith("the PDOs of 3 axes take 87 % of 1 Mbit/s in the 1 ms that were asked for")
+    assert outcome.cycle_reason.startswith("the PDOs of 3 axes take 87 % of 1 Mbit/s in the 1 ms requested")
     assert bench.virtual.cycle() == pytest.approx(0.002)
 
 

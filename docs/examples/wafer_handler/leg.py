@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import ceil
 
 import numpy as np
 
+from drivetwin.controller.feedforward.rest import with_rest
 from drivetwin.controller.joint_path import JointPath, Rows
 from drivetwin.motion.jerk_limited import JerkLimited, MotionLimits, jerk_limited
-
-LEAD_IN = 0.03
-"""Standstill before the start [s], in which a learned torque may already act."""
-
-DWELL = 0.40
-"""Standstill after the end [s], in which the axis settles."""
 
 
 @dataclass(frozen=True)
@@ -45,21 +39,3 @@ class Leg:
 def leg(rest: Rows, axis: int, end: float, limits: MotionLimits) -> Leg:
     """From `rest` (axes,) [m or rad] to where the axis is at `end`, as quick as `limits` allow."""
     return Leg(axis, rest, jerk_limited(float(rest[axis]), end, limits))
-
-
-def with_rest(start: Rows, path: JointPath) -> JointPath:
-    """`path` with the lead-in at `start` (axes,) before it and the dwell at its end after it."""
-    before, after = rows_of(LEAD_IN, path.period), rows_of(DWELL, path.period)
-    around = ((before, after), (0, 0))
-    position = np.vstack([np.repeat(start[None, :], before, axis=0), path.position])
-    return JointPath(
-        period=path.period,
-        position=np.pad(position, ((0, after), (0, 0)), mode="edge"),
-        velocity=np.pad(path.velocity, around),
-        acceleration=np.pad(path.acceleration, around),
-    )
-
-
-def rows_of(seconds: float, period: float) -> int:
-    """Rows that last at least `seconds`."""
-    return ceil(seconds / period - 1e-9)

@@ -8,9 +8,10 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.controller.feedforward.leg import LEAD_IN, Leg, rows_of
+from drivetwin.controller.feedforward.rest import LEAD_IN, rows_of
 from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Recording
+from wafer_handler.leg import Leg
 
 BAND = 0.05
 """Half width of the band, as a share of the baseline's greatest tracking difference."""
