@@ -18,6 +18,7 @@ from drivetwin.diagnosis.report.result import (
     Pattern,
     Prediction,
     Regime,
+    RegimeName,
     Share,
     Shrink,
     Unknown,
