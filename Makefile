@@ -9,7 +9,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := run
 
-.PHONY: run test suite check tutorial coverage nightly test-long test-vcan interoperability seeds bench panel-load panel-pictures wafer-handler fuzz fuzz-files unbroken blind position-only measured sensitivity accept accept-repeats mutants docs lock clean
+.PHONY: run test suite check tutorial coverage nightly test-long test-vcan interoperability seeds bench panel-load panel-pictures wafer-handler fuzz fuzz-files unbroken soak blind position-only measured sensitivity accept tshark accept-repeats mutants docs lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -100,6 +100,10 @@ fuzz-files: .venv/.installed
 unbroken: .venv/.installed
 	PYTHONPATH=scripts $(BIN)/python -m unbroken --soak 3600 --kills 20 --out out/unbroken
 
+# Of it the hour of simulated life alone, whose memory has to stay flat; some 15 minutes: out/soak.
+soak: .venv/.installed
+	PYTHONPATH=scripts $(BIN)/python -m unbroken --soak 3600 --kills 0 --no-disks --out out/soak
+
 # The machine of the published study, link by link through the bus: out/wafer-handler/report.html and wafer-handler.json.
 wafer-handler: .venv/.installed
 	PYTHONPATH=docs/examples $(BIN)/python -m wafer_handler --out out/wafer-handler
@@ -128,6 +132,10 @@ sensitivity: .venv/.installed
 # The reference controller through the acceptance suite: out/accept/report.html and junit.xml.
 accept: .venv/.installed
 	$(BIN)/drivetwin accept --bench hil_tests/benches/scara.yaml --out out/accept
+
+# Every bus log of that suite as Wireshark's CANopen dissector reads it; needs tshark.
+tshark: accept
+	$(BIN)/python scripts/tshark_logs.py out/accept
 
 # Twenty times in lockstep, bit for bit the same, and once in real time.
 accept-repeats: .venv/.installed

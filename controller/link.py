@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import queue
 import time
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
@@ -28,6 +30,29 @@ SLICE = 0.02
 """Longest that a Ctrl-C waits for a frame [s]."""
 
 
+class Answers:
+    """What has come of a server, as canopen's client asks a `queue.Queue` for it, without locks: one thread puts and gets."""
+
+    def __init__(self) -> None:
+        self._came: deque[bytes] = deque()
+        self.put = self._came.append
+        self.clear = self._came.clear
+
+    def __bool__(self) -> bool:
+        """Whether one waits."""
+        return bool(self._came)
+
+    def empty(self) -> bool:
+        """Whether none waits."""
+        return not self._came
+
+    def get(self, block: bool = True, timeout: float | None = None) -> bytes:
+        """The first that waits. Raises queue.Empty, as nobody else could put one."""
+        if not self._came:
+            raise queue.Empty
+        return self._came.popleft()
+
+
 class PumpedSdoClient(SdoClient):
     """canopen's SDO client without a receiving thread: waiting for an answer is pumping the bus, or running cycles.
 
@@ -37,6 +62,17 @@ class PumpedSdoClient(SdoClient):
 
     RESPONSE_TIMEOUT = SDO_TIMEOUT
     network: Link
+    responses: Answers  # type: ignore[assignment]  # canopen has a queue
+
+    def __init__(self, rx_cobid: int, tx_cobid: int, dictionary: canopen.ObjectDictionary) -> None:
+        super().__init__(rx_cobid, tx_cobid, dictionary)  # type: ignore[no-untyped-call]  # canopen
+        self.responses = Answers()
+
+    def request_response(self, sdo_request: bytes) -> bytes:
+        """The answer to a request, as `SdoClient.request_response`; what came of an earlier one is dropped."""
+        self.responses.clear()
+        response: bytes = super().request_response(sdo_request)  # type: ignore[no-untyped-call]  # canopen
+        return response
 
     def read_response(self) -> bytes:
         """Next answer of the server, as `SdoClient.read_response`."""
@@ -52,7 +88,7 @@ class PumpedSdoClient(SdoClient):
     def _await_response(self) -> None:
         runs = self.network.cycle is not None
         patience = min(self.RESPONSE_TIMEOUT, SDO_TIMEOUT_IN_CYCLES) if runs else self.RESPONSE_TIMEOUT
-        if not self.network.wait_until(lambda: not self.responses.empty(), patience):
+        if not self.network.wait_until(self.responses.__bool__, patience):
             raise SdoCommunicationError("No SDO response received")
 
 
@@ -61,7 +97,7 @@ class PumpedNode(canopen.RemoteNode):
 
     def add_sdo(self, rx_cobid: int, tx_cobid: int) -> SdoClient:
         """Create an SDO channel; called by RemoteNode for its default one."""
-        client = PumpedSdoClient(rx_cobid, tx_cobid, self.object_dictionary)  # type: ignore[no-untyped-call]  # canopen
+        client = PumpedSdoClient(rx_cobid, tx_cobid, self.object_dictionary)
         self.sdo_channels.append(client)
         if self.has_network():
             self.network.subscribe(client.tx_cobid, client.on_response)

@@ -73,12 +73,14 @@ class VirtualMachine:
         self._produced: list[can.Message] = []
         self.wires = [FaultyWire(self._send, self.now) for _ in machine.axes]
         self._takers: dict[int, list[Callable[[bytes], None]]] = {}
+        """By COB-ID, but of SYNC, which does more than what takes it."""
+        self._sync_takers: list[Callable[[bytes], None]] | None = None
         self.drives = [self._drive(number) for number in range(len(machine.axes))]
         self.plant.equip(self._servos)
         self._nodes = [(wire, drive.device) for wire, drive in zip(self.wires, self.drives, strict=True)]
         for wire, device in self._nodes:
             wire.join(device)
-            wire.rewired = self._takers.clear
+            wire.rewired = self._rewired
         self.plant.rehearse(self._servos)
         rehearse(self._servos.demands[0])
 
@@ -110,29 +112,43 @@ class VirtualMachine:
             self._hear_own()
 
     def _hear(self, message: can.Message) -> None:
+        """Who takes a data frame is looked up once, and anew after any of the drives was rewired."""
         if message.is_error_frame or message.is_extended_id or message.is_fd:
             return
         cob_id = message.arbitration_id
-        if message.is_remote_frame:
+        takers = None if message.is_remote_frame else self._takers.get(cob_id)
+        if takers is not None:
+            data = bytes(message.data)
+            for take in takers:
+                take(data)
+        elif message.is_remote_frame:
             for wire in self.wires:
                 wire.receive(cob_id, b"", True)
         elif cob_id == self._nodes[0][1].synchronisation.cob_id:
             self._run(self._clock.before_sync())
-            self._take(cob_id, bytes(message.data))
+            self._take_sync(cob_id, bytes(message.data))
             self._run(self._clock.at_sync(self._told()))
         else:
-            self._take(cob_id, bytes(message.data))
+            self._takers[cob_id] = self._who_takes(cob_id)
+            self._hear(message)
+            return
         if self._clock.runs_alone:
             self._look_at_timers()
 
-    def _take(self, cob_id: int, data: bytes) -> None:
-        """A data frame, to those whom it concerns; who they are is looked up once, and anew after any of them was rewired."""
-        takers = self._takers.get(cob_id)
+    def _take_sync(self, cob_id: int, data: bytes) -> None:
+        takers = self._sync_takers
         if takers is None:
-            found = [wire.taker(cob_id) for wire in self.wires]
-            self._takers[cob_id] = takers = [taker for taker in found if taker is not None]
+            self._sync_takers = takers = self._who_takes(cob_id)
         for take in takers:
             take(data)
+
+    def _who_takes(self, cob_id: int) -> list[Callable[[bytes], None]]:
+        found = [wire.taker(cob_id) for wire in self.wires]
+        return [taker for taker in found if taker is not None]
+
+    def _rewired(self) -> None:
+        self._takers.clear()
+        self._sync_takers = None
 
     def attach(self, answer_requests: Callable[[], None]) -> None:
         """Let `poll` answer what another interface (Modbus) asks of the drives: between two frames, in the owner's thread."""

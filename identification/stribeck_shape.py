@@ -76,21 +76,23 @@ class Projection:
     """`design` solved for, so that only one more column is left to be judged."""
 
     def __init__(self, design: Design) -> None:
-        self._rows = design.weight > 0
+        self._rows = np.flatnonzero(design.weight > 0)
         self._root = np.sqrt(design.weight[self._rows])
-        self._basis, _ = np.linalg.qr(design.matrix[self._rows] * self._root[:, None])
+        basis, _ = np.linalg.qr(design.matrix[self._rows] * self._root[:, None])
+        self._across = np.ascontiguousarray(basis.T)
         self._rest = self._beside(design.target)
+        self._energy = float(self._rest @ self._rest)
 
     def energy(self, values: Samples) -> float:
         """Residual energy with the column `values` (n,); that without it where its coefficient is not positive."""
         rest = self._beside(values)
         norm, product = float(rest @ rest), float(rest @ self._rest)
         gain = product**2 / norm if product > 0 and norm > 0 else 0.0
-        return float(self._rest @ self._rest) - gain
+        return self._energy - gain
 
     def _beside(self, values: Samples) -> Samples:
-        weighted = values[self._rows] * self._root
-        return np.asarray(weighted - self._basis @ (self._basis.T @ weighted), dtype=np.float64)
+        weighted = values.take(self._rows) * self._root
+        return np.asarray(weighted - (self._across @ weighted) @ self._across, dtype=np.float64)
 
 
 def best_shape(design: Design, samples: Sequence[AxisSamples], start: Stribeck, exponents: tuple[float, float]) -> Stribeck:

@@ -14,29 +14,26 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import can
-import canopen
 import mujoco
 from bench_lockstep import lockstep_bench, scara_bench, virtual_bench
+from bench_sdo import Row, in_process
 from rich.table import Table
 
-from drivetwin.bus.channel import InprocBus
-from drivetwin.controller.dictionary import object_dictionary
-from drivetwin.controller.link import Link, PumpedNode
 from drivetwin.controller.machine import Machine as KnownMachine
 from drivetwin.controller.machine import load_machine
-from drivetwin.drive_profiles import load_profile
 from drivetwin.emulator.clock import SyncClock
 from drivetwin.emulator.machine import Machine
 from drivetwin.emulator.machine import load_machine as load_virtual_machine
 
 AXES = (1, 3, 6, 12)
-UPLOADS = 2000
 HELD = (1.0, 21.0)
 """For how long a master in C++ holds the drives enabled; the difference is what is measured [simulated s]."""
 
 SIMULATED = 60.0
 """Between two looks at the memory [s]."""
+
+MEGABYTE = bytes(range(250)) * 4000
+"""What is sent by SDO in blocks."""
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -67,11 +64,16 @@ def targets(lockstep: float, share: float, rounds: int) -> list[Figure]:
         Figure("the same, of bare mj_step", share, "", least=0.5),
         Figure("master in C++ on the embedded bus", embedded_bus(), "x real time", least=10.0),
         *(Figure(f"an axis of {count}, to one of three", costs[count] / costs[3], "", most=1.3) for count in AXES if count > 3),
-        Figure("expedited SDO upload, times faster than canopen's LocalNode", sdo_ratio(rounds), "", least=3.0),
+        *(sdo_figure(row) for row in in_process(MEGABYTE, rounds)),
         Figure("make run, installed", command_time("identify", "--machine", "scara"), "s", most=8.0),
         Figure("drivetwin --help", command_time("--help"), "s", most=0.4),
         Figure("memory after a simulated minute more", memory_growth(), "MB", most=1.0),
     ]
+
+
+def sdo_figure(row: Row) -> Figure:
+    """An SDO service of the drives beside canopen's LocalNode, and the most that a server can reach under that client."""
+    return Figure(f"{row.what}, to LocalNode ({row.bound:.2f} is the bound)", row.ratio, "times as fast", least=3.0)
 
 
 def targets_table(figures: Sequence[Figure]) -> Table:
@@ -117,59 +119,6 @@ def many_axes(count: int, folder: Path) -> Callable[[], float]:
     machine: Machine = one.model_copy(update={"axes": drives, "model": path.name, "directory": folder})
     told: KnownMachine = known.model_copy(update={"axes": axes, "groups": (tuple(names),)})
     return lockstep_bench(virtual_bench(SyncClock(), machine, ()).link, told)
-
-
-class LocalNode:
-    """canopen's own simulated node behind the bus in process: `Peer`."""
-
-    def __init__(self, transmit: Callable[[can.Message], None]) -> None:
-        self._network = _Network(transmit)
-        node = canopen.LocalNode(1, object_dictionary(load_profile("servoone")))
-        self._network.add_node(node)
-        node.sdo[0x6041].raw = 0x0250
-
-    def receive(self, message: can.Message) -> None:
-        """Take one frame; it is answered before this returns."""
-        self._network.notify(message.arbitration_id, message.data, message.timestamp)
-
-    def poll(self) -> None:
-        """It does nothing by itself."""
-
-    def wait(self) -> float | None:
-        """Only a frame moves it."""
-        return None
-
-
-class _Network(canopen.Network):
-    def __init__(self, transmit: Callable[[can.Message], None]) -> None:
-        super().__init__()
-        self._transmit = transmit
-
-    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
-        """Of the node, to the bus."""
-        self._transmit(can.Message(arbitration_id=can_id, data=data, is_remote_frame=remote, is_extended_id=False))
-
-
-def sdo_ratio(rounds: int) -> float:
-    """How many times faster the drive answers an expedited upload than canopen's LocalNode, under the same client."""
-    ours, theirs = scara_bench(SyncClock()).link, Link(InprocBus(LocalNode))
-    nodes = []
-    for link in (ours, theirs):
-        node = PumpedNode(1, object_dictionary(load_profile("servoone")))
-        link.add_node(node)
-        nodes.append(node)
-    rows = [[upload_time(node) for node in nodes] for _ in range(rounds)]
-    return statistics.median(local / drive for drive, local in rows)
-
-
-def upload_time(node: PumpedNode) -> float:
-    """Median of uploads of the statusword [s]."""
-    times = []
-    for _ in range(UPLOADS):
-        began = time.perf_counter()
-        _ = node.sdo[0x6041].raw
-        times.append(time.perf_counter() - began)
-    return statistics.median(times)
 
 
 def embedded_bus() -> float | None:

@@ -54,6 +54,14 @@ def encode(data_type: DataType, value: Value) -> bytes:
     return int(value).to_bytes(BITS[data_type] // 8, "little", signed=data_type in SIGNED)
 
 
+def encode_nearest(data_type: DataType, value: Value) -> bytes:
+    """Bytes of a value; of one beyond its type those of the nearest that the type has."""
+    try:
+        return encode(data_type, value)
+    except (struct.error, OverflowError):
+        return encode(data_type, saturate(data_type, value))
+
+
 def decode(data_type: DataType, data: bytes) -> Value:
     """Value of bytes that have the type's length."""
     if data_type not in BITS:

@@ -5,13 +5,12 @@ Services and the drive meet here: a service or the drive binds `on_read` and `on
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable, Iterable, Iterator
 
 from drivetwin.drive_profiles import DriveProfile, ObjectEntry
 from drivetwin.drive_profiles.profile import FLOATS
 from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
-from drivetwin.emulator.canopen.data_types import Value, decode, encode, is_number, saturate, size, type_range
+from drivetwin.emulator.canopen.data_types import Value, decode, encode_nearest, is_number, size, type_range
 
 COMMUNICATION_AREA = range(0x1000, 0x2000)
 """Communication profile area (CiA 301, 7.4.1): what 'reset communication' takes back to its power-on values."""
@@ -96,11 +95,7 @@ class Variable:
 
     def encode(self) -> bytes:
         """The bytes of the value now; one beyond its type is told as the nearest that the type has."""
-        value = self.read()
-        try:
-            return encode(self.data_type, value)
-        except (struct.error, OverflowError):
-            return encode(self.data_type, saturate(self.data_type, value))
+        return encode_nearest(self.data_type, self.read())
 
     def decode_and_write(self, data: bytes) -> None:
         """Write the value that the bytes say. Raises SdoAbort for a wrong length, and as `write`."""

@@ -26,6 +26,7 @@ from drivetwin.emulator.canopen.sdo_frame import (
     block_upload_initiated,
 )
 from drivetwin.emulator.canopen.sdo_segmented import check_announced, room
+from drivetwin.foundation.enums import quick
 
 BLOCK_SIZE = 127
 """Segments of a sub-block that the server takes, the most that the protocol has."""
@@ -38,6 +39,7 @@ def crc(data: bytes) -> int:
     return crc_hqx(data, 0)
 
 
+@quick
 class _Phase(Enum):
     START = auto()
     SEGMENTS = auto()
@@ -58,6 +60,8 @@ class BlockDownload:
         self._indicated = indicated
         self._checked = bool(frame[0] & BLOCK_CRC)
         self._data = bytearray()
+        told = indicated if indicated is not None else variable.size
+        self._most = room(variable) if told is None else min(told, room(variable))
         self._in_sequence = 0
         self._phase = _Phase.SEGMENTS
 
@@ -74,27 +78,28 @@ class BlockDownload:
         return self._segment(frame) if self._phase is _Phase.SEGMENTS else self._end(frame)
 
     def _segment(self, frame: bytes) -> tuple[bytes, ...]:
-        number, last = frame[0] & _SEQUENCE, frame[0] & LAST_BLOCK_SEGMENT
+        head = frame[0]
+        number = head & _SEQUENCE
         if number == 0:
             raise SdoAbort(AbortCode.SEQUENCE_NUMBER)
         taken = number == self._in_sequence + 1
         if taken:
             self._in_sequence = number
-            self._take(frame[1:])
-        if not last and number != BLOCK_SIZE:
+            self._data += frame[1:]
+            if len(self._data) >= self._most + SEGMENT_LENGTH:
+                raise self._too_long()
+        if head == number < BLOCK_SIZE:
             return ()
         acknowledged, self._in_sequence = self._in_sequence, 0
-        if last and taken:
+        if taken and head != number:
             self._phase = _Phase.END
         return (block_download_acknowledged(acknowledged, BLOCK_SIZE),)
 
-    def _take(self, data: bytes) -> None:
-        self._data += data
-        most = self._indicated if self._indicated is not None else self._variable.size
-        if most is not None and len(self._data) >= most + SEGMENT_LENGTH:
-            raise SdoAbort(AbortCode.LENGTH_TOO_HIGH)
-        if len(self._data) >= room(self._variable) + SEGMENT_LENGTH:
-            raise SdoAbort(AbortCode.OUT_OF_MEMORY)
+    def _too_long(self) -> SdoAbort:
+        """More than was announced or the type has, or more than there is room for."""
+        told = self._indicated if self._indicated is not None else self._variable.size
+        longer = told is not None and len(self._data) >= told + SEGMENT_LENGTH
+        return SdoAbort(AbortCode.LENGTH_TOO_HIGH if longer else AbortCode.OUT_OF_MEMORY)
 
     def _end(self, frame: bytes) -> tuple[bytes, ...]:
         unused = frame[0] >> 2 & 0x07
@@ -116,6 +121,8 @@ class BlockUpload:
         self.subindex = variable.subindex
         self.finished = False
         self._data = data
+        self._segments = max(1, -(-len(data) // SEGMENT_LENGTH))
+        """Of the whole value; one, unused, where there is nothing to tell."""
         self._checked = frame[0] & BLOCK_CRC
         self._block_size = _checked_block_size(frame[4])
         self._at = 0
@@ -156,18 +163,12 @@ class BlockUpload:
     def _sub_block(self) -> tuple[bytes, ...]:
         self._phase = _Phase.SEGMENTS
         self._sent = min(self._block_size, self._segments - self._at)
-        return tuple(self._segment(number) for number in range(1, self._sent + 1))
-
-    def _segment(self, number: int) -> bytes:
-        place = self._at + number
-        begin = (place - 1) * SEGMENT_LENGTH
-        last = LAST_BLOCK_SEGMENT if place == self._segments else 0
-        return block_segment(last | number, self._data[begin : begin + SEGMENT_LENGTH])
-
-    @property
-    def _segments(self) -> int:
-        """Segments of the whole value; one, unused, where there is nothing to tell."""
-        return max(1, -(-len(self._data) // SEGMENT_LENGTH))
+        begin, data = self._at * SEGMENT_LENGTH, self._data
+        places = range(begin, begin + self._sent * SEGMENT_LENGTH, SEGMENT_LENGTH)
+        sent = [block_segment(number, data[place : place + SEGMENT_LENGTH]) for number, place in enumerate(places, 1)]
+        if self._at + self._sent == self._segments:
+            sent[-1] = block_segment(LAST_BLOCK_SEGMENT | self._sent, data[places[-1] :])
+        return tuple(sent)
 
 
 def _checked_block_size(size: int) -> int:

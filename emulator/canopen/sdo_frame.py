@@ -6,6 +6,7 @@ import struct
 from enum import IntEnum
 
 from drivetwin.emulator.canopen.abort_codes import AbortCode
+from drivetwin.foundation.enums import quick
 
 FRAME_LENGTH = 8
 SEGMENT_LENGTH = 7
@@ -30,6 +31,7 @@ BLOCK_SIZE_INDICATED = 0x02
 LAST_BLOCK_SEGMENT = 0x80
 
 
+@quick
 class BlockCommand(IntEnum):
     """First byte of the frames with which a client goes on in a block transfer; the end carries a count beside it."""
 
@@ -41,6 +43,7 @@ class BlockCommand(IntEnum):
 
 _HEAD = struct.Struct("<BHBI")
 _ADDRESS = struct.Struct("<HB")
+_BYTES = tuple(bytes((number,)) for number in range(256))
 
 
 def address(frame: bytes) -> tuple[int, int]:
@@ -64,9 +67,14 @@ def download_segment_taken(toggle: int) -> bytes:
     return bytes((0x20 | toggle, 0, 0, 0, 0, 0, 0, 0))
 
 
+def expedited_command(length: int) -> int:
+    """First byte of an upload response that carries one to four bytes."""
+    return 0x43 | (4 - length) << 2
+
+
 def upload_expedited(index: int, subindex: int, data: bytes) -> bytes:
     """Initiate upload response that carries one to four bytes."""
-    return _HEAD.pack(0x43 | (4 - len(data)) << 2, index, subindex, int.from_bytes(data, "little"))
+    return _HEAD.pack(expedited_command(len(data)), index, subindex, int.from_bytes(data, "little"))
 
 
 def upload_initiated(index: int, subindex: int, length: int) -> bytes:
@@ -102,7 +110,7 @@ def block_upload_initiated(index: int, subindex: int, length: int, checked: int)
 
 def block_segment(head: int, data: bytes) -> bytes:
     """Segment of a block: sequence number and LAST_BLOCK_SEGMENT in its head, up to seven bytes of data."""
-    return bytes((head,)) + data + bytes(SEGMENT_LENGTH - len(data))
+    return (_BYTES[head] + data).ljust(FRAME_LENGTH, b"\0")
 
 
 def block_upload_ended(unused: int, crc: int) -> bytes:

@@ -1,12 +1,13 @@
 """How a master reads and writes the dictionary: the SDO server (CiA 301, 7.2.4).
 
-A request of up to four bytes is answered here (expedited); a longer one opens a transfer that gets the frames after it.
+A request of up to four bytes is answered at once (expedited); a longer one opens a transfer that gets the frames after it.
 Each kind of transfer is a file of its own and enters by its command specifier in `_initiators`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 from typing import Protocol
 
 from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
@@ -14,6 +15,15 @@ from drivetwin.emulator.canopen.alarms import Alarms
 from drivetwin.emulator.canopen.nmt import Nmt
 from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary, Variable
 from drivetwin.emulator.canopen.sdo_block import BlockDownload, BlockUpload
+from drivetwin.emulator.canopen.sdo_expedited import (
+    EXPEDITED,
+    MOST,
+    SIZE_INDICATED,
+    Answer,
+    expedited_download,
+    expedited_upload,
+    is_expedited,
+)
 from drivetwin.emulator.canopen.sdo_frame import (
     ABORT,
     ABORT_COMMAND,
@@ -29,12 +39,10 @@ from drivetwin.emulator.canopen.sdo_frame import (
     upload_initiated,
 )
 from drivetwin.emulator.canopen.sdo_segmented import SegmentedDownload, SegmentedUpload
+from drivetwin.emulator.canopen.timing import TOLERANCE
 
 REQUEST_COB_ID = 0x600
 RESPONSE_COB_ID = 0x580
-
-EXPEDITED = 0x02
-SIZE_INDICATED = 0x01
 
 _GOES_ON = {BLOCK_DOWNLOAD: 0x01, BLOCK_UPLOAD: 0x03}
 """Bits of the first byte that are 0 where a block transfer is initiated; else it goes on with one."""
@@ -74,6 +82,8 @@ class SdoServer:
         self._now = now
         self._alarm = alarms.add(self._time_out)
         self._transfer: Transfer | None = None
+        self._heard = 0.0
+        self._expedited: dict[bytes, Answer] = {}
         self._initiators: dict[int, Callable[[bytes, Variable], bytes]] = {
             DOWNLOAD_INITIATE: self._download,
             UPLOAD_INITIATE: self._upload,
@@ -90,22 +100,37 @@ class SdoServer:
         """Answer a request. A frame that has not eight bytes is no SDO (CiA 301, 7.2.4.3) and is not answered."""
         if len(data) != FRAME_LENGTH:
             return
-        frame = bytes(data)
-        if frame[0] == ABORT_COMMAND:
+        if self._transfer is None:
+            known = self._expedited.get(data[:4])
+            if known is not None:
+                try:
+                    answer = known(data)
+                except SdoAbort as refusal:
+                    answer = abort_frame(*address(data), refusal.code)
+                self._send(answer)
+                return
+        if data[0] == ABORT_COMMAND:
             self.reset()
             return
-        for answer in self._answers(frame):
-            self._transmit(RESPONSE_COB_ID + self._nmt.node_id, answer)
+        try:
+            answers = self._answer(data)
+        except SdoAbort as refusal:
+            answers = (self._abort(data, refusal.code),)
+        for answer in answers:
+            self._send(answer)
         if self._transfer is None:
             self._alarm.stop()
         else:
-            self._alarm.set(self._now() + TIME_OUT)
+            self._await_client()
 
-    def _answers(self, frame: bytes) -> tuple[bytes, ...]:
-        try:
-            return self._answer(frame)
-        except SdoAbort as refusal:
-            return (self._abort(frame, refusal.code),)
+    def _send(self, answer: bytes) -> None:
+        self._transmit(RESPONSE_COB_ID + self._nmt.node_id, answer)
+
+    def _await_client(self) -> None:
+        """The alarm that has been set looks itself whether the client was heard since."""
+        self._heard = self._now()
+        if self._alarm.due == inf:
+            self._alarm.set(self._heard + TIME_OUT)
 
     def _answer(self, frame: bytes) -> tuple[bytes, ...]:
         transfer = self._transfer
@@ -131,24 +156,31 @@ class SdoServer:
             return abort_frame(transfer.index, transfer.subindex, code)
         return abort_frame(*address(frame), code)
 
-    def _time_out(self, _now: float) -> None:
+    def _time_out(self, now: float) -> None:
+        if now < self._heard + TIME_OUT - TOLERANCE:
+            self._alarm.set(self._heard + TIME_OUT)
+            return
         transfer, self._transfer = self._transfer, None
         if transfer is not None and self._nmt.communicating:
-            frame = abort_frame(transfer.index, transfer.subindex, AbortCode.TIME_OUT)
-            self._transmit(RESPONSE_COB_ID + self._nmt.node_id, frame)
+            self._send(abort_frame(transfer.index, transfer.subindex, AbortCode.TIME_OUT))
 
     def _download(self, frame: bytes, variable: Variable) -> bytes:
         check_writable(variable)
         if frame[0] & EXPEDITED:
-            variable.decode_and_write(_expedited_data(frame, variable))
-        else:
-            indicated = int.from_bytes(frame[4:8], "little") if frame[0] & SIZE_INDICATED else None
-            self._transfer = SegmentedDownload(variable, indicated)
+            answer = self._expedited[frame[:4]] = expedited_download(variable, frame[0])
+            return answer(frame)
+        indicated = int.from_bytes(frame[4:8], "little") if frame[0] & SIZE_INDICATED else None
+        self._transfer = SegmentedDownload(variable, indicated)
         return download_initiated(variable.index, variable.subindex)
 
-    def _upload(self, _frame: bytes, variable: Variable) -> bytes:
-        data = readable_data(variable)
-        if 1 <= len(data) <= 4:
+    def _upload(self, frame: bytes, variable: Variable) -> bytes:
+        if is_expedited(variable) and variable.access.readable:
+            answer = self._expedited[frame[:4]] = expedited_upload(variable)
+            return answer(frame)
+        return self._upload_data(variable, readable_data(variable))
+
+    def _upload_data(self, variable: Variable, data: bytes) -> bytes:
+        if 1 <= len(data) <= MOST:
             return upload_expedited(variable.index, variable.subindex, data)
         self._transfer = SegmentedUpload(variable, data)
         return upload_initiated(variable.index, variable.subindex, len(data))
@@ -164,7 +196,7 @@ class SdoServer:
         data = readable_data(variable)
         transfer = BlockUpload(variable, data, frame)
         if 0 < len(data) <= frame[5]:
-            return self._upload(frame, variable)
+            return self._upload_data(variable, data)
         self._transfer = transfer
         return transfer.initiated()
 
@@ -180,10 +212,3 @@ def readable_data(variable: Variable) -> bytes:
     if not variable.access.readable:
         raise SdoAbort(AbortCode.WRITE_ONLY)
     return variable.encode()
-
-
-def _expedited_data(frame: bytes, variable: Variable) -> bytes:
-    """Data of an expedited download; a client that does not say the size means the object's own."""
-    if frame[0] & SIZE_INDICATED:
-        return frame[4 : 8 - (frame[0] >> 2 & 0x03)]
-    return frame[4 : 4 + min(variable.size or 4, 4)]

@@ -7,9 +7,12 @@ does not come back, or stands elsewhere than it was told to.
 
 from __future__ import annotations
 
+import gc
 import hashlib
-from collections.abc import Callable, Mapping
+import statistics
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from itertools import pairwise
 from random import Random
 from typing import Any
 
@@ -54,13 +57,18 @@ NEAR = 1e-3
 UNSTABLE = "the simulation of the machine is unstable"
 """What the emulator says where a fault asks more of the plant than its steps can follow."""
 
-LEARNING = 5
-"""Episodes after which memory has to be flat: libraries and caches have been loaded."""
+FLAT = 4.0
+"""What the memory of the process may grow by from the third quarter of the episodes to the last one [MB]: before them libraries
+and caches are loaded. A controller and its samples that were kept would be more after a few episodes."""
+
+JUDGED = 40
+"""Episodes from which on a quarter of them is enough for its median."""
 
 
 @dataclass(frozen=True)
 class Soak:
-    """What a soak came to; `grown` [bytes] since the first episodes, `digest` over every frame of the drives."""
+    """What a soak came to; `memory` of the process, the median of each tenth of the episodes, and what it has `grown` by from
+    the third quarter to the last [MB], None where they are too few; `digest` over every frame of the drives."""
 
     seed: int
     simulated: float
@@ -69,7 +77,8 @@ class Soak:
     stopped: int
     unstable: int
     broken: tuple[str, ...]
-    grown: int
+    memory: tuple[float, ...]
+    grown: float | None
     digest: str
 
 
@@ -130,11 +139,36 @@ def soak(seconds: float, seed: int) -> Soak:
     life = _Life(seed)
     while life.simulated() < seconds:
         life.episode()
-    grown = _memory() - life.learned if life.episodes > LEARNING else 0
-    digest = life.bench.frames.hexdigest()
+    grown = growth(life.memory)
+    if grown is not None and grown > FLAT:
+        life.broken.append(f"the process's memory grew by {grown:.1f} MB where {FLAT:g} MB are allowed")
     return Soak(
-        seed, life.simulated(), life.episodes, life.struck, life.stopped, life.unstable, tuple(life.broken), grown, digest
+        seed,
+        life.simulated(),
+        life.episodes,
+        life.struck,
+        life.stopped,
+        life.unstable,
+        tuple(life.broken),
+        tenths(life.memory),
+        grown,
+        life.bench.frames.hexdigest(),
     )
+
+
+def growth(memory: Sequence[float]) -> float | None:
+    """From the third quarter of the episodes to the last, of medians; None for fewer than `JUDGED` episodes."""
+    if len(memory) < JUDGED:
+        return None
+    quarter = len(memory) // 4
+    return statistics.median(memory[-quarter:]) - statistics.median(memory[-2 * quarter : -quarter])
+
+
+def tenths(memory: Sequence[float]) -> tuple[float, ...]:
+    """The median of each tenth of the episodes, in their order."""
+    edges = [len(memory) * tenth // 10 for tenth in range(11)]
+    parts = [memory[begin:end] for begin, end in pairwise(edges)]
+    return tuple(round(statistics.median(part), 1) for part in parts if part)
 
 
 class _UnstableError(Exception):
@@ -148,7 +182,8 @@ class _Life:
         self.bench = _Bench(seed)
         self.struck: dict[str, int] = {}
         self.broken: list[str] = []
-        self.episodes = self.stopped = self.unstable = self.learned = 0
+        self.memory: list[float] = []
+        self.episodes = self.stopped = self.unstable = 0
         self._before = 0.0
         self._dice = Random(f"soak {seed}")
 
@@ -175,8 +210,8 @@ class _Life:
         except Exception as error:  # noqa: BLE001  # whatever it is, it is what a soak looks for
             self.broken.append(f"episode {self.episodes}, {faults}: {type(error).__name__}: {error}")
             self._rebuild()
-        if self.episodes == LEARNING:
-            self.learned = _memory()
+        gc.collect()
+        self.memory.append(_memory())
 
     def _rebuild(self) -> None:
         self._before += self.bench.virtual.now()
@@ -266,5 +301,6 @@ def _value(parameter: Parameter, dice: Random, virtual: VirtualMachine) -> objec
     raise TypeError(f"no random value of a {type(parameter).__name__}")
 
 
-def _memory() -> int:
-    return int(psutil.Process().memory_info().rss)
+def _memory() -> float:
+    """Of this process, resident [MB]."""
+    return float(psutil.Process().memory_info().rss / 1e6)

@@ -39,6 +39,15 @@ def test_a_soak_sees_an_axis_that_does_not_come_back(monkeypatch: pytest.MonkeyP
     assert "AssertionError: the axes stand elsewhere" in told
 
 
+def test_memory_that_grows_ends_a_soak_as_broken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a process that keeps a megabyte an episode, and of one that fills its caches first."""
+    assert soaking.growth([float(episode) for episode in range(80)]) == 20.0
+    assert soaking.growth([min(float(episode), 30.0) for episode in range(80)]) == 0.0
+    assert soaking.growth([0.0] * (soaking.JUDGED - 1)) is None
+    monkeypatch.setattr(soaking, "growth", lambda _memory: 2.0 * soaking.FLAT)
+    assert "the process's memory grew by 8.0 MB where 4 MB are allowed" in soak(1.0, 3).broken
+
+
 def never_there(*_: object) -> None:
     raise AssertionError("the axes stand elsewhere")
 

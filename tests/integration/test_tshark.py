@@ -13,6 +13,7 @@ from typing import Any
 import can
 import canopen
 import pytest
+import tshark_logs
 from processes import PATIENCE
 
 from drivetwin.bus.channel import InprocBus
@@ -162,3 +163,21 @@ def say(link: Link, cob_id: int, data: str) -> None:
     """A frame, and what comes back, so that the log has them in their order."""
     link.send(cob_id, bytes.fromhex(data))
     link.drain()
+
+
+def test_a_log_that_is_not_read_as_it_was_meant_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, last in (("sound", "081#1081010000000000"), ("cut", "081#1081")):
+        (tmp_path / name).mkdir()
+        frames = f"(0.0) can0 701#00\n(0.1) can0 601#4041600000000000\n(0.2) can0 {last}\n"
+        (tmp_path / name / "bus.log").write_text(frames, encoding="ascii")
+    monkeypatch.setattr("sys.argv", ["tshark_logs.py", str(tmp_path / "sound")])
+    assert tshark_logs.main() == 0
+    monkeypatch.setattr("sys.argv", ["tshark_logs.py", str(tmp_path)])
+    assert tshark_logs.main() == 1
+    assert capsys.readouterr().out.splitlines() == [
+        "1 of 1 logs, 3 frames, read as they were meant",
+        f"{tmp_path}/cut/bus.log: frame 3 (081h) is malformed",
+        "1 of 2 logs, 6 frames, read as they were meant",
+    ]
