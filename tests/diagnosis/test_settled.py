@@ -50,6 +50,17 @@ def test_what_a_straight_line_promises_is_not_reached_yet(bench: Bench) -> None:
     assert far.reached < there.reached - 30.0
 
 
+def test_a_set_that_is_only_compared_is_not_asked_for_its_slopes(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    def slopes(*_: object) -> None:
+        raise AssertionError("slopes take most of the time")
+
+    monkeypatch.setattr("drivetwin.diagnosis.weigh.state.tangents", slopes)
+    compared_only = state(bench, Stribeck(COULOMB + 1.37 * STICKS, SLIDES, 2.0), RIPPLE)
+    assert np.isfinite(compared_only.reached)
+    with pytest.raises(AssertionError, match="slopes"):
+        _ = compared_only.fit
+
+
 @pytest.mark.parametrize("later", [Presliding(2e4, 10.0), Backlash(0.002, 2e4, 10.0)], ids=["presliding", "backlash"])
 def test_a_slope_of_friction_knows_what_bends_with_it(later: Effect, tmp_path: Path) -> None:
     """Against the difference of what two whole sets cost, the level of friction less and more on one way."""
