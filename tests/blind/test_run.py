@@ -201,7 +201,7 @@ def test_running_scheduler_is_used_and_left_running(stubs: Stubs, three_workers:
 
 def test_absent_scheduler_is_an_error_of_the_user(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivetwin.blind.cluster._CONNECT_SECONDS", 1)
-    with pytest.raises(UserError, match="nobody answers"), cluster("tcp://127.0.0.1:9", 1):
+    with pytest.raises(UserError, match="no scheduler answers there"), cluster("tcp://127.0.0.1:9", 1):
         pass
 
 
