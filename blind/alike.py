@@ -23,9 +23,10 @@ from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
 from drivetwin.diagnosis.propose.placing import in_order, placed
 from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.refit import refitted
-from drivetwin.diagnosis.weigh.state import State, bench_of, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import best_together, settled_on, yields
 from drivetwin.emulator.effects import DriveEffect, Effect, PlacedEffect, library, read_effects
 from drivetwin.foundation.errors import UserError

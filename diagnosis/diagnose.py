@@ -20,9 +20,9 @@ from drivetwin.diagnosis.report.result import Diagnosis
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.averaging import believed, preferred, weighed
+from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.moves import Search
 from drivetwin.diagnosis.weigh.refit import refitted
-from drivetwin.diagnosis.weigh.state import bench_of
 from drivetwin.emulator.effects import DriveEffect
 from drivetwin.recording.recording import Recording
 

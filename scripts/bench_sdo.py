@@ -11,7 +11,7 @@ In process by itself; on SocketCAN with a server a process, each on an interface
 from __future__ import annotations
 
 import argparse
-import pickle
+import json
 import random
 import statistics
 import subprocess
@@ -236,9 +236,11 @@ def measured(where: str, task: Task, nodes: Sequence[PumpedNode], count: int) ->
 # -- in process -----------------------------------------------------------------------------------------------------------
 
 
-def joined(connect: Connect) -> PumpedNode:
+@contextmanager
+def joined(connect: Connect) -> Iterator[PumpedNode]:
     """A client's node, its server in this process."""
-    return _client(Link(InprocBus(connect)))
+    with Link(InprocBus(connect)) as link:
+        yield _client(link)
 
 
 def _client(link: Link) -> PumpedNode:
@@ -262,19 +264,19 @@ def recorded(task: Task, large: bytes) -> list[Answers]:
         made.append(Recorder(drives, transmit))
         return made[0]
 
-    node = joined(connect)
-    write_large(node, large, time.perf_counter, block=True)
-    made[0].noted.clear()
-    task.once(node)
-    return made[0].noted
+    with joined(connect) as node:
+        write_large(node, large, time.perf_counter, block=True)
+        made[0].noted.clear()
+        task.once(node)
+        return list(made[0].noted)
 
 
 def in_process(large: bytes, rounds: int) -> Iterator[Row]:
     """Every task."""
-    ours, theirs = joined(drives), joined(LocalNode)
-    for task in tasks(large, time.process_time):
-        third = joined(partial(Repeater, recorded(task, large)))
-        yield measured("in process", task, (ours, theirs, third), rounds)
+    with joined(drives) as ours, joined(LocalNode) as theirs:
+        for task in tasks(large, time.process_time):
+            with joined(partial(Repeater, recorded(task, large))) as third:
+                yield measured("in process", task, (ours, theirs, third), rounds)
 
 
 # -- on SocketCAN ---------------------------------------------------------------------------------------------------------
@@ -306,14 +308,19 @@ def on_socketcan(names: Sequence[str], large: bytes, rounds: int) -> Iterator[Ro
             open_.enter_context(server(*this, "--local", names[1]))
             nodes = [_client(open_.enter_context(Link(open_bus(name)))) for name in names]
             for number, task in enumerate(tasks(large, time.perf_counter)):
-                file = folder / f"{number}.pickle"
-                file.write_bytes(pickle.dumps([[_plain(one) for one in answers] for answers in recorded(task, large)]))
+                file = folder / f"{number}.json"
+                told = [[_plain(one) for one in answers] for answers in recorded(task, large)]
+                file.write_text(json.dumps(told), encoding="ascii")
                 with server(*this, "--repeat", str(file), names[2]):
                     yield measured("vcan", task, nodes, rounds)
 
 
-def _plain(message: can.Message) -> tuple[int, bytes]:
-    return message.arbitration_id, bytes(message.data)
+def _plain(message: can.Message) -> tuple[int, str]:
+    return message.arbitration_id, bytes(message.data).hex()
+
+
+def _message(identifier: int, data: str) -> can.Message:
+    return can.Message(arbitration_id=identifier, data=bytes.fromhex(data), is_extended_id=False)
 
 
 def serve_local(name: str) -> None:
@@ -328,9 +335,9 @@ def serve_local(name: str) -> None:
 
 def serve_repeater(name: str, file: Path) -> None:
     """A repeater, until the process ends."""
-    told = pickle.loads(file.read_bytes())  # of this script itself
+    told = json.loads(file.read_text(encoding="ascii"))
     with can.Bus(interface="socketcan", channel=name) as bus:
-        answers = [[can.Message(arbitration_id=at, data=data, is_extended_id=False) for at, data in one] for one in told]
+        answers = [[_message(*each) for each in one] for one in told]
         repeater = Repeater(answers, bus.send)
         print("ready", flush=True)
         while True:

@@ -15,9 +15,10 @@ from drivetwin.diagnosis.propose.rigid import rigid_starts
 from drivetwin.diagnosis.propose.search import BRIEFLY, ONE_STEP, REFINED, REFINED_REPLAYS, Begun, coarse, moved
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.alignment import aligned
+from drivetwin.diagnosis.weigh.bench import Bench
 from drivetwin.diagnosis.weigh.colouring import coloured, read_anew
 from drivetwin.diagnosis.weigh.proposal import Family, Found, Proposal, largest, makes_sense, rivals_of, same_kind
-from drivetwin.diagnosis.weigh.state import NEARBY, Bench, State, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import NEARBY, State, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import best_together, level_that_yields, settled_on, simpler, yields
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect
 from drivetwin.emulator.effects.base import Look

@@ -18,15 +18,16 @@ from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.system import Fit, inverse_of
 from drivetwin.diagnosis.propose.placing import alike
-from drivetwin.diagnosis.weigh.state import SHARES, State, moved_by_fit
+from drivetwin.diagnosis.weigh.state import State, moved_by_fit
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 
-
 STEPS = 3
 """Gauss-Newton steps at most."""
+SHARES = (1.0, 0.5, 0.25, 0.1)
+"""Of a Gauss-Newton step, tried in turn until one is better: Nocedal and Wright, Numerical Optimization, 2006, sec. 3.1."""
 NOTHING = 1e-6
 """Information on a step that matters to a parameter, below which nothing tells it: the place of a load on a slide, say."""
 

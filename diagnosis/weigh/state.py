@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import log
 
@@ -12,178 +12,24 @@ from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.colour import Colour, colour_of, white
 from drivetwin.diagnosis.model.system import AxisSystem, Fit, System, axis_system, system_of
-from drivetwin.diagnosis.model.unknown import Component, components
 from drivetwin.diagnosis.prepare.deflection import axis_of
 from drivetwin.diagnosis.prepare.rows import Column, Rows
-from drivetwin.diagnosis.propose.nominal import Nominal, nominal_parameters
 from drivetwin.diagnosis.propose.placing import in_order, placed
-from drivetwin.diagnosis.propose.rigid import Polynomial, polynomial
-from drivetwin.diagnosis.propose.search import Beginnings, Field, Predict, beginnings, movable_fields, tangents
-from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.propose.search import Field, Predict, movable_fields
+from drivetwin.diagnosis.weigh.bench import Bench, Felt, Later
 from drivetwin.emulator.dynamics import AxisDynamics
-from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, ModelEffect, PlacedEffect, library
-from drivetwin.foundation.errors import UserError
-from drivetwin.foundation.lately import Lately
+from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, PlacedEffect
 
 Array = NDArray[np.float64]
-Later = tuple[tuple[AxisEffect, AxisDynamics], ...]
-"""Effects, and the axis as each finds it."""
 
 FARTHEST = 1.0
 """Steps that matter to a parameter, by which it is moved at most at once: a linear fit holds near by."""
-SHARES = (1.0, 0.5, 0.25, 0.1)
-"""Of a Gauss-Newton step, tried in turn until one is better: Nocedal and Wright, Numerical Optimization, 2006, sec. 3.1."""
-
-
 NEARBY = 1.0 / FARTHEST**2
 """Of a tangent, the inverse square of the same: what only a parameter farther away explains is no evidence for this one."""
 NEAR = 0.02
 """Of its deviation, by which a parameter may miss the best one: the evidence feels the square of it."""
 NO_TORQUE = 1e-12
 """Below which a torque counts as none [N·m or N]: of an axis without rows, or whose torque is 0."""
-LATELY = 32
-"""Columns that are remembered while a search moves on: of what stands and of its neighbours."""
-HELD = 400
-"""Felt effects that a bench remembers: those of a few sets, one after the other."""
-
-
-@dataclass(frozen=True)
-class Felt:
-    """An effect on the rows, on top of those before it in its axis. Raises UserError where nothing can follow it."""
-
-    bench: Bench
-    axis: str
-    effect: Effect
-    dynamics: AxisDynamics
-    later: Later = ()
-    """What bends with the friction under it, and the axis as that finds it."""
-
-    @cached_property
-    def cost(self) -> Column:
-        """Torque that it costs, on the rows of every axis that it acts on [N·m or N]."""
-        return self._cost(self.effect)
-
-    @cached_property
-    def added(self) -> Column:
-        """What a set that has the later ones costs more with it [N·m or N]."""
-        found = dict(self._with_later(self.effect))
-        for one, dynamics in self.later:
-            for axis, rows in self.bench.column(PlacedEffect(self.axis, one, {}), dynamics).items():
-                found[axis] = found[axis] - rows
-        return found
-
-    @cached_property
-    def movable(self) -> Sequence[Field]:
-        """Its parameters that may move."""
-        wide = self.bench.settings.wide_step
-        movable = movable_fields(self.effect, self.bench.rows.motion[self.axis], self.dynamics, wide)
-        if self.later:  # what yields has steps, over which a slope is a wide difference
-            movable = [replace(each, difference=wide) for each in movable]
-        return movable
-
-    @cached_property
-    def tangents(self) -> Sequence[Column]:
-        """Its slope by each of them, in steps that matter to it [N·m or N], with what it does to the later."""
-        return tangents(self.effect, self.movable, self._with_later)
-
-    def _cost(self, effect: Effect) -> Column:
-        return self.bench.column(PlacedEffect(self.axis, effect, {}), self.dynamics)
-
-    def _with_later(self, effect: Effect) -> Column:
-        found = dict(self._cost(effect))
-        for one, dynamics in self.later:
-            assert isinstance(effect, FrictionEffect)
-            changed = replace(dynamics, friction=effect.change(dynamics.friction))
-            for axis, rows in self.bench.column(PlacedEffect(self.axis, one, {}), changed).items():
-                found[axis] = found[axis] + rows if axis in found else rows
-        return found
-
-
-@dataclass(frozen=True)
-class Bench:
-    """What does not change while sets of effects are weighed: rows, nominal parameters, the unknown, what bodies cost."""
-
-    rows: Rows
-    settings: Settings
-    nominals: tuple[Nominal, ...]
-    unknown: Mapping[str, tuple[Component, ...]]
-    polynomials: Mapping[tuple[str, str], Polynomial]
-    intervals: Array
-    """Between rows, of each recording [s]."""
-    _earlier: dict[tuple[str, float], Array] = field(init=False, repr=False, default_factory=dict)
-    _felt: dict[Hashable, Felt] = field(init=False, repr=False, default_factory=dict)
-    _beginnings: dict[tuple[str, type[AxisEffect]], Beginnings] = field(init=False, repr=False, default_factory=dict)
-    _lately: Lately[tuple[str, Effect, AxisDynamics], Column] = field(init=False, repr=False, default_factory=Lately)
-
-    def felt(self, axis: str, effect: Effect, dynamics: AxisDynamics, later: Later = ()) -> Felt:
-        """An effect on top of those before it, remembered: sets that follow each other have most of their effects in common."""
-        key = (axis, effect, dynamics, later)
-        found = self._felt.get(key)
-        if found is None:
-            if len(self._felt) >= HELD:
-                for old in list(self._felt)[: HELD // 2]:
-                    self._felt.pop(old, None)
-            found = self._felt[key] = Felt(self, axis, effect, dynamics, later)
-        return found
-
-    def before(self, ordered: tuple[PlacedEffect, ...]) -> list[AxisDynamics]:
-        """The axis of each effect of a set with those before it."""
-        dynamics = self.rows.simulation.dynamics
-        return [dynamics(ordered[:number])[one.axis] for number, one in enumerate(ordered)]
-
-    def beginnings(self, axis: str, kind: type[AxisEffect], dynamics: AxisDynamics) -> Beginnings:
-        """Where a search for a kind begins on an axis, remembered until what it stands on changes."""
-        found = self._beginnings.get((axis, kind))
-        if found is None or found.dynamics != dynamics:
-            found = self._beginnings[axis, kind] = beginnings(self.rows, axis, kind, dynamics)
-        return found
-
-    def target(self, axis: str, late: float) -> Array:
-        """What is to be explained on the rows of an axis [N·m or N], its torque read `late` [s] earlier."""
-        if late == 0.0:
-            return self.rows.target[axis]
-        found = self._earlier.get((axis, late))
-        if found is None:
-            found = self._earlier[axis, late] = self.rows.rows(axis, lambda run, own: run.earlier(own, late))
-        return self.rows.target[axis] + found
-
-    def timing(self, axis: str) -> int:
-        """Number of the nominal parameter of the moment at which an axis's torque was read."""
-        return next(k for k, one in enumerate(self.nominals) if one.timing and one.loaded_axis == axis and axis in one.column)
-
-    def column(self, one: PlacedEffect, dynamics: AxisDynamics) -> Column:
-        """What an effect costs on the rows of every axis that it acts on; a search asks for where it is more than once."""
-        effect = one.effect
-        if isinstance(effect, AxisEffect):
-            return self._lately.get((one.axis, effect, dynamics), lambda: self.rows.cost(one.axis, effect, dynamics), LATELY)
-        known = self.polynomials.get((one.axis, one.effect.name))
-        if known is None:
-            raise UserError(f"axis {one.axis} cannot have {one.effect.name}")
-        return known.column(one.effect)
-
-
-def bench_of(rows: Rows, settings: Settings, absolute: Mapping[str, bool]) -> Bench:
-    """`absolute`: axes whose position means the same in all recordings."""
-    kinds = [kind for kind in library().values() if issubclass(kind, ModelEffect)]
-    told = {(axis, kind.name): polynomial(rows, axis, kind) for axis in rows.axes for kind in kinds}
-    nominals = tuple(nominal_parameters(rows, settings))
-    return Bench(
-        rows,
-        settings,
-        nominals,
-        {
-            axis: tuple(components(rows, axis, settings.misfit_waves, absolute[axis], _known(rows, axis, nominals)))
-            for axis in rows.axes
-        },
-        {key: found for key, found in told.items() if found is not None},
-        np.array([run.period * run.stride for run in rows.runs]),
-    )
-
-
-def _known(rows: Rows, axis: str, nominals: Sequence[Nominal]) -> Array:
-    """What the model's own parameters cost on an axis, and an offset, which no model has and any drive may (N, q)."""
-    own = [one.column[axis] for one in nominals if not one.timing and axis in one.column]
-    return np.column_stack([*own, rows.rows(axis, lambda run, own: run.moves(own))])
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from drivetwin.diagnosis.diagnose import diagnose
 from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.report.result import Array, Diagnosis
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.diagnosis.weigh.state import Bench, bench_of
+from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.recording.recording import Recording, RecordingInfo
 
 PERIOD = 0.004

@@ -15,8 +15,9 @@ from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.search import Begun, Field, tangents
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.moves import Pair, Search
-from drivetwin.diagnosis.weigh.state import bench_of, colours_of, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import colours_of, first_colours, state_of
 from drivetwin.emulator.effects import AxisEffect, Effect
 from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.presliding import Presliding

@@ -7,8 +7,9 @@ from plain_bench import COGGING, COULOMB, ORDER, PHASE, SLIDES, STICKS, Machine
 
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.report.result import TWO_SIDED_90
+from drivetwin.diagnosis.weigh.bench import Bench
 from drivetwin.diagnosis.weigh.refit import Refitted, refitted
-from drivetwin.diagnosis.weigh.state import Bench, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.coulomb import Coulomb

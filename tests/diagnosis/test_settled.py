@@ -11,7 +11,8 @@ from rig_bench import compared, strokes
 
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.diagnosis.weigh.state import Bench, State, bench_of, first_colours, state_of
+from drivetwin.diagnosis.weigh.bench import Bench, bench_of
+from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.backlash import Backlash
@@ -54,7 +55,7 @@ def test_a_set_that_is_only_compared_is_not_asked_for_its_slopes(bench: Bench, m
     def slopes(*_: object) -> None:
         raise AssertionError("slopes take most of the time")
 
-    monkeypatch.setattr("drivetwin.diagnosis.weigh.state.tangents", slopes)
+    monkeypatch.setattr("drivetwin.diagnosis.weigh.bench.tangents", slopes)
     compared_only = state(bench, Stribeck(COULOMB + 1.37 * STICKS, SLIDES, 2.0), RIPPLE)
     assert np.isfinite(compared_only.reached)
     with pytest.raises(AssertionError, match="slopes"):
