@@ -19,6 +19,7 @@ from drivetwin.foundation import page_table
 from drivetwin.foundation.html_page import write_page
 from drivetwin.foundation.machine_picture import machine_picture
 from drivetwin.foundation.page_table import DASH, inputs_section, stacking_table
+from drivetwin.foundation.quantities import scale_of
 
 _TITLE = "Simulation against machine"
 
@@ -69,8 +70,10 @@ def _verdict(diagnosis: Diagnosis) -> str:
 
 def _overview(name: str, diagnosis: Diagnosis) -> list[str]:
     gap, after = diagnosis.axes[name], diagnosis.after_rms[name]
-    levels = [number(gap.torque_rms), of_torque(gap.gap_rms, gap), number(gap.noise_rms), of_torque(after, gap)]
+    scale = scale_of(diagnosis.units[name], gap.gap_rms)
+    torque, noise = (number(scale.factor * each) for each in (gap.torque_rms, gap.noise_rms))
+    levels = [torque, of_torque(gap.gap_rms, gap, scale), noise, of_torque(after, gap, scale)]
     shares = [percent(closed(gap, after)), percent(gap.unknown.share)] if gap.significant else [DASH, DASH]
     answer = '<b class="out">yes</b>' if gap.significant else '<span class="in">no</span>'
     test = f'{answer} <span class="note">{escape(p_words(gap.p_value))}</span>'
-    return [f"<b>{escape(name)}</b>", test, escape(diagnosis.units[name]), *levels, *shares]
+    return [f"<b>{escape(name)}</b>", test, escape(scale.unit), *levels, *shares]

@@ -10,7 +10,7 @@ from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.report.remains import TimeInterval
 from drivetwin.diagnosis.report.result import AxisGap, Cause, Diagnosis, Estimate, Residual, Unknown, Verdict
 from drivetwin.emulator.effects import PlacedEffect
-from drivetwin.foundation.quantities import scale_of
+from drivetwin.foundation.quantities import Scale, scale_of
 from drivetwin.twin.comparison import MODEL, WITH_EFFECTS, AxisComparison
 
 _NAMED_AT_MOST = 3
@@ -60,9 +60,10 @@ def p_words(p_value: float) -> str:
     return f"p = {p_value:.2g}" if p_value > 1e-12 else "p < 1e-12"
 
 
-def of_torque(value: float, gap: AxisGap) -> str:
-    """A level with its share of the torque's rms."""
-    return f"{number(value)} ({100.0 * value / gap.torque_rms:.1f} %)" if gap.torque_rms > 0.0 else number(value)
+def of_torque(value: float, gap: AxisGap, scale: Scale) -> str:
+    """A level [N·m or N], in the unit of a scale, with its share of the torque's rms."""
+    shown = number(scale.factor * value)
+    return f"{shown} ({100.0 * value / gap.torque_rms:.1f} %)" if gap.torque_rms > 0.0 else shown
 
 
 def closed(gap: AxisGap, after_rms: float) -> float:

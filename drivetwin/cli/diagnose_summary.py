@@ -29,6 +29,7 @@ from drivetwin.diagnosis.report.wording import (
     untested,
     verdict_sentence,
 )
+from drivetwin.foundation.quantities import scale_of
 from drivetwin.twin.comparison import SIGNALS
 
 _SHOWN_AT_MOST = 3
@@ -59,11 +60,13 @@ def _gaps(found: Diagnosis) -> Table:
     table.add_column("most of it in", no_wrap=True)
     for name, gap in found.axes.items():
         after = found.after_rms[name]
-        levels = [of_torque(gap.gap_rms, gap), number(gap.noise_rms), of_torque(after, gap)]
+        scale = scale_of(found.units[name], gap.gap_rms)
+        noise = number(scale.factor * gap.noise_rms)
+        levels = [of_torque(gap.gap_rms, gap, scale), noise, of_torque(after, gap, scale)]
         most = max(gap.where, key=lambda regime: regime.share, default=None)
         place = f"{name_of(most.regime)} {percent(most.share)}" if most else ""
         shares = [percent(closed(gap, after)), percent(gap.unknown.share), place]
-        table.add_row(name, *levels, found.units[name], *(shares if gap.significant else ["", "", "no gap beyond noise"]))
+        table.add_row(name, *levels, scale.unit, *(shares if gap.significant else ["", "", "no gap beyond noise"]))
     return table
 
 

@@ -179,3 +179,12 @@ def two_axes(seconds: float = 20.0) -> Diagnosis:
 
 
 CASE = two_axes()
+
+
+def small(found: Diagnosis) -> Diagnosis:
+    """A case of a machine of a thousandth of the torque."""
+    axes = {
+        name: replace(gap, torque_rms=1e-3 * gap.torque_rms, gap_rms=1e-3 * gap.gap_rms, noise_rms=1e-3 * gap.noise_rms)
+        for name, gap in found.axes.items()
+    }
+    return replace(found, axes=axes, after_rms={name: 1e-3 * after for name, after in found.after_rms.items()})

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from report_case import CASE, ONE_WAY, RIPPLE, SHARES, SLOW, placed, slowly
+from report_case import CASE, ONE_WAY, RIPPLE, SHARES, SLOW, placed, slowly, small
 
 from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.report import page_shares
@@ -81,7 +81,13 @@ def test_the_verdict_stands_first_with_a_table_of_the_axes(page: Page) -> None:
     assert page.text.index("partly explained by") < page.text.index("Causes") < page.text.index("Axis rotate")
     levels = ["1.31", f"{gap:.3g} ({100 * gap / 1.31:.1f} %)", "0.02", f"{after:.3g} ({100 * after / 1.31:.1f} %)"]
     assert page.row("rotate") == ["rotate", "yes p < 1e-12", "N·m", *levels, f"{100 * (1 - (after / gap) ** 2):.0f} %", "9 %"]
-    assert page.row("stretch")[1:3] == ["no p = 0.41", "N"]
+    assert page.row("stretch")[1:3] == ["no p = 0.41", "mN"]
+
+
+def test_the_first_table_is_in_the_unit_that_fits_the_gap(page: Page, tmp_path: Path) -> None:
+    little = page_of(small(CASE), tmp_path)
+    assert little.row("rotate")[2] == "mN·m"
+    assert little.row("rotate")[3:7] == page.row("rotate")[3:7], "the same digits"
     assert page.row("stretch")[-2:] == ["–", "–"], "of noise nothing is closed"
 
 

@@ -6,7 +6,7 @@ import io
 from dataclasses import replace
 
 import pytest
-from report_case import NOT_TESTABLE, ONE_WAY, RIPPLE, SLOW, STRIBECK, placed, two_axes
+from report_case import NOT_TESTABLE, ONE_WAY, RIPPLE, SLOW, STRIBECK, placed, small, two_axes
 from rich.console import Console
 
 from drivetwin.cli.diagnose_summary import print_summary
@@ -51,6 +51,14 @@ def test_the_terminal_says_the_verdict_the_causes_and_what_cannot_be_distinguish
         "by sensor: an encoder on the joint" in words
     )
     assert words.endswith("the friction of the model was 3 % low")
+
+
+def test_the_first_table_is_in_the_unit_that_fits_the_gap() -> None:
+    gap, after = CASE.axes["rotate"], CASE.after_rms["rotate"]
+    shown = f"rotate {gap.gap_rms:.3g} ({100 * gap.gap_rms / gap.torque_rms:.1f} %) 0.02 {after:.3g}"
+    words = said(small(CASE))
+    assert shown in words
+    assert words[words.index(shown) :].split()[8] == "mN·m"
 
 
 def test_what_could_not_be_tested_is_said_once_a_reason_for_all_its_axes() -> None:
