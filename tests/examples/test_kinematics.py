@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from wafer_handler.scara.geometry import BELT_OFFSET, BELTS, JOINTS, Travel, load_geometry, travel_of
-from wafer_handler.scara.kinematics import Pose, chain, forward, inverse, inverse_position, jacobian, links
+from wafer_handler.scara.kinematics import Pose, chain, forward, inverse, jacobian, links
 
 from drivetwin.controller.machine import load_machine
 from drivetwin.foundation.errors import UserError
@@ -55,27 +55,6 @@ def test_inverse_takes_many_poses_at_once() -> None:
     np.testing.assert_allclose(inverse(GEOMETRY, forward(GEOMETRY, joints), TRAVEL), joints, rtol=0, atol=1e-9)
 
 
-@given(st.floats(0.0, 0.639), st.floats(-pi, pi), st.floats(0.7, 1.03))
-def test_both_branches_reach_the_position(distance: float, angle: float, z: float) -> None:
-    x, y = distance * cos(angle), distance * sin(angle)
-    branches = inverse_position(GEOMETRY, x, y, z)
-    assert branches.outward is not None
-    assert (branches.inward is not None) == (distance <= 2 * GEOMETRY.arm - GEOMETRY.blade)
-    for joints in (branch for branch in (branches.outward, branches.inward) if branch is not None):
-        pose = forward(GEOMETRY, joints)
-        np.testing.assert_allclose([pose.x, pose.y, pose.z], [x, y, z], rtol=0, atol=1e-9)
-
-
-def test_branches_are_half_a_turn_apart_and_the_machine_s_travel_has_only_one() -> None:
-    both = inverse_position(GEOMETRY, 0.05, 0.1, 0.8)
-    assert both.outward is not None
-    assert both.inward is not None
-    assert abs(both.outward[1] - both.inward[1]) == pytest.approx(pi)
-    here = inverse_position(GEOMETRY, 0.2, 0.4, 0.8, TRAVEL)
-    assert here.outward is not None
-    assert here.inward is None
-
-
 def test_jacobian_is_the_derivative_of_forward() -> None:
     joints, step = random_joints(200), 1e-6
     columns = []
@@ -96,19 +75,21 @@ def test_jacobian_is_the_derivative_of_forward() -> None:
 )
 def test_targets_out_of_travel_are_refused_with_the_reason(x: float, y: float, z: float, reason: str) -> None:
     with pytest.raises(UserError, match=reason):
-        inverse_position(GEOMETRY, x, y, z, TRAVEL)
-    pose = Pose(np.asarray(x), np.asarray(y), np.asarray(z), np.arctan2(y, x))
-    with pytest.raises(UserError, match=reason):
-        inverse(GEOMETRY, pose, TRAVEL)
+        inverse(GEOMETRY, outwards(x, y, z), TRAVEL)
+
+
+def outwards(x: float, y: float, z: float) -> Pose:
+    """The pose of a blade that points from the column to the target."""
+    return Pose(np.asarray(x), np.asarray(y), np.asarray(z), np.arctan2(y, x))
 
 
 def test_without_a_travel_the_arm_s_own_reach_is_the_limit() -> None:
-    assert inverse_position(GEOMETRY, 0.0, 0.64, 0.8).outward is not None
+    inverse(GEOMETRY, outwards(0.0, 0.64, 0.8))
     with pytest.raises(UserError, match=r"too far: it lies 0\.641 m from the column, the blade reaches 0\.64 m"):
-        inverse_position(GEOMETRY, 0.0, 0.641, 0.8)
+        inverse(GEOMETRY, outwards(0.0, 0.641, 0.8))
     long_blade = replace(GEOMETRY, blade=0.5)
     with pytest.raises(UserError, match=r"too near: it lies 0\.09 m from the column along the blade, .* 0\.1 m"):
-        inverse_position(long_blade, 0.0, 0.09, 0.8)
+        inverse(long_blade, outwards(0.0, 0.09, 0.8))
 
 
 def test_a_pose_whose_yaw_contradicts_its_place_is_refused_by_how_much() -> None:

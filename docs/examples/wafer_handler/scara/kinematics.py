@@ -8,7 +8,7 @@ Joints are (lift [m], rotate = theta2 [rad], stretch = theta3 [rad]). The belts 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot, pi
+from math import pi
 
 import numpy as np
 
@@ -31,18 +31,6 @@ class Pose:
     y: Samples
     z: Samples
     yaw: Samples
-
-
-@dataclass(frozen=True)
-class PositionBranches:
-    """The joints (3,) that bring the tool point to a position whose blade direction is free.
-
-    `outward`: the blade points from the column to the target. `inward`: theta2 is turned by 180 deg and the folded arm
-    (theta3 < 0) carries the blade's tip past the column. A branch outside the travel is None.
-    """
-
-    outward: Samples | None
-    inward: Samples | None
 
 
 @dataclass(frozen=True)
@@ -130,23 +118,6 @@ def inverse(geometry: Geometry, pose: Pose, travel: Travel = FULL_TRAVEL) -> Sam
         if reason:
             raise UserError(f"the pose ({x:.6g}, {y:.6g}, {z:.6g}) m, yaw {yaw:.6g} rad cannot be reached: {reason}")
     return _joints(geometry, rotate, reach, np.asarray(pose.z))
-
-
-def inverse_position(geometry: Geometry, x: float, y: float, z: float, travel: Travel = FULL_TRAVEL) -> PositionBranches:
-    """Both branches for the tool point at (x, y, z) [m]; on the column's axis theta2 is free, and 0 or 180 deg is taken.
-
-    Raises UserError where neither branch lies inside `travel`: too far, too near, too high or low, or turned too far.
-    """
-    distance = hypot(x, y)
-    turns = float(np.arctan2(-x, y)), float(np.arctan2(x, -y))
-    reasons = [_outside(geometry, travel, turn, reach, z) for turn, reach in zip(turns, (distance, -distance), strict=True)]
-    if all(reasons):
-        raise UserError(f"the position ({x:.6g}, {y:.6g}, {z:.6g}) m cannot be reached: {reasons[0]}")
-    outward, inward = (
-        None if reason else _joints(geometry, np.asarray(turn), np.asarray(reach), np.asarray(z))
-        for reason, turn, reach in zip(reasons, turns, (distance, -distance), strict=True)
-    )
-    return PositionBranches(outward, inward)
 
 
 def _joints(geometry: Geometry, rotate: Samples, reach: Samples, z: Samples) -> Samples:
