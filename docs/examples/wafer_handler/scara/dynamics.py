@@ -102,11 +102,6 @@ def base_parameters(links: LinkParameters, geometry: Geometry) -> BaseParameters
     )
 
 
-def from_vector(vector: Samples) -> BaseParameters:
-    """BaseParameters from nine values in the order of PARAMETERS."""
-    return BaseParameters(*(float(value) for value in vector))
-
-
 def mass_matrix(base: BaseParameters, joints: Samples) -> Samples:
     """M [kg, kg·m²] at `joints` (..., 3), (..., 3, 3)."""
     at = _inertia(base, joints[..., 2])
