@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -70,23 +70,31 @@ def test_the_machine_as_it_is_told_first() -> None:
     assert values["static_torque"] == pytest.approx(COULOMB + STICKS, rel=0.1)
 
 
-@pytest.mark.parametrize("scale", repeated(5e3, 1e-3, 0.37, 20.0))
-def test_torque_in_another_unit(scale: float) -> None:
-    machine = Machine(torque_scale=scale)
-    found = machine.diagnosed(fitted_of(machine), held_of(machine))
+@dataclass(frozen=True)
+class Told:
+    """How the machine is told: unit of its torque, beginning of its clock [s], name of its axis."""
+
+    scale: float = 1.0
+    begin: float = 0.0
+    axis: str = "turn"
+
+
+@pytest.mark.parametrize(
+    "told",
+    repeated(
+        Told(5e3, 123456.789, "achse_ü"),
+        *(Told(scale=scale) for scale in (5e3, 1e-3, 0.37, 20.0)),
+        *(Told(begin=begin) for begin in (123456.789, -1e4, 1e6)),
+        *(Told(axis=axis) for axis in ("achse_ü", "a", "Joint 7", "unknown", "lift.x")),
+    ),
+    ids=str,
+)
+def test_torque_in_another_unit_another_clock_another_name_of_the_axis(told: Told) -> None:
+    """All at once; `make test-long` has each alone as well."""
+    machine = Machine(torque_scale=told.scale, axis=told.axis)
+    found = machine.diagnosed(fitted_of(machine, told.begin), held_of(machine, told.begin))
     alike(found)
-    assert found.axes["turn"].gap_rms == pytest.approx(scale * answer().axes["turn"].gap_rms, rel=1e-3)
-
-
-@pytest.mark.parametrize("begin", repeated(123456.789, -1e4, 1e6))
-def test_another_clock(begin: float) -> None:
-    alike(Machine().diagnosed(fitted_of(Machine(), begin), held_of(Machine(), begin)))
-
-
-@pytest.mark.parametrize("name", repeated("achse_ü", "a", "Joint 7", "unknown", "lift.x"))
-def test_another_name_of_the_axis(name: str) -> None:
-    machine = Machine(axis=name)
-    alike(machine.diagnosed(fitted_of(machine), held_of(machine)))
+    assert found.axes[told.axis].gap_rms == pytest.approx(told.scale * answer().axes["turn"].gap_rms, rel=1e-3)
 
 
 def test_recordings_in_another_order() -> None:
