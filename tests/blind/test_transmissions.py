@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from drivetwin.blind.transmissions import cases, is_a_spring, without_joints
+from drivetwin.blind.wide import record
 from drivetwin.blind.wide.case import WideCase
+from drivetwin.blind.wide.draw import world_of
 from drivetwin.blind.wide.record import record_wide
 from drivetwin.recording.reader import read_recording
 
@@ -22,8 +24,12 @@ def case() -> WideCase:
     return found
 
 
-def test_the_second_encoder_sees_the_spring_of_the_case(case: WideCase, tmp_path: Path) -> None:
+def test_the_second_encoder_sees_the_spring_of_the_case(
+    case: WideCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Where the axis hardly accelerates, the joint is behind its motor by the drive's torque over the stiffness."""
+    world = world_of(case, None)
+    monkeypatch.setattr(record, "world_of", lambda *_: replace(world, plans=world.plans[:1]))
     (cause,) = case.causes
     assert cause.effect == "elasticity"
     record_wide(case, tmp_path / "case", second_encoder=True)
