@@ -147,8 +147,9 @@ def test_an_effect_costs_a_share_of_the_torque_that_an_engineer_would_see(
     effect: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By inverse dynamics of what was recorded: the gap of the nominal model is the effect's torque and the noise."""
-    training = replace(draw_plans(draw_machine("turntable", 11), 11), validation=(), fresh=())
-    monkeypatch.setattr(record, "draw_plans", lambda *_: training)
+    plans = draw_plans(draw_machine("turntable", 11), 11)
+    shortest = replace(plans, training=plans.validation, validation=(), fresh=())
+    monkeypatch.setattr(record, "draw_plans", lambda *_: shortest)
     axis, machine = "table", draw_machine("turntable", 11)
     nominal = machine.axes[axis]
     cause = draw_cause(np.random.default_rng(0), effect, axis, machine, levels_of(machine, 11))
