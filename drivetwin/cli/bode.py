@@ -39,7 +39,7 @@ def bode_command(
     ] = "scara",
     axis: Annotated[list[str] | None, typer.Option(help="Axis to commission; repeatable; default: all.")] = None,
     profile: Annotated[str, typer.Option(help="Drive type on the bus: servoone or cia402-full.")] = "servoone",
-    bus: Annotated[str, typer.Option(help="inproc (starts the emulator here), vcan0, can0 or ws://127.0.0.1:PORT.")] = INPROC,
+    bus: Annotated[str, typer.Option(help="inproc (emulates here), vcan0, can0, unix:PATH or ws://127.0.0.1:PORT.")] = INPROC,
     clock: Annotated[
         str, typer.Option(help="sync: as fast as possible, advanced by SYNC; realtime: 1 kHz on the wall clock.")
     ] = "sync",

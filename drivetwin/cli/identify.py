@@ -35,7 +35,7 @@ def identify_command(
         str, typer.Option(metavar="NAME|DIR|FILE.yaml", help="Machine: scara, stage, arm or one of your own.")
     ] = "scara",
     profile: Annotated[str, typer.Option(help="Drive type on the bus: servoone or cia402-full.")] = "servoone",
-    bus: Annotated[str, typer.Option(help="inproc (starts the emulator here), vcan0, can0 or ws://127.0.0.1:PORT.")] = INPROC,
+    bus: Annotated[str, typer.Option(help="inproc (emulates here), vcan0, can0, unix:PATH or ws://127.0.0.1:PORT.")] = INPROC,
     clock: Annotated[
         str, typer.Option(help="sync: as fast as possible, advanced by SYNC; realtime: 1 kHz on the wall clock.")
     ] = "sync",

@@ -32,7 +32,7 @@ DEMANDS = ((0x60C1, 1), (0x607A, 0), (0x6062, 0))
 
 
 def record_command(
-    bus: Annotated[str, typer.Option(help="can0, vcan0 or ws://127.0.0.1:PORT: a bus with any master and any drives.")],
+    bus: Annotated[str, typer.Option(help="can0, vcan0, unix:PATH or ws://127.0.0.1:PORT: a bus with any master and drives.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Output folder: the recording, and the log as bus.log.")],
     *,
     map_: Annotated[

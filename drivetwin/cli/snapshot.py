@@ -20,7 +20,7 @@ from drivetwin.drive_profiles.snapshot import Snapshot, write_snapshot
 
 
 def snapshot_command(
-    bus: Annotated[str, typer.Option(help="vcan0, can0 or ws://127.0.0.1:PORT.")],
+    bus: Annotated[str, typer.Option(help="vcan0, can0, unix:PATH or ws://127.0.0.1:PORT.")],
     node: Annotated[int, typer.Option(min=1, max=127, help="Node-ID of the drive.")],
     out: Annotated[Path, typer.Option(help="The file to write, for example axis1.json.")],
     profile: Annotated[str, typer.Option(help="Drive type: defines the objects to read.")] = "servoone",

@@ -39,7 +39,7 @@ def write_friction_command(
         str, typer.Option(metavar="NAME|DIR|FILE.yaml", help="Machine: scara, stage, arm or one of your own.")
     ] = "scara",
     profile: Annotated[str, typer.Option(help="Drive type on the bus: servoone, which has a friction table.")] = "servoone",
-    bus: Annotated[str | None, typer.Option(help="vcan0, can0 or ws://127.0.0.1:PORT.")] = None,
+    bus: Annotated[str | None, typer.Option(help="vcan0, can0, unix:PATH or ws://127.0.0.1:PORT.")] = None,
     axis: Annotated[list[str] | None, typer.Option(help="Only this axis; may be repeated. Default: all in the file.")] = None,
     store: Annotated[bool, typer.Option("--store", help="The drives save their parameters (1010h:03).")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Show the tables; use no bus, write nothing.")] = False,
