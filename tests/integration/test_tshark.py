@@ -62,11 +62,30 @@ def tshark(log: Path, *arguments: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-def fields(log: Path, *names: str, only: str = "") -> list[tuple[int, ...]]:
-    """Numeric fields of the frames that a display filter lets through; -1 where a frame has none."""
+@dataclass(frozen=True)
+class Read:
+    """Numeric fields of every frame of a log, each by its name; -1 where a frame has none."""
+
+    columns: dict[str, list[int]]
+
+    def of(self, *names: str) -> list[tuple[int, ...]]:
+        """Of the frames that have the first of them."""
+        return [row for row in zip(*(self.columns[name] for name in names), strict=True) if row[0] >= 0]
+
+
+def read(log: Path, *names: str) -> Read:
+    """By one run of tshark, which takes seconds."""
     wanted = [part for name in names for part in ("-e", name)]
-    rows = tshark(log, *(("-Y", only) if only else ()), "-T", "fields", "-E", "occurrence=f", *wanted)
-    return [tuple(int(cell, 0) if cell else -1 for cell in row.split("\t")) for row in rows]
+    rows = [line.split("\t") for line in tshark(log, "-T", "fields", "-E", "occurrence=f", *wanted)]
+    columns = zip(*rows, strict=True)
+    return Read({name: [int(cell, 0) if cell else -1 for cell in column] for name, column in zip(names, columns, strict=True)})
+
+
+IDENTIFIERS = ("can.id", "canopen.function_code", "canopen.node_id")
+ADDRESS = ("canopen.sdo.main_idx", "canopen.sdo.sub_idx")
+COMMAND = ("canopen.nmt_ctrl.cd", "canopen.nmt_ctrl.node_id")
+GUARD = ("canopen.nmt_guard.state", "canopen.nmt_guard.toggle")
+TIME = ("canopen.time_stamp_ms", "canopen.time_stamp_days")
 
 
 def test_a_whole_identification(identified_stage: Path) -> None:
@@ -74,17 +93,13 @@ def test_a_whole_identification(identified_stage: Path) -> None:
     assert tshark(log, "-Y", "_ws.malformed") == []
     frames = lines(log)
     assert len(frames) > 50_000
-    read = fields(log, "can.id", "canopen.function_code", "canopen.node_id")
-    assert read == [(line.cob_id, line.cob_id >> 7, line.cob_id & 0x7F) for line in frames]
+    found = read(log, *IDENTIFIERS, *ADDRESS, *COMMAND, "canopen.nmt_guard.state", "canopen.em.err_code")
+    assert found.of(*IDENTIFIERS) == [(line.cob_id, line.cob_id >> 7, line.cob_id & 0x7F) for line in frames]
     sdo = [line for line in frames if line.cob_id >> 7 in (SDO_REQUEST, SDO_ANSWER)]
-    assert fields(log, "canopen.sdo.main_idx", "canopen.sdo.sub_idx", only="canopen.sdo.main_idx") == [
-        (int.from_bytes(line.data[1:3], "little"), line.data[3]) for line in sdo
-    ]
-    assert fields(log, "canopen.nmt_ctrl.cd", "canopen.nmt_ctrl.node_id", only="canopen.nmt_ctrl.cd") == [
-        tuple(line.data) for line in frames if line.cob_id >> 7 == NMT
-    ]
-    assert fields(log, "canopen.nmt_guard.state", only="canopen.nmt_guard.state")[0] == (0x00,)
-    assert fields(log, "canopen.em.err_code", only="canopen.em.err_code") == []
+    assert found.of(*ADDRESS) == [(int.from_bytes(line.data[1:3], "little"), line.data[3]) for line in sdo]
+    assert found.of(*COMMAND) == [tuple(line.data) for line in frames if line.cob_id >> 7 == NMT]
+    assert found.of("canopen.nmt_guard.state")[0] == (0x00,)
+    assert found.of("canopen.em.err_code") == []
 
 
 @contextmanager
@@ -115,22 +130,22 @@ def test_every_service(tmp_path: Path) -> None:
         refused = talk(link)
         virtual.drives[2].fault(0x7305)
     assert tshark(log, "-Y", "_ws.malformed") == []
-    assert len(fields(log, "can.id")) == len(lines(log))
+    others = ("canopen.sdo.cmd", "canopen.sdo.abort_code", "canopen.em.err_code", "canopen.lss.cs", "canopen.sync.counter")
+    found = read(log, *IDENTIFIERS, *COMMAND, *GUARD, *TIME, *others)
+    assert len(found.of("can.id")) == len(lines(log))
     # the dissector knows no transfers: it takes the last segment of a block, 81h.., for an abort too
-    assert fields(log, "canopen.sdo.abort_code", only="canopen.sdo.cmd == 0x80") == [(refused,)]
-    assert fields(log, "canopen.em.err_code", only="canopen.em.err_code") == [*[(UNEXPECTED_LENGTH,)] * 3, (0x7305,)]
-    commands = fields(log, "canopen.nmt_ctrl.cd", "canopen.nmt_ctrl.node_id", only="canopen.nmt_ctrl.cd")
-    assert commands == [(0x01, 0), (0x80, 2), (0x02, 3), (0x01, 0)]
-    guard = ("canopen.node_id", "canopen.nmt_guard.state", "canopen.nmt_guard.toggle")
-    guarded = fields(log, *guard, only="canopen.nmt_guard.state")
+    aborted = found.of("canopen.sdo.cmd", "canopen.sdo.abort_code")
+    assert [row for row in aborted if row[0] == 0x80] == [(0x80, refused)]
+    assert found.of("canopen.em.err_code") == [*[(UNEXPECTED_LENGTH,)] * 3, (0x7305,)]
+    assert found.of(*COMMAND) == [(0x01, 0), (0x80, 2), (0x02, 3), (0x01, 0)]
+    guarded = [(node, *guard) for *guard, node in found.of(*GUARD, "canopen.node_id")]
     assert guarded[:3] == [(1, 0x00, 0), (2, 0x00, 0), (3, 0x00, 0)]
-    answered = [row[1:] for row in guarded[3:] if row[0] == 1 and row[1] >= 0]
+    answered = [row[1:] for row in guarded[3:] if row[0] == 1]
     assert answered == [(0x05, 0), (0x05, 1), (0x05, 0)]
     assert [row[1] for row in guarded[3:] if row[0] == 2] == [0x7F, 0x7F]
-    time = ("canopen.time_stamp_ms", "canopen.time_stamp_days")
-    assert fields(log, *time, only="canopen.time_stamp_ms") == [(3_600_000, 15_000)]
-    assert fields(log, "canopen.lss.cs", only="canopen.lss.cs") == [(0x04,), (0x5E,), (0x5E,), (0x5E,), (0x5E,), (0x04,)]
-    assert fields(log, "canopen.sync.counter", only="canopen.sync.counter")[:1] == [(7,)]
+    assert found.of(*TIME) == [(3_600_000, 15_000)]
+    assert found.of("canopen.lss.cs") == [(0x04,), (0x5E,), (0x5E,), (0x5E,), (0x5E,), (0x04,)]
+    assert found.of("canopen.sync.counter")[:1] == [(7,)]
 
 
 def talk(link: Link) -> int:
