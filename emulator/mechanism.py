@@ -28,6 +28,7 @@ from drivetwin.emulator.dynamics.transmission import (
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.effects.model_tree import outermost
 from drivetwin.foundation.compiled import in_place
+from drivetwin.foundation.mujoco_calls import stop_clocks
 
 
 @in_place
@@ -74,6 +75,7 @@ class Mechanism:
 
         Raises UserError for an effect on an axis that it has not, in a wrong unit, or that makes no mechanism.
         """
+        stop_clocks()
         carriers = [outermost(spec, spec.joint(drive.joint).parent) for drive in drives.values()]
         self.dynamics = assemble(spec, drives, effects)
         self.model = spec.compile()

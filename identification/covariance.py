@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, stats
+from scipy import linalg, special
 
 from drivetwin.foundation.errors import UserError
 from drivetwin.identification.regressors import Design
@@ -44,11 +44,11 @@ class Covariance:
 
     def quantile(self, confidence: float) -> float:
         """Half width of the two-sided interval in standard errors."""
-        return float(stats.t.ppf(0.5 + confidence / 2.0, self.degrees_of_freedom))
+        return float(special.stdtrit(self.degrees_of_freedom, 0.5 + confidence / 2.0))
 
     def p_value(self, value: float, index: int) -> float:
         """Of the hypothesis that parameter `index`, estimated as `value`, is zero; two-sided."""
-        return float(2.0 * stats.t.sf(abs(value) / self.standard_error(index), self.degrees_of_freedom))
+        return float(2.0 * special.stdtr(self.degrees_of_freedom, -abs(value) / self.standard_error(index)))
 
 
 def hac_covariance(design: Design, jacobian: Samples, residual: Samples) -> Covariance:

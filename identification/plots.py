@@ -10,6 +10,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from drivetwin.foundation.quantities import scale_of
 from drivetwin.identification.friction_law import FrictionLaw
@@ -39,12 +40,12 @@ def draw_axis(result: AxisIdentification, directory: Path, true_law: FrictionLaw
     """Write AXIS_torque_speed.png and AXIS_residual.png into `directory`; their paths."""
     paths = [directory / f"{result.axis}_torque_speed.png", directory / f"{result.axis}_residual.png"]
     with mpl.rc_context(rc=STYLE):  # type: ignore[arg-type]
-        figure = Figure(figsize=(7.2, 4.2), dpi=150, layout="constrained")
+        figure = Figure(figsize=(7.2, 4.2), dpi=150)
         _torque_speed(figure.subplots(), result, true_law)
-        figure.savefig(paths[0])
-        figure = Figure(figsize=(7.2, 3.2), dpi=150, layout="constrained")
+        _save(figure, paths[0])
+        figure = Figure(figsize=(7.2, 3.2), dpi=150)
         _residual(figure.subplots(), result)
-        figure.savefig(paths[1])
+        _save(figure, paths[1])
     return paths
 
 
@@ -53,11 +54,11 @@ def draw_overview(identification: Identification, directory: Path, true_laws: Ma
     path = directory / "friction.png"
     with mpl.rc_context(rc=STYLE):  # type: ignore[arg-type]
         count = len(identification.axes)
-        figure = Figure(figsize=(1.2 + 4.0 * count, 3.6), dpi=150, layout="constrained")
+        figure = Figure(figsize=(1.2 + 4.0 * count, 3.6), dpi=150)
         panels = figure.subplots(1, count, squeeze=False)[0]
         for panel, (name, result) in zip(panels, identification.axes.items(), strict=True):
             _torque_speed(panel, result, true_laws.get(name))
-        figure.savefig(path)
+        _save(figure, path)
     return path
 
 
@@ -70,7 +71,7 @@ def draw_errors(identification: Identification, directory: Path, truth: Truth) -
     colours = {axis: AXES[at % len(AXES)] for at, axis in enumerate(identification.axes)}
     against = "true" if truth else "identified"
     with mpl.rc_context(rc=STYLE):  # type: ignore[arg-type]
-        figure = Figure(figsize=(9.6, 1.2 + 0.24 * rows), dpi=150, layout="constrained")
+        figure = Figure(figsize=(9.6, 1.2 + 0.24 * rows), dpi=150)
         for axes, (title, points) in zip(figure.subplots(1, 2), panels.items(), strict=True):
             for at, point in enumerate(points):
                 sides = [[point.error - point.low], [point.high - point.error]]
@@ -79,8 +80,14 @@ def draw_errors(identification: Identification, directory: Path, truth: Truth) -
             axes.set_yticks(range(len(points)), [f"{point.axis}: {point.label}" for point in points])
             axes.invert_yaxis()
             axes.set(xlabel=f"deviation from the {against} value [%]", title=title)
-        figure.savefig(path)
+        _save(figure, path)
     return path
+
+
+def _save(figure: Figure, path: Path) -> None:
+    """Write it with a constrained layout, made once: a figure that has the layout itself is drawn a time more for it."""
+    ConstrainedLayoutEngine().execute(figure)
+    figure.savefig(path)
 
 
 def _torque_speed(axes: Axes, result: AxisIdentification, true_law: FrictionLaw | None) -> None:

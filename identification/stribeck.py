@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from drivetwin.identification.covariance import Covariance, hac_covariance
 from drivetwin.identification.cross_validation import Blocks, searched_gain
@@ -128,7 +128,7 @@ def _exponent(
 ) -> Exponent:
     """Can the data tell the exponent? They cannot where its interval leaves the bounds."""
     low, high = settings.stribeck_exponent_bounds
-    normal = float(stats.norm.ppf(0.5 + settings.confidence / 2.0))
+    normal = float(special.ndtri(0.5 + settings.confidence / 2.0))
     jacobian = stribeck_jacobian(design, samples, solution, stribeck)
     weighted = jacobian * np.sqrt(design.weight)[:, None]
     if share_beside(weighted[:, :-1], weighted[:, -1]) < _DEGENERATE:

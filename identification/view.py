@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from drivetwin.identification.result import AxisIdentification, Identification, Trace, Truth
 from drivetwin.identification.truth import true_value
@@ -66,7 +66,7 @@ def friction_points(result: AxisIdentification) -> tuple[Samples, Samples]:
 def stroke_points(result: AxisIdentification) -> StrokePoints:
     """The strokes as points with intervals, the longest ones where there are very many."""
     strokes = sorted(result.strokes, key=lambda stroke: -stroke.duration)[:_MOST_STROKES]
-    quantile = float(stats.norm.ppf(0.95))
+    quantile = float(special.ndtri(0.95))
     return StrokePoints(
         np.array([stroke.velocity for stroke in strokes]),
         np.array([stroke.torque for stroke in strokes]),
