@@ -74,14 +74,14 @@ def diagnose(
     found = search.run()
     progress("probabilities", 0.8)
     first = refitted(found.state, search.heavier(found.state))
-    read = ready.aligned(found.state.lateness())
+    read = ready.aligned(found.state.lateness(), found.state.apart())
     systematic = gaps_of(read, Patch(in_order(first.effects), first.heavier), settings).systematic()
     answers = [weighed(family, systematic, settings) for family in found.families]
     state, answers = preferred(found.state, answers)
     state, off = search.corrected(believed(state, answers))
     answers += [weighed(family, systematic, settings) for family in off]
     state = aligned(believed(state, answers))
-    ready = ready.aligned(state.lateness())
+    ready = ready.aligned(state.lateness(), state.apart())
     answers.append(weighed(search.further(found, state), systematic, settings))
     drives = [
         one for axis in kinds for one in drive_effects(ready.runs, axis, ready.testable[axis].kinds, settings.least_share)

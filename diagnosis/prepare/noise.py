@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 ABOVE = 3.0
 """Noise is read from the torque's spectrum above so many cut-offs, where no motion is."""
 TIMING = 0.1
-"""Share of a sample period within which position and torque of a sample are not known to be of the same instant."""
+"""Share of a sample period by which position and torque of a sample differ at most in time: what goes beyond is no noise."""
 FEWEST = 50
 """Second differences that tell a level of noise."""
 LOWER_QUARTILE = 0.25
@@ -47,7 +47,7 @@ class Noise:
         return max(self.floor, self.channel)
 
 
-def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error: float) -> Noise:
+def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error: float, apart: float) -> Noise:
     """The largest of three: the torque's white noise, its resolution, and the floor of what is left.
 
     Two figures bound the white noise from above: the torque above the motion's band, in which slow sampling leaves motion, and
@@ -55,7 +55,7 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
 
     `left` (n,) is what stays of each run's torque with everything that was found, NaN where it does not count; the floor of its
     density in the compared band is what no cause makes, for none is spread evenly over frequency. `model_error`: share of the
-    torque that the comparison errs by.
+    torque that the comparison errs by. `apart`: time [s] by which torque and position of a sample still differ, by the fit.
     """
     powers, channels, floors, weights, timing = [], [], [], [], []
     quantum = 0.0
@@ -68,7 +68,7 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
         floors.append(_floor(rest, run))
         weights.append(len(torque) * run.period)
         slope = derivative(run.axes[axis].torque, run.period)[run.axes[axis].used]
-        timing.append(float(np.mean(slope**2)) * (TIMING * run.period) ** 2 if slope.size else 0.0)
+        timing.append(float(np.mean(slope**2)) * min(apart, TIMING * run.period) ** 2 if slope.size else 0.0)
     band = _bandwidth(runs[0]) * 2.0 * runs[0].period
     sensor = float(np.average(powers, weights=weights))
     floor = float(np.average(floors, weights=weights))
@@ -80,7 +80,7 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
         f"spectrum of the torque above {ABOVE:g} cut-offs, or changes from sample to sample of what is left, the lesser, "
         f"taken as white, through the filter: {np.sqrt(sensor):.3g}; "
         f"lower quartile of the spectrum of what is left in the band: {np.sqrt(floor):.3g}; "
-        f"resolution: {np.sqrt(resolution):.3g}; {TIMING:g} of a sample between position and torque: {np.sqrt(of_time):.3g}; "
+        f"resolution: {np.sqrt(resolution):.3g}; {apart * 1e3:.2g} ms between position and torque: {np.sqrt(of_time):.3g}; "
         f"torque as recorded, over its whole band: {channel:.3g}"
     )
     compared = np.concatenate([run.axes[axis].torque[run.axes[axis].used] for run in runs])

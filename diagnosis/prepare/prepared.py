@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from drivetwin.diagnosis.prepare.asked_torque import completed, notes
@@ -25,7 +25,7 @@ class Prepared:
     """What is fitted (`runs`, `rows`) and what is not (`checks`); `held_back`: they are of the same recordings.
 
     `standstill` [rad/s or m/s]: of each axis, the middle one of its recordings'. `notes`: what a reader needs to
-    know of what was used.
+    know of what was used. `apart` [s]: by how much torque and position of each axis still differ in time, once that is known.
     """
 
     simulation: Simulation
@@ -38,13 +38,17 @@ class Prepared:
     testable: Mapping[str, Testable]
     held_back: bool
     notes: tuple[str, ...]
+    apart: Mapping[str, float] = field(default_factory=dict)
 
-    def aligned(self, late: Mapping[str, float]) -> Prepared:
-        """The same with the torque of some axes read `late` [s] earlier: it was recorded after the motion that needed it."""
+    def aligned(self, late: Mapping[str, float], apart: Mapping[str, float]) -> Prepared:
+        """The same with the torque of some axes read `late` [s] earlier: it was recorded after the motion that needed it.
+
+        `apart` [s]: what of the fit's timing that leaves.
+        """
         told = [f"{axis}: its torque is recorded {each * 1e3:.2g} ms late; read so much earlier" for axis, each in late.items()]
         runs, checks = [run.aligned(late) for run in self.runs], [run.aligned(late) for run in self.checks]
         rows = replace(self.rows, runs=[run.aligned(late) for run in self.rows.runs])
-        return replace(self, runs=runs, checks=checks, rows=rows, notes=(*self.notes, *told))
+        return replace(self, runs=runs, checks=checks, rows=rows, notes=(*self.notes, *told), apart=apart)
 
 
 def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Recording], settings: Settings) -> Prepared:

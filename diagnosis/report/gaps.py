@@ -37,5 +37,5 @@ def gaps_of(ready: Prepared, patch: Patch, settings: Settings) -> Gaps:
     for axis in ready.simulation.axes:
         parts = [each.axes[axis] for each in (*fitted, *unseen)]
         left = [np.where(part.used, part.measured - part.after, np.nan) for part in parts]
-        noise[axis] = noise_of(axis, [*ready.runs, *ready.checks], left, settings.model_error)
+        noise[axis] = noise_of(axis, [*ready.runs, *ready.checks], left, settings.model_error, ready.apart.get(axis, 0.0))
     return Gaps(patch, unseen, fitted, noise)

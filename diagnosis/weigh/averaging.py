@@ -75,14 +75,14 @@ def weighed(family: Family, systematic: Mapping[str, float], settings: Settings)
     considered = sorted((one for one in family.proposals if one.takes >= least), key=lambda one: -one.score)[:CONSIDERED]
     if chosen is not None and not any(_same(one, chosen) for one in considered):
         considered.extend(one for one in family.proposals if _same(one, chosen))
-    densities = [_held_out(family, (), None, _without(family), settings)]
-    densities += [_held_out(family, one.tangents, one.column, one.held, settings) for one in considered]
+    densities = [_held_out(family.state, (), None, _without(family), settings)]
+    densities += [_density(family, one, settings) for one in considered]
     told = np.array(densities)
     told -= told[0]
     prior = -np.array(
         [
-            _strain(family, (), None, _without(family)),
-            *(_strain(family, one.tangents, one.column, one.held) for one in considered),
+            _strain(family.state, (), None, _without(family)),
+            *(_strain_of(family, one) for one in considered),
         ]
     )
     prior += np.array([0.0, *(one.prior for one in considered)])
@@ -93,12 +93,20 @@ def weighed(family: Family, systematic: Mapping[str, float], settings: Settings)
     place = next((k for k, one in enumerate(considered, start=1) if chosen is not None and _same(one, chosen)), None)
     members = []
     for k, one in enumerate(considered, start=1):
-        better = float(np.mean(scores[:, k] > scores[:, place] - CLEARLY)) if place is not None else 0.0
-        as_good = place is not None and (k == place or better >= settings.as_good)
+        better = float(np.mean(doubted[:, k] > doubted[:, place] - CLEARLY)) if place is not None else 0.0
+        as_good = place is not None and (k == place or (better >= settings.as_good and _leaves_as_little(one, own, settings)))
         members.append(Weighed(one, min(1.0, float(mean[k])), as_good))
     alike_ones = [k for k, one in enumerate(members, start=1) if one.as_good]
     probability, best = (min(1.0, float(each[alike_ones].sum())) for each in (mean, plain))
     return Answer(chosen, probability, best >= PROBABLE, tuple(sorted(members, key=lambda one: -one.weight)))
+
+
+def _leaves_as_little(one: Proposal, chosen: Proposal | None, settings: Settings) -> bool:
+    """Whether a settled member leaves no more of the gap than the chosen one, but for a share that is worth no name."""
+    if chosen is None or one.settled is None or chosen.settled is None:
+        return True
+    left = chosen.settled.left
+    return all(each <= left[axis] + settings.least_share for axis, each in one.settled.left.items())
 
 
 def _weights(scores: Array) -> Array:
@@ -154,9 +162,22 @@ def believed(state: State, answers: Sequence[Answer]) -> State:
         return state
 
 
-def _strain(family: Family, tangents: Sequence[Column], column: Column | None, held: frozenset[int]) -> float:
+def _density(family: Family, one: Proposal, settings: Settings) -> Array:
+    """Of a member, from its settled set where that is known."""
+    if one.settled is not None:
+        return _held_out(one.settled, (), None, one.settled.held(), settings)
+    return _held_out(family.state, one.tangents, one.column, one.held, settings)
+
+
+def _strain_of(family: Family, one: Proposal) -> float:
+    if one.settled is not None:
+        return _strain(one.settled, (), None, one.settled.held())
+    return _strain(family.state, one.tangents, one.column, one.held)
+
+
+def _strain(state: State, tangents: Sequence[Column], column: Column | None, held: frozenset[int]) -> float:
     """What a member asks of nominal parameters [nats], which what is held out does not tell."""
-    system = family.state.system
+    system = state.system
     return system.strain(system.fit(tangents, column, held, NEARBY))
 
 
@@ -168,10 +189,10 @@ def _without(family: Family) -> frozenset[int]:
 
 
 def _held_out(
-    family: Family, tangents: Sequence[Column], column: Column | None, held: frozenset[int], settings: Settings
+    state: State, tangents: Sequence[Column], column: Column | None, held: frozenset[int], settings: Settings
 ) -> Array:
     """Log density [nats] of all blocks of all axes, (B,)."""
-    system = family.state.system
+    system = state.system
     folds = {axis: np.arange(int(own.blocks.max(initial=-1)) + 1) % settings.folds for axis, own in system.axes.items()}
     found = system.held_out(folds, settings.folds, tangents, column, held, NEARBY)
     return np.concatenate([found[axis] for axis in sorted(found)])

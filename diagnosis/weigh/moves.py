@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.deflection import is_torque
-from drivetwin.diagnosis.propose.placing import placed
+from drivetwin.diagnosis.propose.placing import alike, placed
 from drivetwin.diagnosis.propose.rigid import rigid_starts
 from drivetwin.diagnosis.propose.search import BRIEFLY, ONE_STEP, REFINED, REFINED_REPLAYS, Begun, coarse, moved
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
@@ -19,7 +19,7 @@ from drivetwin.diagnosis.weigh.bench import Bench
 from drivetwin.diagnosis.weigh.colouring import coloured, read_anew
 from drivetwin.diagnosis.weigh.proposal import Family, Found, Proposal, largest, makes_sense, rivals_of, same_kind
 from drivetwin.diagnosis.weigh.state import NEARBY, State, first_colours, state_of
-from drivetwin.diagnosis.weigh.yielding import best_together, level_that_yields, settled_on, simpler, yields
+from drivetwin.diagnosis.weigh.yielding import best_together, level_that_yields, reduced, settled_on, simpler, yields
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect
 from drivetwin.emulator.effects.base import Look
 from drivetwin.emulator.effects.delay import Delay
@@ -39,6 +39,10 @@ CLEARLY = 0.5
 """Nats by which another effect must be better to take a place."""
 TOGETHER = 5
 """Proposals of an axis, the best, that are tried two at a time."""
+IN_PLACE = 3
+"""Proposals, the best of those that take as much, that are settled in the place of an effect."""
+BRIEF = 5
+"""Steps at most of those: the best goes on, and what is still on its way is worse."""
 EXCHANGES = 3
 """Rounds of exchanges, each of which may change every effect once."""
 
@@ -211,31 +215,98 @@ class Search:
         return pair
 
     def exchanged(self, pair: Pair, proposals: Sequence[Proposal]) -> tuple[Pair, list[Family], bool]:
-        """Each effect again beside the others: what could stand in its place, of its kind or another; the better takes it."""
+        """Each effect again beside the others: nothing in its place, or what could stand there; the better takes it."""
         families, changed = [], False
         pair = Pair(settled_on(pair.whole, SETTLED), pair.part)
-        for one in list(pair.whole.effects):
-            if one not in pair.whole.effects:
+        for asked in pair.whole.effects:
+            one = next((each for each in pair.whole.effects if alike(each, asked)), None)
+            family = self._family(pair, one) if one is not None else None
+            if family is None:
                 continue
-            self.progress(f"what else than {one.effect.name} on {one.axis}", 0.7)
-            beside = self._without(pair, one)
-            if beside is None:
-                continue
-            known = self.evaluated(beside.whole, Begun(one.axis, one.effect, 0.0, 1))
-            rivals = self._rivals.get((one.effect.name, one.axis))
-            found = self.proposals(beside, [one.axis], rivals)
-            others = [each for each in found if not same_kind(each.effect, one)]
-            family = [*others, *([known] if known is not None else [])]
-            best = max([*found, *family], key=lambda each: each.score, default=None)
-            able = best is not None and best is not known and best.takes >= self.bench.settings.least_share
-            if best is not None and able and (known is None or best.score > known.score + CLEARLY):
-                ahead = settled_on(beside.whole.of((*beside.whole.effects, best.effect)), SETTLED)
-                gains = known is None or ahead.reached + best.prior > pair.whole.reached + known.prior + CLEARLY
-                if gains and not _leaves_more(ahead, pair.whole):
-                    pair, changed = self.pair(ahead, proposals), True
-                    continue
-            families.append(Family(one, beside.whole, family))
+            better = self._better(family, pair.whole)
+            if better is None:
+                others = [each for each in family.proposals if each.settled is pair.whole or not same_kind(each.effect, asked)]
+                families.append(replace(family, proposals=others))
+            else:
+                pair, changed = self.pair(better, proposals), True
         return pair, families, changed
+
+    def _family(self, pair: Pair, one: PlacedEffect) -> Family | None:
+        """Nothing and all that could stand in an effect's place, everything beside it moved to where it then belongs; None
+        where the others make no mechanism without it.
+        """
+        self.progress(f"what else than {one.effect.name} on {one.axis}", 0.7)
+        beside = self._without(pair, one)
+        if beside is None:
+            return None
+        known = self.evaluated(beside.whole, Begun(one.axis, one.effect, 0.0, 1))
+        rivals = self._rivals.get((one.effect.name, one.axis))
+        others = [*self.proposals(beside, [one.axis], rivals), *self._simpler(beside.whole, one)]
+        own = [replace(known, settled=pair.whole)] if known is not None else []
+        return Family(one, settled_on(beside.whole, BRIEF), [*own, *self._in_place(beside.whole, others, known)])
+
+    def _better(self, family: Family, state: State) -> State | None:
+        """The set without an effect, or with another in its place, where that is better and leaves no more of the gap."""
+        known = max((self._rated(one) for one in family.proposals if one.settled is state), default=-np.inf)
+        nothing = family.state.reached - self._tried_for(family.state)
+        best = max(family.proposals, key=self._rated, default=None)
+        if best is not None and best.settled is not None and self._rated(best) > max(known + CLEARLY, nothing):
+            better = settled_on(best.settled, SETTLED)
+        elif nothing > known:
+            better = family.state
+        else:
+            return None
+        return None if _leaves_more(better, state) else better
+
+    def _in_place(self, beside: State, found: Sequence[Proposal], known: Proposal | None) -> list[Proposal]:
+        """What takes as much as could stand in the place of what is known there, best first, everything moved to where it
+        then belongs: what stands beside them suits the known one.
+        """
+        settings = self.bench.settings
+        least = settings.substitutes * known.takes if known is not None else settings.least_share
+        able = [one for one in found if one.takes >= least]
+        if known is not None:
+            able = [one for one in able if one.score > known.score + CLEARLY or not same_kind(one.effect, known.effect)]
+        best = sorted(able, key=lambda one: -one.score)[:IN_PLACE]
+        settled = side_by_side(lambda one: self._settled(beside, one), best)
+        return [one for one in settled if one is not None]
+
+    def _simpler(self, beside: State, one: PlacedEffect) -> list[Proposal]:
+        """An effect as each kind that has all its parameters but some."""
+        there = {each.effect.name for each in beside.effects if each.axis == one.axis}
+        kinds = [kind for kind in self.kinds[one.axis] if kind.name not in there]
+        found = [self.evaluated(beside, Begun(one.axis, each, 0.0, 1)) for each in reduced(one.effect, kinds)]
+        return [each for each in found if each is not None]
+
+    def _settled(self, beside: State, one: Proposal) -> Proposal | None:
+        """A proposal with its set settled, and less what that has made needless; None where that makes no mechanism."""
+        try:
+            state = settled_on(beside.of((*beside.effects, one.effect)), BRIEF)
+        except UserError:
+            return None
+        return replace(one, settled=self._leaner(state, one.effect))
+
+    def _leaner(self, state: State, new: PlacedEffect) -> State:
+        """Without effects of an axis that say no more than they cost beside a new one, as everything stands."""
+        for one in state.effects:
+            if one.axis != new.axis or same_kind(one, new):
+                continue
+            try:
+                less = state.of([each for each in state.effects if each is not one])
+            except UserError:
+                continue
+            if less.reached + log(self.tried(one.axis)) > state.reached:
+                return self._leaner(less, new)
+        return state
+
+    def _rated(self, one: Proposal) -> float:
+        """Log evidence of its set, settled, less what it costs that so many effects were tried [nats]."""
+        assert one.settled is not None
+        return one.settled.reached + one.prior - self._tried_for(one.settled) + log(self.tried(one.effect.axis))
+
+    def _tried_for(self, state: State) -> float:
+        """What it costs that each effect of a set is one of many [nats]."""
+        return sum(log(self.tried(one.axis)) for one in state.effects)
 
     def _without(self, pair: Pair, one: PlacedEffect) -> Pair | None:
         """The set less one effect, the noise coloured as it was; None where the others make no mechanism without it.

@@ -35,11 +35,16 @@ class Proposal:
     held: frozenset[int]
     tried: int
     """Starts that were compared."""
+    settled: State | None = None
+    """The set with it, moved together to where the evidence gains no more, where that was done."""
 
 
 @dataclass(frozen=True)
 class Family:
-    """What could stand in one effect's place beside the others, and nothing: the sets that its probability is averaged over."""
+    """What could stand in one effect's place beside the others, and nothing: the sets that its probability is averaged over.
+
+    `state`: the set with nothing there.
+    """
 
     chosen: PlacedEffect | None
     state: State

@@ -68,6 +68,11 @@ class State:
             found[axis] = max(0.0, self.late[axis] - float(self.fit.coefficients[number]))
         return found
 
+    def apart(self) -> dict[str, float]:
+        """By how much torque and position of a sample differ in time [s], of every axis whose torque is not read earlier."""
+        told = [axis for axis in self.rows.axes if self.late.get(axis, 0.0) == 0.0]
+        return {axis: abs(float(self.fit.coefficients[self.bench.timing(axis)])) for axis in told}
+
     def read(self, late: Mapping[str, float]) -> State:
         """The same set, the torque of each axis read otherwise [s]."""
         return state_of(self.bench, self.effects, self.axes, late, self.exact)

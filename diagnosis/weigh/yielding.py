@@ -68,16 +68,19 @@ def simpler(state: State, axis: str, kinds: Sequence[type[Effect]]) -> list[Stat
     """The set with an effect of the axis as another kind that has all its parameters but some: play that closes is a spring."""
     found = []
     for one in state.effects:
-        if one.axis != axis or type(one.effect) not in kinds:
-            continue
-        names = {each.name for each in type(one.effect).parameters}
-        for kind in kinds:
-            shared = [each.name for each in kind.parameters]
-            if set(shared) < names:
-                other = kind(**{name: getattr(one.effect, name) for name in shared})
-                beside = [each for each in state.effects if each is not one]
-                found.append(_state(state, (*beside, placed(state.rows, axis, other))))
+        if one.axis == axis and type(one.effect) in kinds:
+            beside = [each for each in state.effects if each is not one]
+            found += [_state(state, (*beside, placed(state.rows, axis, each))) for each in reduced(one.effect, kinds)]
     return [each for each in found if each is not None]
+
+
+def reduced(effect: Effect, kinds: Sequence[type[Effect]]) -> list[Effect]:
+    """An effect that yields as every other such kind that has all its parameters but some."""
+    if not yields(type(effect)):
+        return []
+    names = {each.name for each in type(effect).parameters}
+    told = {kind: {each.name for each in kind.parameters} for kind in kinds if yields(kind)}
+    return [kind(**{name: getattr(effect, name) for name in own}) for kind, own in told.items() if own < names]
 
 
 def settled_on(state: State, steps: int = STEPS) -> State:

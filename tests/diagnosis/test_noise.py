@@ -29,9 +29,9 @@ def run_of(folder: Path, torque: Array, noise: float) -> Run:
     return ready(folder, recording(torques, {axis: at.position for axis, at in both.items()}, seed=4, noise=noise)).runs[0]
 
 
-def told_of(*runs: Run) -> Noise:
+def told_of(*runs: Run, apart: float = 0.0) -> Noise:
     """Where a model explains the torque but for its noise."""
-    return noise_of("turn", runs, [noise_in(run) for run in runs], MODEL_ERROR)
+    return noise_of("turn", runs, [noise_in(run) for run in runs], MODEL_ERROR, apart)
 
 
 def noise_in(run: Run) -> Array:
@@ -42,22 +42,16 @@ def noise_in(run: Run) -> Array:
     return np.asarray(torque - np.fft.irfft(slow, len(torque)))
 
 
-def beside_timing(run: Run) -> float:
-    """Rms [N·m] without the share of the moment at which samples were taken: a tenth of a sample of the torque's slope."""
-    slope = np.gradient(run.axes["turn"].torque, PERIOD)[run.axes["turn"].used]
-    return float(np.sqrt(told_of(run).rms ** 2 - np.mean(slope**2) * (TIMING * PERIOD) ** 2))
-
-
 def test_white_noise_comes_out_at_its_level_in_the_band(tmp_path: Path) -> None:
     run = run_of(tmp_path, 0.0 * TIME, noise=25.0)
-    assert beside_timing(run) == pytest.approx(25.0 * RESOLUTION["turn"] * np.sqrt(SHARE), rel=0.05)
+    assert told_of(run).rms == pytest.approx(25.0 * RESOLUTION["turn"] * np.sqrt(SHARE), rel=0.05)
     raw = run.recording.columns["turn"]["torque"]
-    assert beside_timing(run) == pytest.approx(float(np.std(zero_phase(raw, PERIOD, CUTOFF))), rel=0.05)
+    assert told_of(run).rms == pytest.approx(float(np.std(zero_phase(raw, PERIOD, CUTOFF))), rel=0.05)
 
 
 def test_a_swinging_torque_below_the_cut_off_is_no_noise(tmp_path: Path) -> None:
     slow = 3.0 * np.sin(2.0 * np.pi * 7.0 * TIME)
-    told, plain = (beside_timing(run_of(tmp_path, torque, noise=25.0)) for torque in (slow, 0.0 * slow))
+    told, plain = (told_of(run_of(tmp_path, torque, noise=25.0)).rms for torque in (slow, 0.0 * slow))
     assert told == pytest.approx(plain, rel=0.02)
 
 
@@ -75,7 +69,7 @@ def test_what_is_left_evenly_over_the_band_is_noise_and_a_line_in_it_is_none(tmp
     run = run_of(tmp_path, 0.0 * TIME, noise=0.0)
     white = zero_phase(0.3 * np.random.default_rng(2).standard_normal(len(TIME)), PERIOD, CUTOFF)
     plain, lined = (
-        noise_of("turn", [run], [left], MODEL_ERROR).rms for left in (white, white + 2.0 * np.sin(2.0 * np.pi * 11.0 * TIME))
+        noise_of("turn", [run], [left], MODEL_ERROR, 0.0).rms for left in (white, white + 2.0 * np.sin(2.0 * np.pi * 11.0 * TIME))
     )
     assert plain == pytest.approx(float(np.std(white)), rel=0.25)
     assert lined == pytest.approx(plain, rel=0.25)
@@ -87,11 +81,12 @@ def test_recordings_are_weighed_by_how_long_they_are(tmp_path: Path) -> None:
     assert told_of(quiet, loud).rms == pytest.approx(expected, rel=0.05)
 
 
-def test_the_moment_of_a_sample_counts_where_an_axis_moves(tmp_path: Path) -> None:
-    """A tenth of a sample of a torque that swings: a closed form."""
+def test_the_time_by_which_torque_and_position_differ_counts_where_the_torque_changes(tmp_path: Path) -> None:
+    """Of a torque that swings: a closed form."""
     run = run_of(tmp_path, 3.0 * np.sin(2.0 * np.pi * 7.0 * TIME), noise=0.0)
     slope = 3.0 * 2.0 * np.pi * 7.0 / np.sqrt(2.0)
-    assert told_of(run).rms == pytest.approx(slope * TIMING * PERIOD, rel=0.05)
+    assert told_of(run, apart=0.05 * PERIOD).rms == pytest.approx(slope * 0.05 * PERIOD, rel=0.05)
+    assert told_of(run, apart=5.0 * PERIOD).rms == pytest.approx(slope * TIMING * PERIOD, rel=0.05), "more is no noise"
 
 
 def test_what_a_model_misses_is_a_share_of_the_torque_and_stands_apart(tmp_path: Path) -> None:
@@ -107,5 +102,5 @@ def test_a_torque_that_steps_is_no_noise(tmp_path: Path) -> None:
     steps = 3.0 * np.sign(np.sin(2.0 * np.pi * 7.0 * TIME))
     run = run_of(tmp_path, steps, noise=5.0)
     white = run.recording.columns["turn"]["torque"] - steps
-    told = noise_of("turn", [run], [zero_phase(white, PERIOD, CUTOFF)], MODEL_ERROR)
+    told = noise_of("turn", [run], [zero_phase(white, PERIOD, CUTOFF)], MODEL_ERROR, 0.0)
     assert told.channel == pytest.approx(float(np.std(white)), rel=0.05)

@@ -18,11 +18,15 @@ from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.moves import Pair, Search
 from drivetwin.diagnosis.weigh.state import colours_of, first_colours, state_of
+from drivetwin.diagnosis.weigh.yielding import reduced
 from drivetwin.emulator.effects import AxisEffect, Effect
+from drivetwin.emulator.effects.backlash import Backlash
 from drivetwin.emulator.effects.coulomb import Coulomb
+from drivetwin.emulator.effects.elasticity import Elasticity
 from drivetwin.emulator.effects.presliding import Presliding
 from drivetwin.emulator.effects.temperature_drift import TemperatureDrift
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
+from drivetwin.emulator.effects.viscous_asymmetry import ViscousAsymmetry
 
 WAY = 5e-6
 """On which the carriage's friction gives way [m]: a reversal passes it within some samples."""
@@ -92,6 +96,26 @@ def test_a_wave_of_the_wrong_order_is_exchanged_for_one_of_the_right_order(tmp_p
     assert isinstance(found.effect, TorqueRipple)
     assert found.effect.order == TEETH
     assert found.effect.amplitude == pytest.approx(0.4, rel=0.05)
+
+
+def test_what_says_no_more_than_it_costs_is_taken_out(tmp_path: Path) -> None:
+    made = ready(tmp_path, *(strokes(seed, seconds, {"lift": ripple}) for seed, seconds in ((1, 20.0), (2, 4.0))))
+    bench = bench_of(made.rows, Settings(), made.absolute)
+    true, needless = TorqueRipple(0.4, float(TEETH), 0.4 + np.pi), ViscousAsymmetry(0.01)
+    state = state_of(bench, tuple(placed(bench.rows, "lift", one) for one in (true, needless)), first_colours(bench), {})
+    search = Search(bench, bench, {"lift": [TorqueRipple, ViscousAsymmetry]}, {}, lambda _what, _share: None)
+    pair, (family,), changed = search.exchanged(Pair(state, state), [])
+    assert changed
+    assert [type(one.effect) for one in pair.whole.effects] == [TorqueRipple]
+    assert family.chosen is not None
+    assert isinstance(family.chosen.effect, TorqueRipple)
+
+
+def test_play_that_closes_is_a_spring() -> None:
+    kinds: list[type[Effect]] = [Backlash, Elasticity, TorqueRipple]
+    assert reduced(Backlash(0.0, 1e5, 30.0), kinds) == [Elasticity(1e5, 30.0)]
+    assert reduced(Elasticity(1e5, 30.0), kinds) == []
+    assert reduced(TorqueRipple(0.4, 18.0, 0.0), kinds) == []
 
 
 def test_a_parameter_whose_bounds_leave_no_room_has_no_slope() -> None:
