@@ -15,6 +15,7 @@ import pytest
 
 from drivetwin.blind.answer import Answer, Gap, read_answer
 from drivetwin.blind.case import Case, Kind
+from drivetwin.blind.claims import Claim, claims
 from drivetwin.blind.cluster import cluster
 from drivetwin.blind.judge import Judged
 from drivetwin.blind.place import Place
@@ -132,6 +133,12 @@ def test_a_nuisance_that_comes_first_is_there_but_not_the_answer() -> None:
     beside = case(STRIBECK, nuisances=(item("presliding", "z", displacement=1e-4), item("out_of_step", "y", delay=0.001)))
     found = scored(*(judged(beside, report(cause(*named))) for named in (("presliding", "z"), ("delay", "y"), ("delay", "x"))))
     assert (found.exact_first, found.there_first) == (Rate(0, 3), Rate(2, 3))
+
+
+def test_a_cause_that_is_answered_by_the_name_of_a_nuisance_is_a_claim_and_another_nuisance_is_none() -> None:
+    beside = case(STRIBECK, nuisances=(item("coulomb", share=0.03, coulomb=1.0), item("viscous", share=0.02, viscous=1.0)))
+    told = report(cause("coulomb", indistinguishable_from=["stribeck", "viscous"]))
+    assert claims(beside, told) == (Claim("coulomb", "x", "stribeck"),)
 
 
 def test_a_position_that_is_early_is_no_delay() -> None:
