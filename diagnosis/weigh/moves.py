@@ -62,6 +62,8 @@ class Search:
     _tried: dict[tuple[str, str], int] = field(init=False, default_factory=dict)
     _rivals: dict[tuple[str, str], frozenset[str]] = field(init=False, default_factory=dict)
     """What else gained a good part of what each effect gained when it was added."""
+    _families: dict[tuple[tuple[tuple[str, Effect], ...], Effect], Family] = field(init=False, default_factory=dict)
+    """What could stand in the place of an effect beside what acts on its axis: asked again where that has changed."""
 
     def run(self) -> Found:
         """The set of effects that explains the recordings best."""
@@ -220,15 +222,22 @@ class Search:
         pair = Pair(settled_on(pair.whole, SETTLED), pair.part)
         for asked in pair.whole.effects:
             one = next((each for each in pair.whole.effects if alike(each, asked)), None)
-            family = self._family(pair, one) if one is not None else None
+            if one is None:
+                continue
+            beside = _what_acts_on(one.axis, pair.whole), one.effect
+            if beside in self._families:
+                families.append(self._families[beside])
+                continue
+            family = self._family(pair, one)
             if family is None:
                 continue
             better = self._better(family, pair.whole)
-            if better is None:
-                others = [each for each in family.proposals if each.settled is pair.whole or not same_kind(each.effect, asked)]
-                families.append(replace(family, proposals=others))
-            else:
+            if better is not None:
                 pair, changed = self.pair(better, proposals), True
+                continue
+            others = [each for each in family.proposals if each.settled is pair.whole or not same_kind(each.effect, one)]
+            self._families[beside] = replace(family, proposals=others)
+            families.append(self._families[beside])
         return pair, families, changed
 
     def _family(self, pair: Pair, one: PlacedEffect) -> Family | None:
@@ -485,6 +494,11 @@ class Pair:
 
     whole: State
     part: State
+
+
+def _what_acts_on(axis: str, state: State) -> tuple[tuple[str, Effect], ...]:
+    """The effects of an axis, and bodies of any."""
+    return tuple((one.axis, one.effect) for one in state.effects if one.axis == axis or isinstance(one.effect, ModelEffect))
 
 
 def _leaves_more(ahead: State, state: State) -> bool:
