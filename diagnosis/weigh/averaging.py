@@ -94,19 +94,11 @@ def weighed(family: Family, systematic: Mapping[str, float], settings: Settings)
     members = []
     for k, one in enumerate(considered, start=1):
         better = float(np.mean(doubted[:, k] > doubted[:, place] - CLEARLY)) if place is not None else 0.0
-        as_good = place is not None and (k == place or (better >= settings.as_good and _leaves_as_little(one, own, settings)))
+        as_good = place is not None and (k == place or better >= settings.as_good)
         members.append(Weighed(one, min(1.0, float(mean[k])), as_good))
     alike_ones = [k for k, one in enumerate(members, start=1) if one.as_good]
     probability, best = (min(1.0, float(each[alike_ones].sum())) for each in (mean, plain))
     return Answer(chosen, probability, best >= PROBABLE, tuple(sorted(members, key=lambda one: -one.weight)))
-
-
-def _leaves_as_little(one: Proposal, chosen: Proposal | None, settings: Settings) -> bool:
-    """Whether a settled member leaves no more of the gap than the chosen one, but for a share that is worth no name."""
-    if chosen is None or one.settled is None or chosen.settled is None:
-        return True
-    left = chosen.settled.left
-    return all(each <= left[axis] + settings.least_share for axis, each in one.settled.left.items())
 
 
 def _weights(scores: Array) -> Array:
