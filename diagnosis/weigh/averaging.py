@@ -29,6 +29,9 @@ from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 
+Set = tuple[State, Sequence[Column], Column | None, frozenset[int]]
+"""A set of effects with further columns, and nominal parameters that are not free."""
+
 DRAWS = 400
 PROBABLE = 0.5
 CONSIDERED = 8
@@ -75,16 +78,10 @@ def weighed(family: Family, systematic: Mapping[str, float], settings: Settings)
     considered = sorted((one for one in family.proposals if one.takes >= least), key=lambda one: -one.score)[:CONSIDERED]
     if chosen is not None and not any(_same(one, chosen) for one in considered):
         considered.extend(one for one in family.proposals if _same(one, chosen))
-    densities = [_held_out(family.state, (), None, _without(family), settings)]
-    densities += [_density(family, one, settings) for one in considered]
-    told = np.array(densities)
+    sets = [(family.state, (), None, _without(family)), *(_set_with(family, one) for one in considered)]
+    told = np.array([_held_out(*each, settings) for each in sets])
     told -= told[0]
-    prior = -np.array(
-        [
-            _strain(family.state, (), None, _without(family)),
-            *(_strain_of(family, one) for one in considered),
-        ]
-    )
+    prior = -np.array([_strain(*each) for each in sets])
     prior += np.array([0.0, *(one.prior for one in considered)])
     draws = np.random.default_rng(settings.seed).dirichlet(np.ones(told.shape[1]), DRAWS) * told.shape[1]
     scores = draws @ told.T + prior
@@ -154,17 +151,11 @@ def believed(state: State, answers: Sequence[Answer]) -> State:
         return state
 
 
-def _density(family: Family, one: Proposal, settings: Settings) -> Array:
-    """Of a member, from its settled set where that is known."""
+def _set_with(family: Family, one: Proposal) -> Set:
+    """A member's set: settled, or else the family's with what the member costs and its tangents."""
     if one.settled is not None:
-        return _held_out(one.settled, (), None, one.settled.held(), settings)
-    return _held_out(family.state, one.tangents, one.column, one.held, settings)
-
-
-def _strain_of(family: Family, one: Proposal) -> float:
-    if one.settled is not None:
-        return _strain(one.settled, (), None, one.settled.held())
-    return _strain(family.state, one.tangents, one.column, one.held)
+        return one.settled, (), None, one.settled.held()
+    return family.state, one.tangents, one.column, one.held
 
 
 def _strain(state: State, tangents: Sequence[Column], column: Column | None, held: frozenset[int]) -> float:

@@ -68,9 +68,8 @@ def test_what_is_left_evenly_over_the_band_is_noise_and_a_line_in_it_is_none(tmp
     """Of a torque without noise of its own: what is left is white noise through the filter, and a swing at 11 Hz."""
     run = run_of(tmp_path, 0.0 * TIME, noise=0.0)
     white = zero_phase(0.3 * np.random.default_rng(2).standard_normal(len(TIME)), PERIOD, CUTOFF)
-    plain, lined = (
-        noise_of("turn", [run], [left], MODEL_ERROR, 0.0).rms for left in (white, white + 2.0 * np.sin(2.0 * np.pi * 11.0 * TIME))
-    )
+    lines = 2.0 * np.sin(2.0 * np.pi * 11.0 * TIME)
+    plain, lined = (noise_of("turn", [run], [left], MODEL_ERROR, 0.0).rms for left in (white, white + lines))
     assert plain == pytest.approx(float(np.std(white)), rel=0.25)
     assert lined == pytest.approx(plain, rel=0.25)
 
