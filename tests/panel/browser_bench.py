@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, expect, sync_playwright
+from playwright.sync_api import ConsoleMessage, Page, expect, sync_playwright
 from processes import PATIENCE
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -25,40 +25,20 @@ def _is_wrong(message: ConsoleMessage) -> bool:
     return message.type in ("error", "warning") and "GL Driver Message (OpenGL, Performance" not in message.text
 
 
-_running = ExitStack()
-_browsers: list[Browser] = []
-
-
-def close_browser() -> None:
-    """End the browser, if any; the next page starts another one."""
-    _browsers.clear()
-    _running.close()
-
-
-def _browser() -> Browser:
-    """The one that runs, whose start takes longer than most pages."""
-    if not _browsers:
-        chromium = _running.enter_context(sync_playwright()).chromium
-        _browsers.append(chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--enable-unsafe-swiftshader"]))
-        _running.callback(_browsers[0].close)
-    return _browsers[0]
-
-
 @contextmanager
 def browser_page(url: str, *, width: int = 1280, theme: str = "light") -> Iterator[Page]:
-    """A page that shares nothing with others. Its console and its scripts have to stay without an error, and it asks no other
-    server."""
-    errors: list[str] = []
-    asked: set[str] = set()
-    page = _browser().new_page(viewport={"width": width, "height": 900}, color_scheme="dark" if theme == "dark" else "light")
-    try:
+    """A page of a fresh browser. Its console and its scripts have to stay without an error, and it asks no other server."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--enable-unsafe-swiftshader"])
+        page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme="dark" if theme == "dark" else "light")
         page.set_default_timeout(PATIENCE * 1e3)
+        errors: list[str] = []
+        asked: set[str] = set()
         page.on("console", lambda message: errors.append(message.text) if _is_wrong(message) else None)
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.on("request", lambda request: asked.add(request.url.partition("//")[2].partition("/")[0]))
         page.goto(url)
         yield page
-    finally:
-        page.close()
+        browser.close()
     assert errors == []
     assert asked == {url.partition("//")[2].partition("/")[0]}
