@@ -4,13 +4,14 @@ report."""
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
 from drivetwin.diagnosis.prepare.prepared import prepared
+from drivetwin.diagnosis.progress import Progress
 from drivetwin.diagnosis.propose.drives import drive_effects
 from drivetwin.diagnosis.propose.placing import in_order
 from drivetwin.diagnosis.report.build import build
@@ -22,11 +23,11 @@ from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.averaging import believed, preferred, weighed
 from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.moves import Search
+from drivetwin.diagnosis.weigh.off import corrected, heavier
+from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.refit import refitted
 from drivetwin.emulator.effects import DriveEffect
 from drivetwin.recording.recording import Recording
-
-Progress = Callable[[str, float], None]
 
 TURN = 5e-4
 """After which a thread passes Python's lock on [s]: what runs without it takes less than Python's usual 5 ms."""
@@ -70,15 +71,16 @@ def diagnose(
         if rows.count(axis)
     }
     askew = {axis: ready.testable[axis].askew for axis in kinds}
-    search = Search(whole, part, kinds, askew, progress)
+    proposer = Proposer(whole, part, kinds, askew)
+    search = Search(proposer, progress)
     found = search.run()
     progress("probabilities", 0.8)
-    first = refitted(found.state, search.heavier(found.state))
+    first = refitted(found.state, heavier(found.state))
     read = ready.aligned(found.state.lateness(), found.state.apart())
     systematic = gaps_of(read, Patch(in_order(first.effects), first.heavier), settings).systematic()
     answers = [weighed(family, systematic, settings) for family in found.families]
     state, answers = preferred(found.state, answers)
-    state, off = search.corrected(believed(state, answers))
+    state, off = corrected(believed(state, answers), proposer)
     answers += [weighed(family, systematic, settings) for family in off]
     state = aligned(believed(state, answers))
     ready = ready.aligned(state.lateness(), state.apart())
@@ -87,5 +89,5 @@ def diagnose(
         one for axis in kinds for one in drive_effects(ready.runs, axis, ready.testable[axis].kinds, settings.least_share)
     ]
     progress("gap, shares, shrink", 0.9)
-    values = refitted(state, search.heavier(state))
+    values = refitted(state, heavier(state))
     return build(ready, values, answers, drives, settings, tables)

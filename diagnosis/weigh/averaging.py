@@ -20,8 +20,7 @@ from drivetwin.diagnosis.prepare.deflection import axis_of
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.diagnosis.weigh.moves import CLEARLY
-from drivetwin.diagnosis.weigh.proposal import Family, Proposal
+from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal
 from drivetwin.diagnosis.weigh.state import NEARBY, State
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import PlacedEffect

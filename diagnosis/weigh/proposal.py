@@ -11,6 +11,8 @@ from drivetwin.diagnosis.weigh.state import State
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.errors import UserError
 
+CLEARLY = 0.5
+"""Nats by which another effect must be better to take a place."""
 RIVAL = 0.1
 """Of what an effect gains and takes, that another must, to be asked for in its place."""
 

@@ -17,8 +17,8 @@ from drivetwin.foundation.errors import UserError
 
 STARTS = 3
 """Of a further kind, the best beside what yields already, that are moved together with it."""
-STEPS = 15
-"""Gauss-Newton steps at most, of each."""
+STEPS = 20
+"""Gauss-Newton steps at most, with which all parameters move together."""
 DAMPINGS = (1.0, 10.0, 100.0, 1000.0)
 """Of a step, tried in turn until one is better: Marquardt, J. Soc. Ind. Appl. Math. 11(2), 1963."""
 GOOD = 0.25

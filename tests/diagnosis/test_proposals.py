@@ -16,7 +16,9 @@ from drivetwin.diagnosis.propose.search import Begun, Field, tangents
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import bench_of
-from drivetwin.diagnosis.weigh.moves import Pair, Search
+from drivetwin.diagnosis.weigh.exchange import Exchange
+from drivetwin.diagnosis.weigh.pair import Pair
+from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import colours_of, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import reduced
 from drivetwin.emulator.effects import AxisEffect, Effect
@@ -74,13 +76,13 @@ def test_a_proposal_is_worth_what_the_best_of_its_kind_is(case: Case, tmp_path: 
     made = ready(tmp_path, *(strokes(seed, seconds, more, noise=case.noise) for seed, seconds in ((1, 60.0), (2, 4.0))))
     bench = bench_of(made.rows, Settings(), made.absolute)
     kind = type(case.known[0])
-    search = Search(bench, bench, {case.axis: [kind]}, {}, lambda _what, _share: None)
+    proposer = Proposer(bench, bench, {case.axis: [kind]}, {})
     rng = np.random.default_rng(3)
     noise = {axis: case.noise * RESOLUTION[axis] * rng.standard_normal(bench.rows.count(axis)) for axis in bench.rows.axes}
     alone = state_of(bench, (), colours_of(bench, noise), {})
-    best = max(one.score for each in case.known if (one := search.evaluated(alone, Begun(case.axis, each, 0.0, 1))))
+    best = max(one.score for each in case.known if (one := proposer.evaluated(alone, Begun(case.axis, each, 0.0, 1))))
     assert best > 100.0
-    (found,) = search.proposals(Pair(alone, alone))
+    (found,) = proposer.proposals(Pair(alone, alone))
     assert found.score > 0.9 * best
 
 
@@ -89,8 +91,8 @@ def test_a_wave_of_the_wrong_order_is_exchanged_for_one_of_the_right_order(tmp_p
     bench = bench_of(made.rows, Settings(), made.absolute)
     wrong = placed(bench.rows, "lift", TorqueRipple(0.1, float(TEETH + 2), 0.0))
     state = state_of(bench, (wrong,), first_colours(bench), {})
-    search = Search(bench, bench, {"lift": [TorqueRipple]}, {}, lambda _what, _share: None)
-    pair, _, changed = search.exchanged(Pair(state, state), [])
+    exchange = Exchange(Proposer(bench, bench, {"lift": [TorqueRipple]}, {}), {}, lambda _what, _share: None)
+    pair, _, changed = exchange.exchanged(Pair(state, state), [])
     (found,) = pair.whole.effects
     assert changed
     assert isinstance(found.effect, TorqueRipple)
@@ -103,8 +105,8 @@ def test_what_says_no_more_than_it_costs_is_taken_out(tmp_path: Path) -> None:
     bench = bench_of(made.rows, Settings(), made.absolute)
     true, needless = TorqueRipple(0.4, float(TEETH), 0.4 + np.pi), ViscousAsymmetry(0.01)
     state = state_of(bench, tuple(placed(bench.rows, "lift", one) for one in (true, needless)), first_colours(bench), {})
-    search = Search(bench, bench, {"lift": [TorqueRipple, ViscousAsymmetry]}, {}, lambda _what, _share: None)
-    pair, (family,), changed = search.exchanged(Pair(state, state), [])
+    exchange = Exchange(Proposer(bench, bench, {"lift": [TorqueRipple, ViscousAsymmetry]}, {}), {}, lambda _what, _share: None)
+    pair, (family,), changed = exchange.exchanged(Pair(state, state), [])
     assert changed
     assert [type(one.effect) for one in pair.whole.effects] == [TorqueRipple]
     assert family.chosen is not None

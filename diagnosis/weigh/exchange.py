@@ -1,0 +1,149 @@
+"""What could stand in the place of each effect of a set, or nothing: the better takes it, the others are its family."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import log
+
+import numpy as np
+
+from drivetwin.diagnosis.progress import Progress
+from drivetwin.diagnosis.propose.placing import alike
+from drivetwin.diagnosis.propose.search import Begun
+from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.diagnosis.weigh.pair import Pair
+from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_kind
+from drivetwin.diagnosis.weigh.proposer import Proposer
+from drivetwin.diagnosis.weigh.state import State
+from drivetwin.diagnosis.weigh.yielding import reduced, settled_on
+from drivetwin.emulator.effects import Effect, ModelEffect, PlacedEffect
+from drivetwin.foundation.errors import UserError
+
+IN_PLACE = 3
+"""Proposals, the best of those that take as much, that are settled in the place of an effect."""
+BRIEF = 5
+"""Steps at most of those: the best goes on, and what is still on its way is worse."""
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """Of the effects of a set, each in turn."""
+
+    proposer: Proposer
+    rivals: Mapping[tuple[str, str], frozenset[str]]
+    """What else gained a good part of what each effect gained when it was added, by name and axis."""
+    progress: Progress
+    _families: dict[tuple[tuple[tuple[str, Effect], ...], Effect], Family] = field(init=False, default_factory=dict)
+    """What could stand in the place of an effect beside what acts on its axis: asked again where that has changed."""
+
+    def exchanged(self, pair: Pair, proposals: Sequence[Proposal]) -> tuple[Pair, list[Family], bool]:
+        """Each effect again beside the others: nothing in its place, or what could stand there; the better takes it."""
+        families, changed = [], False
+        pair = Pair(settled_on(pair.whole), pair.part)
+        for asked in pair.whole.effects:
+            one = next((each for each in pair.whole.effects if alike(each, asked)), None)
+            if one is None:
+                continue
+            beside = _what_acts_on(one.axis, pair.whole), one.effect
+            if beside in self._families:
+                families.append(self._families[beside])
+                continue
+            family = self._family(pair, one)
+            if family is None:
+                continue
+            better = self._better(family, pair.whole)
+            if better is not None:
+                pair, changed = pair.as_noise_is(better, proposals), True
+                continue
+            others = [each for each in family.proposals if each.settled is pair.whole or not same_kind(each.effect, one)]
+            self._families[beside] = replace(family, proposals=others)
+            families.append(self._families[beside])
+        return pair, families, changed
+
+    def _family(self, pair: Pair, one: PlacedEffect) -> Family | None:
+        """Nothing and all that could stand in an effect's place, everything beside it moved to where it then belongs; None
+        where the others make no mechanism without it.
+        """
+        self.progress(f"what else than {one.effect.name} on {one.axis}", 0.7)
+        beside = pair.without(one)
+        if beside is None:
+            return None
+        known = self.proposer.evaluated(beside.whole, Begun(one.axis, one.effect, 0.0, 1))
+        rivals = self.rivals.get((one.effect.name, one.axis))
+        others = [*self.proposer.proposals(beside, [one.axis], rivals), *self._simpler(beside.whole, one)]
+        own = [replace(known, settled=pair.whole)] if known is not None else []
+        return Family(one, settled_on(beside.whole, BRIEF), [*own, *self._in_place(beside.whole, others, known)])
+
+    def _better(self, family: Family, state: State) -> State | None:
+        """The set without an effect, or with another in its place, where that is better and leaves no more of the gap."""
+        known = max((self._rated(one) for one in family.proposals if one.settled is state), default=-np.inf)
+        nothing = family.state.reached - self._tried_for(family.state)
+        best = max(family.proposals, key=self._rated, default=None)
+        if best is not None and best.settled is not None and self._rated(best) > max(known + CLEARLY, nothing):
+            better = settled_on(best.settled)
+        elif nothing > known:
+            better = family.state
+        else:
+            return None
+        return None if _leaves_more(better, state) else better
+
+    def _in_place(self, beside: State, found: Sequence[Proposal], known: Proposal | None) -> list[Proposal]:
+        """What takes as much as could stand in the place of what is known there, best first, everything moved to where it
+        then belongs: what stands beside them suits the known one.
+        """
+        settings = self.proposer.bench.settings
+        least = settings.substitutes * known.takes if known is not None else settings.least_share
+        able = [one for one in found if one.takes >= least]
+        if known is not None:
+            able = [one for one in able if one.score > known.score + CLEARLY or not same_kind(one.effect, known.effect)]
+        best = sorted(able, key=lambda one: -one.score)[:IN_PLACE]
+        settled = side_by_side(lambda one: self._settled(beside, one), best)
+        return [one for one in settled if one is not None]
+
+    def _simpler(self, beside: State, one: PlacedEffect) -> list[Proposal]:
+        """An effect as each kind that has all its parameters but some."""
+        there = {each.effect.name for each in beside.effects if each.axis == one.axis}
+        kinds = [kind for kind in self.proposer.kinds[one.axis] if kind.name not in there]
+        found = [self.proposer.evaluated(beside, Begun(one.axis, each, 0.0, 1)) for each in reduced(one.effect, kinds)]
+        return [each for each in found if each is not None]
+
+    def _settled(self, beside: State, one: Proposal) -> Proposal | None:
+        """A proposal with its set settled, and less what that has made needless; None where that makes no mechanism."""
+        try:
+            state = settled_on(beside.of((*beside.effects, one.effect)), BRIEF)
+        except UserError:
+            return None
+        return replace(one, settled=self._leaner(state, one.effect))
+
+    def _leaner(self, state: State, new: PlacedEffect) -> State:
+        """Without effects of an axis that say no more than they cost beside a new one, as everything stands."""
+        for one in state.effects:
+            if one.axis != new.axis or same_kind(one, new):
+                continue
+            try:
+                less = state.of([each for each in state.effects if each is not one])
+            except UserError:
+                continue
+            if less.reached + log(self.proposer.tried(one.axis)) > state.reached:
+                return self._leaner(less, new)
+        return state
+
+    def _rated(self, one: Proposal) -> float:
+        """Log evidence of its set, settled, less what it costs that so many effects were tried [nats]."""
+        assert one.settled is not None
+        return one.settled.reached + one.prior - self._tried_for(one.settled) + log(self.proposer.tried(one.effect.axis))
+
+    def _tried_for(self, state: State) -> float:
+        """What it costs that each effect of a set is one of many [nats]."""
+        return sum(log(self.proposer.tried(one.axis)) for one in state.effects)
+
+
+def _what_acts_on(axis: str, state: State) -> tuple[tuple[str, Effect], ...]:
+    """The effects of an axis, and bodies of any."""
+    return tuple((one.axis, one.effect) for one in state.effects if one.axis == axis or isinstance(one.effect, ModelEffect))
+
+
+def _leaves_more(ahead: State, state: State) -> bool:
+    """Whether a set leaves more of an axis's gap than another: noise with long tails has learned what the other explains."""
+    return any(left > state.left[axis] + state.bench.settings.least_share for axis, left in ahead.left.items())

@@ -1,0 +1,47 @@
+"""The same set of effects on all rows and on a part of them, on which starts are compared and moved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from drivetwin.diagnosis.weigh.alignment import aligned
+from drivetwin.diagnosis.weigh.bench import Bench
+from drivetwin.diagnosis.weigh.colouring import coloured, read_anew
+from drivetwin.diagnosis.weigh.proposal import Proposal
+from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.foundation.errors import UserError
+
+
+@dataclass(frozen=True)
+class Pair:
+    """The same set on all rows, and on a part of them; the same state twice where the part is all of them."""
+
+    whole: State
+    part: State
+
+    def without(self, one: PlacedEffect) -> Pair | None:
+        """The set less one effect, the noise coloured as it was; None where the others make no mechanism without it.
+
+        A late torque looks like what yields: without that it is sought anew.
+        """
+        rest = [each for each in self.whole.effects if each is not one]
+        try:
+            whole = aligned(self.whole.of(rest))
+            return Pair(whole, self.part.of(rest).read(whole.late))
+        except UserError:
+            return None
+
+    def as_noise_is(self, found: State, proposals: Sequence[Proposal]) -> Pair:
+        """Another set, the noise coloured as what is left by it and by everything that could be asked beside it."""
+        whole = coloured(read_anew(found, proposals), proposals)
+        if self.part.bench is self.whole.bench:
+            return Pair(whole, whole)
+        part = state_of(self.part.bench, found.effects, first_colours(self.part.bench), whole.late)
+        return Pair(whole, coloured(part, proposals))
+
+
+def empty(bench: Bench, part: Bench) -> Pair:
+    """No effect, the noise white at the level of the gap."""
+    return Pair(*(state_of(one, (), first_colours(one), {}) for one in (bench, part)))

@@ -1,0 +1,156 @@
+"""What may be added to a set of effects: the best of each effect on each axis, and what the set gains by it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import log
+
+import numpy as np
+
+from drivetwin.diagnosis.prepare.deflection import is_torque
+from drivetwin.diagnosis.propose.placing import placed
+from drivetwin.diagnosis.propose.rigid import rigid_starts
+from drivetwin.diagnosis.propose.search import BRIEFLY, ONE_STEP, REFINED, REFINED_REPLAYS, Begun, coarse, moved
+from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.diagnosis.weigh.bench import Bench
+from drivetwin.diagnosis.weigh.pair import Pair
+from drivetwin.diagnosis.weigh.proposal import Proposal
+from drivetwin.diagnosis.weigh.state import NEARBY, State
+from drivetwin.diagnosis.weigh.yielding import yields
+from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect
+from drivetwin.emulator.effects.delay import Delay
+from drivetwin.foundation.errors import UserError
+
+Kinds = Mapping[str, Sequence[type[Effect]]]
+"""Effects that can be asked for, by axis."""
+
+HOPELESS = 1.0
+"""Nats that a start must gain with its size free, to be moved at all. One whose size is not free may lie beside its valley."""
+
+
+@dataclass(frozen=True)
+class Proposer:
+    """Of a bench; `part` is the same with fewer rows, on which starts are compared and moved."""
+
+    bench: Bench
+    part: Bench
+    kinds: Kinds
+    askew: Mapping[str, frozenset[str]]
+    """Effects that the model speaks against, by axis: rare ones."""
+    _best: dict[tuple[str, str], Effect] = field(init=False, default_factory=dict)
+    """What each effect on each axis was when it was last asked for: a start for the next time."""
+    _tried: dict[tuple[str, str], int] = field(init=False, default_factory=dict)
+
+    def tried(self, axis: str) -> int:
+        """Kinds of effects that could have been named on an axis."""
+        return max(len(self.kinds[axis]), 1)
+
+    def proposals(self, pair: Pair, axes: Sequence[str] | None = None, only: Collection[str] | None = None) -> list[Proposal]:
+        """The best of every effect on every axis, given a set; `only`: of those that yield, by name, for they take the time."""
+        asked = [(axis, kind) for axis in (axes if axes is not None else list(self.kinds)) for kind in self.kinds[axis]]
+        asked = [(axis, kind) for axis, kind in asked if only is None or not yields(kind) or kind.name in only]
+        taken = {(one.effect.name, one.axis) for one in pair.whole.effects}
+        asked = [(axis, kind) for axis, kind in asked if kind.several or (kind.name, axis) not in taken]
+        asked = [(axis, kind) for axis, kind in asked if kind is not Delay or pair.whole.late.get(axis, 0.0) == 0.0]
+        found = side_by_side(lambda one: self._proposed(pair, *one), asked)
+        return [one for one in found if one is not None]
+
+    def again(self, proposals: Sequence[Proposal], state: State) -> list[Proposal]:
+        """Proposals on axes where nothing has changed, as they stand beside the set that is there now."""
+        begun = [Begun(one.effect.axis, one.effect.effect, 0.0, one.tried) for one in proposals]
+        found = side_by_side(lambda one: self.evaluated(state, one), begun)
+        return [one for one in found if one is not None]
+
+    def _proposed(self, pair: Pair, axis: str, kind: type[Effect]) -> Proposal | None:
+        state = pair.part if yields(kind) else pair.whole
+        held = state.held(kind.name, axis)
+        begun = self._begun(state, axis, kind, held)
+        known = self._best.get((axis, kind.name))
+        if begun and known is not None and not kind.several:
+            begun = [replace(begun[0], effect=known), *begun[: REFINED - 1]]
+        tried = [self._moved(state, one, held) for one in begun[:REFINED]]
+        whole = [
+            replace(one, effect=natural, tried=1)
+            for one in tried
+            if (natural := one.effect.natural(state.dynamics[axis])) is not None
+        ]
+        tried += [self._moved(state, one, held, BRIEFLY) for one in whole]
+        judged = [self.evaluated(pair.whole, one) for one in tried]
+        best = max((one for one in judged if one is not None), key=lambda one: one.score, default=None)
+        if best is not None and self.part is not self.bench and yields(kind):
+            again = self._moved(pair.whole, replace(tried[judged.index(best)], effect=best.effect.effect), held, BRIEFLY)
+            best = max(best, self.evaluated(pair.whole, again) or best, key=lambda one: one.score)
+        if best is not None:
+            self._best[axis, kind.name] = best.effect.effect
+        return best
+
+    def _begun(self, state: State, axis: str, kind: type[Effect], held: frozenset[int]) -> list[Begun]:
+        """Where the local search begins. Starts that have to be replayed one by one are compared once, without any effect."""
+        try:
+            if issubclass(kind, ModelEffect):
+                told = state.bench.polynomials.get((axis, kind.name))
+                return rigid_starts(state.frugal, axis, told, held) if told is not None else []
+            assert issubclass(kind, AxisEffect)
+            known = self._best.get((axis, kind.name))
+            if known is not None and not kind.scales:
+                return [Begun(axis, known, 0.0, self._tried[axis, kind.name])]
+            begun = coarse(state.bench.beginnings(axis, kind, state.dynamics[axis]), state.frugal, held)
+        except UserError:
+            return []
+        if begun and kind.scales and begun[0].evidence - state.frugal_fit.evidence < HOPELESS:
+            return []
+        if begun and not kind.scales:
+            self._tried[axis, kind.name] = begun[0].tried
+            begun = self._stepped(state, begun, held)
+            briefly = [self._moved(state, one, held, BRIEFLY) for one in begun[:REFINED_REPLAYS]]
+            rated = [(each, self.evaluated(state, each)) for each in briefly]
+            begun = [each for each, one in sorted(rated, key=lambda pair: -(pair[1].score if pair[1] else -np.inf))]
+        return begun
+
+    def _stepped(self, state: State, begun: Sequence[Begun], held: frozenset[int]) -> list[Begun]:
+        """Each start one step down its own valley, best first: before that its damping decides more than how it yields."""
+
+        def step(one: Begun) -> Begun:
+            ahead = self._moved(state, one, held, ONE_STEP)
+            try:
+                cost = state.system.whiten(state.predictor(one.axis)(ahead.effect))
+            except UserError:
+                return one
+            return max(one, replace(ahead, evidence=state.frugal.fit((), cost, held).evidence), key=lambda each: each.evidence)
+
+        return sorted(side_by_side(step, begun), key=lambda one: -one.evidence)
+
+    def _moved(self, state: State, one: Begun, held: frozenset[int], evaluations: int | None = None) -> Begun:
+        predict = state.predictor(one.axis)
+        more = () if evaluations is None else (evaluations,)
+        fields = state.fields(one.axis, one.effect)
+        effect = moved(state.frugal, state.frugal_fit, one.effect, fields, predict, held, *more)
+        return replace(one, effect=effect)
+
+    def evaluated(self, state: State, one: Begun, free: int | None = None) -> Proposal | None:
+        """What a set gains by an effect; None where it makes no mechanism there, or costs nothing.
+
+        `free`: how many of its parameters are, the first ones; all, if not told.
+        """
+        try:
+            felt = state.felt(one.axis, one.effect)
+            state.rows.simulation.dynamics((*state.effects, placed(state.rows, one.axis, one.effect)))
+        except UserError:
+            return None
+        if not all(np.isfinite(rows).all() for rows in felt.added.values()):
+            return None
+        tangents = felt.tangents[:free]
+        less, tangent = state.system.whiten(felt.added), [state.system.whiten(each) for each in tangents]
+        held = state.held(one.effect.name, one.axis)
+        fit = state.system.fit_tuned(tangent, less, held, NEARBY)
+        left = state.energy(state.patched, tangents, felt.added)
+        taken = {axis: state.left[axis] - left[axis] for axis in felt.added}
+        share = max(part for axis, part in taken.items() if is_torque(axis))
+        gain = fit.evidence - state.fit.evidence
+        rare = one.effect.unlikely(state.rows.motion[one.axis], state.dynamics[one.axis])
+        if one.effect.name in self.askew.get(one.axis, ()):
+            rare -= log(self.bench.settings.askew)
+        prior = -log(self.tried(one.axis)) - log(max(one.tried, 1)) - rare
+        effect, takes = placed(state.rows, one.axis, one.effect), max(taken.values())
+        return Proposal(effect, gain + prior, prior, share, takes, less, tangent, held, one.tried)
