@@ -1,4 +1,4 @@
-"""Keeps the garbage collector from where it finds nothing: a pass over a large heap takes tens of milliseconds."""
+"""Keeps the garbage collector from interrupting real-time code: a pass over a large heap takes tens of milliseconds."""
 
 from __future__ import annotations
 
@@ -17,14 +17,6 @@ def without_collector() -> Iterator[None]:
     finally:
         if runs:
             gc.enable()
-
-
-@contextmanager
-def keep_what_is_made() -> Iterator[None]:
-    """No collection while modules are imported, and none afterwards that looks through what they hold, which is kept anyway."""
-    with without_collector():
-        yield
-    gc.freeze()
 
 
 def keep_for_good() -> None:

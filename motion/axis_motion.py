@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.filtering import derivative, effective_cutoff, reach, zero_phase
@@ -147,8 +148,7 @@ def widen(mask: Mask, width: int) -> Mask:
 def measured_position(columns: dict[str, Samples], period: float) -> Samples:
     if "position" in columns:
         return columns["position"]
-    velocity = columns["velocity"]
-    return np.concatenate(([0.0], np.cumsum(period * (velocity[1:] + velocity[:-1]) / 2.0)))
+    return np.asarray(cumulative_trapezoid(columns["velocity"], dx=period, initial=0), dtype=np.float64)
 
 
 def velocity_noise(recording: Recording, axis: str, raw: Samples, filtered: Samples, cutoff_hz: float) -> float:

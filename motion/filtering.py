@@ -9,13 +9,13 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from scipy import signal
 
 from drivetwin.foundation.compiled import compiled
 from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Samples
 
-_SECTIONS = 2
-"""Of second order each."""
+_ORDER = 4
 _HIGHEST_SHARE_OF_RATE = 0.4
 _LONGEST = 10_000_000
 """Samples: beyond it no recording is long enough, and the order of magnitude says so."""
@@ -30,33 +30,14 @@ def effective_cutoff(period: float, cutoff_hz: float) -> float:
 
 @lru_cache(maxsize=64)
 def _sections(period: float, cutoff_hz: float) -> Samples:
-    """Second-order sections of the filter, (2, 6): those of `scipy.signal.butter`, whose import takes longer than a fit.
-
-    Poles on a half circle, by the bilinear transform with the cut-off prewarped; the pair that rings longest comes last
-    (Oppenheim and Schafer, Discrete-Time Signal Processing, 7.2).
-    """
-    warped = np.tan(np.pi * cutoff_hz * period)
-    poles = -warped * np.exp(1j * np.pi * (2.0 * np.arange(_SECTIONS) + 1.0) / (4.0 * _SECTIONS))
-    turned = (1.0 + poles) / (1.0 - poles)
-    sections = np.zeros((_SECTIONS, 6))
-    sections[:, :3] = 1.0, 2.0, 1.0
-    sections[0, :3] *= np.prod(warped**2 / np.abs(1.0 - poles) ** 2)
-    sections[:, 3] = 1.0
-    sections[:, 4] = -2.0 * turned.real
-    sections[:, 5] = np.abs(turned) ** 2
-    return sections
+    """Second-order sections of the filter, (2, 6)."""
+    return np.asarray(signal.butter(_ORDER, cutoff_hz, fs=1.0 / period, output="sos"), dtype=np.float64)
 
 
 @lru_cache(maxsize=64)
 def _settled(period: float, cutoff_hz: float) -> Samples:
     """State (2, 2) of the sections once a constant 1 has passed them for long."""
-    settled = np.zeros((_SECTIONS, 2))
-    level = 1.0
-    for state, (b0, b1, b2, _, a1, a2) in zip(settled, _sections(period, cutoff_hz), strict=True):
-        out = level * (b0 + b1 + b2) / (1.0 + a1 + a2)
-        state[:] = out - b0 * level, b2 * level - a2 * out
-        level = out
-    return settled
+    return np.asarray(signal.sosfilt_zi(_sections(period, cutoff_hz)), dtype=np.float64)
 
 
 @lru_cache(maxsize=64)
@@ -67,8 +48,7 @@ def reach(period: float, cutoff_hz: float) -> int:
         return half
     impulse = np.zeros(2 * half + 1)
     impulse[half] = 1.0
-    _there_and_back(_sections(period, cutoff_hz), _settled(period, cutoff_hz), impulse, 0)
-    response = np.abs(impulse)
+    response = np.abs(signal.sosfiltfilt(_sections(period, cutoff_hz), impulse, padtype=None))
     return int(np.flatnonzero(response[half:] > 0.02 * response.max()).max()) + 1
 
 

@@ -11,7 +11,6 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from drivetwin.cli.many_values import ManyToValidate
-from drivetwin.foundation.collector import keep_what_is_made
 
 
 @dataclass(frozen=True)
@@ -28,8 +27,7 @@ class Entry:
         """The command itself, with all that it imports."""
         module, _, function = self.place.partition(":")
         alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-        with keep_what_is_made():  # a tenth of what the imports take
-            callback = getattr(import_module(f"drivetwin.cli.{module}"), function)
+        callback = getattr(import_module(f"drivetwin.cli.{module}"), function)
         alone.command(name, cls=self.cls, context_settings=dict(self.context))(callback)
         return typer.main.get_command(alone)
 
