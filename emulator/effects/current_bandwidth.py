@@ -9,8 +9,8 @@ from typing import ClassVar
 
 import mujoco
 import numpy as np
-import scipy  # its parts load where they are called
 from numpy.typing import NDArray
+from scipy import signal
 
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects.base import FREQUENCY, DriveEffect, Exciting, Look, Need, Parameter
@@ -42,8 +42,8 @@ class CurrentBandwidth(DriveEffect):
         turned = 2.0 * pi * self.bandwidth * period
         left = exp(-turned)
         mean = (1.0 - left) / turned
-        at_rest = scipy.signal.lfiltic([1.0 - mean, mean - left], [1.0, -left], [asked[0]], [asked[0]])
-        return np.asarray(scipy.signal.lfilter([1.0 - mean, mean - left], [1.0, -left], asked, zi=at_rest)[0])
+        at_rest = signal.lfiltic([1.0 - mean, mean - left], [1.0, -left], [asked[0]], [asked[0]])
+        return np.asarray(signal.lfilter([1.0 - mean, mean - left], [1.0, -left], asked, zi=at_rest)[0])
 
     @classmethod
     def candidates(

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from math import atan2, hypot, inf
 
 import numpy as np
-import scipy  # its parts load where they are called
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.dynamics.replay import needed_torque
@@ -67,7 +67,7 @@ def strongest(motion: Motion, torque: NDArray[np.float64], most: int) -> list[fl
     centred = torque[moves] - torque[moves].mean()
     power = np.abs(np.fft.rfft(np.bincount(place, weights=centred, minlength=_BINS), 4 * _BINS))
     numbers = np.arange(len(power)) / (4.0 * way)
-    power /= scipy.ndimage.uniform_filter1d(power, _NEIGHBOURS)
+    power /= ndimage.uniform_filter1d(power, _NEIGHBOURS)
     inside = power[1:-1]
     peaks = 1 + np.flatnonzero((inside >= power[:-2]) & (inside > power[2:]))
     peaks = peaks[(numbers[peaks] >= 1.0 / way) & (numbers[peaks] <= 1.0 / shortest(motion))]
