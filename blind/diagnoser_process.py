@@ -11,8 +11,10 @@ import tempfile
 import threading
 from dataclasses import asdict
 from functools import cache
+from pathlib import Path
 
 from drivetwin.blind.serving import DiagnoseRequest, PredictRequest
+from drivetwin.foundation.errors import UserError
 
 DIAGNOSER = (sys.executable, "-P", "-m", "drivetwin.blind.diagnoser")
 
@@ -23,6 +25,20 @@ _PASSED_ON = ("PATH", "HOME", "LANG", "LC_ALL", "TMPDIR")
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
 _LAST_WORDS = 2000
 """Characters of a dead process's stderr that are passed on."""
+
+
+def refuse_other_code(installed: Path) -> None:
+    """Raises UserError where the diagnosing process would import another drivetwin than the one at `installed`, whose code is
+    hashed: a command that is started in a checkout runs from there, the process from what is installed.
+    """
+    asked = (sys.executable, "-P", "-c", "from drivetwin.foundation.files import INSTALLED; print(INSTALLED)")
+    told = subprocess.run(asked, cwd=os.sep, env=_environment(), capture_output=True, text=True, check=True)
+    other = Path(told.stdout.strip())
+    if other != installed:
+        raise UserError(
+            f"this command runs from {installed}, its diagnosing process would run from {other}: install the first (pip "
+            "install --editable), or start the command outside the checkout"
+        )
 
 
 class DiagnoserProcess:
@@ -54,14 +70,13 @@ class DiagnoserProcess:
 
     def _running(self) -> subprocess.Popen[str]:
         if self._process is None:
-            passed_on = {name: os.environ[name] for name in _PASSED_ON if name in os.environ}
             self._process = subprocess.Popen(
                 self._command,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=self._stderr,
                 cwd=os.sep,
-                env={**passed_on, **_ONE_THREAD},
+                env={**_environment(), **_ONE_THREAD},
                 text=True,
             )
         return self._process
@@ -77,6 +92,11 @@ class DiagnoserProcess:
         self._stderr.seek(0)
         words = self._stderr.read()[-_LAST_WORDS:].strip()
         return f"the diagnosing process ended with status {status} without an answer; its last words: {words or 'none'}"
+
+
+def _environment() -> dict[str, str]:
+    """What the process knows of this one's environment."""
+    return {name: os.environ[name] for name in _PASSED_ON if name in os.environ}
 
 
 @cache

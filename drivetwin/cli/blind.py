@@ -15,6 +15,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 from drivetwin.blind.answer import NOMINALS
 from drivetwin.blind.case import Case
 from drivetwin.blind.cluster import cluster
+from drivetwin.blind.diagnoser_process import refuse_other_code
 from drivetwin.blind.draw import draw_cases
 from drivetwin.blind.key import KEY
 from drivetwin.blind.place import Place, code_hash
@@ -31,6 +32,7 @@ from drivetwin.cli.effects_from import EffectsFrom, use_effects
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.emulator.effects import added_effects
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import INSTALLED
 
 _BOTH = "both"
 
@@ -87,6 +89,7 @@ def blind_command(
     console = terminal(silent=quiet or json_)
     if nominal not in (*NOMINALS, _BOTH):
         raise UserError(f"--nominal {nominal}: expected exact, off or both")
+    refuse_other_code(INSTALLED)
     use_effects(effects_from)
     drawn, procedure = _generated(generator, cases, seed, _Asked(family or (), without or (), robots), workers)
     order = Order(drawn, seed, NOMINALS if nominal == _BOTH else (nominal,))
