@@ -18,6 +18,7 @@ from drivetwin.diagnosis.prepare.deflection import deflection
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects import AxisEffect
+from drivetwin.emulator.effects.base import Strays
 from drivetwin.motion.axis_motion import (
     STANDSTILL_REACH,
     AxisMotion,
@@ -39,8 +40,13 @@ WIDE = 2.5
 """The motion that effects see is filtered this many times wider than what is compared: their torque is filtered once more."""
 RIGID_RATE = 3.0
 """The rigid model is evaluated at so many samples a period of the motion's own cut-off, and joined by a cubic spline."""
-SAMPLED = ("position", "velocity", "acceleration", "torque", "time", "rigid_torque", "inertia", "from_others", "deflection")
+SAMPLED = (
+    *("position", "velocity", "acceleration", "torque", "time", "rigid_torque", "inertia"),
+    *("from_others", "weight_slope", "deflection"),
+)
 """Fields of a motion that are samples, where it has them."""
+ASIDE = 1e-4
+"""Step of a position [rad or m], over which a weight is differentiated."""
 HARDLY_COUPLED = 1e-3
 """Of the inertias of two axes, that the one between them must be to count."""
 ENOUGH_FITTED = 0.25
@@ -50,6 +56,22 @@ PREDICTED_RATE = 8.0
 err by 0.2 %."""
 COMPARED_RATE = 2.5
 """Samples that are compared, a period of the cut-off: no more is in them."""
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """What one axis feels of another, (n,) each: d torque / d acceleration and d weight / d position of that."""
+
+    inertia: Array
+    weight_slope: Array
+
+    def part(self, span: slice) -> Coupling:
+        """Some samples of it, at equal steps."""
+        return Coupling(self.inertia[span], self.weight_slope[span])
+
+    def torque(self, strays: Strays) -> Array:
+        """Torque (n,) that it feels of a joint that strays."""
+        return np.asarray(self.inertia * strays.acceleration + self.weight_slope * strays.position)
 
 
 @dataclass(frozen=True)
@@ -96,7 +118,7 @@ class Run:
     """One recording, prepared: every `stride`-th sample is compared; `kinematics` (n, k) of all axes through that filter.
 
     `period` [s]: between samples; `cutoff_hz`, `motion_hz` [Hz]: of the filters of the comparison, and of the motion.
-    `coupling` (n,), by two axes: d torque of the second / d acceleration of the first, where there is any.
+    `coupling`, by two axes: what the second feels of the first, where it feels any.
     """
 
     recording: Recording
@@ -106,7 +128,7 @@ class Run:
     stride: int
     kinematics: Kinematics
     axes: Mapping[str, AxisRun]
-    coupling: Mapping[tuple[str, str], Array]
+    coupling: Mapping[tuple[str, str], Coupling]
     _kept: dict[Hashable, Array] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def kept(self, key: Hashable, made: Callable[[], Array]) -> Array:
@@ -132,7 +154,7 @@ class Run:
     def _part(self, span: slice) -> Run:
         axes = {name: axis.part(span) for name, axis in self.axes.items()}
         recording = replace(self.recording, time=self.recording.time[span])
-        coupling = {pair: inertia[span] for pair, inertia in self.coupling.items()}
+        coupling = {pair: felt.part(span) for pair, felt in self.coupling.items()}
         return replace(self, recording=recording, kinematics=self.kinematics.part(span), axes=axes, coupling=coupling)
 
     def cost(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> dict[str, Array]:
@@ -141,9 +163,9 @@ class Run:
         torque, strays = effect.predict_with_joint(motion, dynamics)
         found = {axis: self.felt(self.axes[axis], torque)}
         if strays is not None:
-            for (of, other), inertia in self.coupling.items():
+            for (of, other), felt in self.coupling.items():
                 if of == axis:
-                    found[other] = self.felt(self.axes[other], inertia * strays)
+                    found[other] = self.felt(self.axes[other], felt.torque(strays))
         return found
 
     def deflected(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> Array | None:
@@ -238,6 +260,7 @@ def prepare(
     compared = _kinematics(simulation, recording, min(cutoff, wide))
     rigid = _rigid(simulation, kinematics, max(1, int(1.0 / (RIGID_RATE * wide * period))))
     inertia = _inertia(simulation, kinematics, max(1, int(0.02 / period)))
+    slope = _weight_slope(simulation, kinematics, max(1, int(0.02 / period)))
     dynamics, narrow = simulation.dynamics(), _narrow(simulation, recording, min(cutoff, wide))
     axes = {}
     for k, axis in enumerate(simulation.axes):
@@ -253,6 +276,7 @@ def prepare(
             from_others=_from_others(inertia[:, k], kinematics.acceleration, k),
             band=cutoff,
             deflection=deflection(recording, axis, measured_position(recording.columns[axis], period), period, cutoff),
+            weight_slope=slope[:, k, k].copy(),
         )
         chosen = select(narrow[axis], standstill[axis], 0.0)
         fitted = chosen.fitted if chosen.fitted.sum() >= ENOUGH_FITTED * chosen.moving.sum() else chosen.moving
@@ -261,7 +285,7 @@ def prepare(
         base = zero_phase(np.where(sticks, motion.torque, simulated), period, cutoff)
         torque = zero_phase(motion.torque, period, cutoff)
         axes[axis] = AxisRun(axis, motion, torque, base, sticks, fitted, fitted, asked.get(axis))
-    coupling = _coupling(simulation.axes, inertia)
+    coupling = _coupling(simulation.axes, inertia, slope)
     return Run(recording, period, cutoff, wide, stride_of(period, cutoff), compared, axes, coupling)
 
 
@@ -331,19 +355,33 @@ def _inertia(simulation: Simulation, kinematics: Kinematics, stride: int) -> Arr
     return np.stack(whole, axis=2)
 
 
+def _weight_slope(simulation: Simulation, kinematics: Kinematics, stride: int) -> Array:
+    """d weight / d position along the motion, (n, k, k): of each axis, by each axis; by central differences."""
+    few = kinematics.every(stride)
+    rest = np.zeros_like(few.position)
+    columns = []
+    for k in range(few.position.shape[1]):
+        aside = rest.copy()
+        aside[:, k] = ASIDE
+        ahead, behind = (simulation.torques(Kinematics(few.position + way * aside, rest, rest)) for way in (1.0, -1.0))
+        columns.append((ahead - behind) / (2.0 * ASIDE))
+    whole = [between(column, len(kinematics.position), stride) for column in columns]
+    return np.stack(whole, axis=2)
+
+
 def _from_others(inertia: Array, acceleration: Array, k: int) -> Array:
     """Torque (n,) of axis k that the others' accelerations cost; both (n, axes)."""
     return np.asarray(np.einsum("nj,nj->n", inertia, acceleration) - inertia[:, k] * acceleration[:, k])
 
 
-def _coupling(axes: Sequence[str], inertia: Array) -> dict[tuple[str, str], Array]:
-    """Inertia (n,) by which one axis's acceleration is felt on another, where it is."""
+def _coupling(axes: Sequence[str], inertia: Array, slope: Array) -> dict[tuple[str, str], Coupling]:
+    """What each axis feels of another, where its acceleration is felt; both (n, axes, axes)."""
     own = np.abs(np.diagonal(inertia, axis1=1, axis2=2)).max(axis=0)
     found = {}
     for k, of in enumerate(axes):
         for j, on in enumerate(axes):
             if j != k and np.abs(inertia[:, j, k]).max() > HARDLY_COUPLED * np.sqrt(own[j] * own[k]):
-                found[of, on] = inertia[:, j, k].copy()
+                found[of, on] = Coupling(inertia[:, j, k].copy(), slope[:, j, k].copy())
     return found
 
 

@@ -73,7 +73,8 @@ class Exchange:
         rivals = self.rivals.get((one.effect.name, one.axis))
         others = [*self.proposer.proposals(beside, [one.axis], rivals), *self._simpler(beside.whole, one)]
         own = [replace(known, settled=pair.whole)] if known is not None else []
-        return Family(one, settled_on(beside.whole, BRIEF), [*own, *self._in_place(beside.whole, others, known)])
+        nothing = beside.settled(beside.whole.effects, BRIEF)
+        return Family(one, nothing, [*own, *self._in_place(beside, others, known)])
 
     def _better(self, family: Family, state: State) -> State | None:
         """The set without an effect, or with another in its place, where that is better and leaves no more of the gap."""
@@ -88,7 +89,7 @@ class Exchange:
             return None
         return None if _leaves_more(better, state) else better
 
-    def _in_place(self, beside: State, found: Sequence[Proposal], known: Proposal | None) -> list[Proposal]:
+    def _in_place(self, beside: Pair, found: Sequence[Proposal], known: Proposal | None) -> list[Proposal]:
         """What takes as much as could stand in the place of what is known there, best first, everything moved to where it
         then belongs: what stands beside them suits the known one.
         """
@@ -108,10 +109,10 @@ class Exchange:
         found = [self.proposer.evaluated(beside, Begun(one.axis, each, 0.0, 1)) for each in reduced(one.effect, kinds)]
         return [each for each in found if each is not None]
 
-    def _settled(self, beside: State, one: Proposal) -> Proposal | None:
+    def _settled(self, beside: Pair, one: Proposal) -> Proposal | None:
         """A proposal with its set settled, and less what that has made needless; None where that makes no mechanism."""
         try:
-            state = settled_on(beside.of((*beside.effects, one.effect)), BRIEF)
+            state = beside.settled((*beside.whole.effects, one.effect), BRIEF)
         except UserError:
             return None
         return replace(one, settled=self._leaner(state, one.effect))

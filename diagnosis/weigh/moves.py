@@ -76,8 +76,8 @@ class Search:
             for one in best:
                 self._rivals[one.effect.effect.name, one.effect.axis] = rivals_of(one, proposals)
             newest = [one.effect for one in best]
-            ahead = settled_on(pair.whole.of((*pair.whole.effects, *newest)))
-            ahead = self.with_yielding_friction(pair.whole, ahead, proposals, {one.axis for one in newest})
+            ahead = pair.settled((*pair.whole.effects, *newest))
+            ahead = self.with_yielding_friction(pair, ahead, proposals, {one.axis for one in newest})
             newest = [one for one in ahead.effects if not any(same_kind(one, each) for each in pair.whole.effects)]
             pair = self.dropped(pair.as_noise_is(ahead, proposals), newest)
             pair = self.yielding(pair, proposals, {one.axis for one in newest if yields(type(one.effect))})
@@ -136,11 +136,11 @@ class Search:
         return pair
 
     def with_yielding_friction(
-        self, before: State, ahead: State, proposals: Sequence[Proposal], axes: Collection[str]
+        self, before: Pair, ahead: State, proposals: Sequence[Proposal], axes: Collection[str]
     ) -> State:
         """A set one step on, or what is better where a level of friction was added: another level, and how it yields."""
         for axis in axes:
-            known = {(one.effect.name, one.axis) for one in before.effects}
+            known = {(one.effect.name, one.axis) for one in before.whole.effects}
             added = [one for one in ahead.effects if one.axis == axis and (one.effect.name, axis) not in known]
             kinds = [kind for kind in self.proposer.kinds[axis] if yields(kind) and Look.LEVEL in kind.looks]
             kinds = [kind for kind in kinds if (kind.name, axis) not in known]
@@ -153,7 +153,8 @@ class Search:
             levels = levels[: settings.levels_tried]
             others = [one for one in ahead.effects if all(one is not each for each in added)]
             for kind in kinds:
-                found = level_that_yields(ahead.of(others), axis, levels, kind)
+                begun = level_that_yields(before.part.of(others), axis, levels, kind)
+                found = settled_on(before.whole.of(begun.effects)) if begun is not None else None
                 if found is not None and found.reached > ahead.reached + CLEARLY:
                     ahead = found
         return ahead

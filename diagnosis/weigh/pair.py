@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 from drivetwin.diagnosis.weigh.alignment import aligned
@@ -10,6 +11,7 @@ from drivetwin.diagnosis.weigh.bench import Bench
 from drivetwin.diagnosis.weigh.colouring import coloured, read_anew
 from drivetwin.diagnosis.weigh.proposal import Proposal
 from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
+from drivetwin.diagnosis.weigh.yielding import STEPS, settled_on
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.errors import UserError
 
@@ -32,6 +34,18 @@ class Pair:
             return Pair(whole, self.part.of(rest).read(whole.late))
         except UserError:
             return None
+
+    def settled(self, effects: Sequence[PlacedEffect], steps: int = STEPS) -> State:
+        """Another set, moved to where the evidence gains no more: on the part, and the rest of its way on all rows.
+
+        Raises UserError where it makes no mechanism.
+        """
+        begun = self.whole.of(effects)
+        if self.part.bench is not self.whole.bench:
+            with suppress(UserError):
+                ahead = self.whole.of(settled_on(self.part.of(effects), steps).effects)
+                begun = max(begun, ahead, key=lambda one: one.reached)
+        return settled_on(begun, steps)
 
     def as_noise_is(self, found: State, proposals: Sequence[Proposal]) -> Pair:
         """Another set, the noise coloured as what is left by it and by everything that could be asked beside it."""

@@ -63,26 +63,27 @@ class Proposer:
         return [one for one in found if one is not None]
 
     def _proposed(self, pair: Pair, axis: str, kind: type[Effect]) -> Proposal | None:
-        state = pair.part if yields(kind) else pair.whole
-        held = state.held(kind.name, axis)
-        begun = self._begun(state, axis, kind, held)
+        """Sought on a part of the rows, judged on all, and there moved the rest of its way."""
+        held = pair.part.held(kind.name, axis)
+        begun = self._begun(pair.part, axis, kind, held)
         known = self._best.get((axis, kind.name))
         if begun and known is not None and not kind.several:
             begun = [replace(begun[0], effect=known), *begun[: REFINED - 1]]
-        tried = [self._moved(state, one, held) for one in begun[:REFINED]]
+        tried = [self._moved(pair.part, one, held) for one in begun[:REFINED]]
         whole = [
             replace(one, effect=natural, tried=1)
             for one in tried
-            if (natural := one.effect.natural(state.dynamics[axis])) is not None
+            if (natural := one.effect.natural(pair.part.dynamics[axis])) is not None
         ]
-        tried += [self._moved(state, one, held, BRIEFLY) for one in whole]
-        judged = [self.evaluated(pair.whole, one) for one in tried]
-        best = max((one for one in judged if one is not None), key=lambda one: one.score, default=None)
-        if best is not None and self.part is not self.bench and yields(kind):
-            again = self._moved(pair.whole, replace(tried[judged.index(best)], effect=best.effect.effect), held, BRIEFLY)
-            best = max(best, self.evaluated(pair.whole, again) or best, key=lambda one: one.score)
-        if best is not None:
-            self._best[axis, kind.name] = best.effect.effect
+        tried += [self._moved(pair.part, one, held, BRIEFLY) for one in whole]
+        judged = [(found, one) for one in tried if (found := self.evaluated(pair.whole, one)) is not None]
+        if not judged:
+            return None
+        best, one = max(judged, key=lambda each: each[0].score)
+        if self.part is not self.bench:
+            again = self._moved(pair.whole, replace(one, effect=best.effect.effect), held, BRIEFLY)
+            best = max(best, self.evaluated(pair.whole, again) or best, key=lambda each: each.score)
+        self._best[axis, kind.name] = best.effect.effect
         return best
 
     def _begun(self, state: State, axis: str, kind: type[Effect], held: frozenset[int]) -> list[Begun]:

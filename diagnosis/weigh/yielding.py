@@ -84,16 +84,19 @@ def reduced(effect: Effect, kinds: Sequence[type[Effect]]) -> list[Effect]:
 
 
 def settled_on(state: State, steps: int = STEPS) -> State:
-    """The set a few Gauss-Newton steps on, all parameters together, as far as the evidence gains."""
+    """The set a few Gauss-Newton steps on, all parameters together, as far as the evidence gains; its torque read anew where
+    these have come to an end.
+    """
+    state = aligned(state)
     for _ in range(steps):
-        before, state = state.reached, aligned(state)
         ahead = step_ahead(state)
-        if ahead is None:
-            break
-        done = ahead.reached - before < ENOUGH
-        state = ahead
-        if done:
-            break
+        gained = ahead.reached - state.reached if ahead is not None else 0.0
+        state = ahead if ahead is not None else state
+        if gained < ENOUGH:
+            read = aligned(state)
+            if read is state:
+                break
+            state = read
     return state
 
 

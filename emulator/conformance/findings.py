@@ -131,7 +131,7 @@ def _louder(effect: AxisEffect | UnnamedEffect) -> AxisEffect | UnnamedEffect:
 
 
 def _louder_motion(motion: Motion) -> Motion:
-    names = ("torque", "rigid_torque", "inertia", "rotor_inertia", "from_others")
+    names = ("torque", "rigid_torque", "inertia", "rotor_inertia", "from_others", "weight_slope")
     return replace(motion, **{name: LOUDER * getattr(motion, name) for name in names})
 
 

@@ -23,7 +23,8 @@ class Motion:
     ratio. `rigid_torque` is what the frictionless rigid machine needs for this motion, `inertia` its d torque / d acceleration,
     both with the motor; `rotor_inertia` is the motor's share of it. `from_others`: what of `rigid_torque` the other axes'
     accelerations cost. `band`: the highest frequency that the motion holds [Hz]. `deflection`: how far a second encoder has the
-    joint ahead of its motor [rad or m], less its mean; None without one. Samples stand in equal steps.
+    joint ahead of its motor [rad or m], less its mean; None without one. `weight_slope`: d weight / d position of the joint
+    itself [N·m/rad or N/m]. Samples stand in equal steps.
     """
 
     position: NDArray[np.float64]
@@ -37,6 +38,7 @@ class Motion:
     from_others: NDArray[np.float64] | float = 0.0
     band: float = inf
     deflection: NDArray[np.float64] | None = None
+    weight_slope: NDArray[np.float64] | float = 0.0
     _kept: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
     _lately: Lately[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=Lately)
 

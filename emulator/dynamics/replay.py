@@ -28,7 +28,8 @@ def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """Motor torque (n,) that an axis with its friction and its transmission costs; joint side, N·m or N.
 
     A rigid gear of constant ratio: rigid_torque + friction. Else inverse dynamics of the motor, whose motion is measured, and
-    forward dynamics of the joint behind it (two-mass system, Spong 1987). Weight and Coriolis torque are those at the motor.
+    forward dynamics of the joint behind it (two-mass system, Spong 1987). Coriolis torque is that at the motor, weight that at
+    the joint, linear in how far it is ahead.
     """
     return replayed(motion, axis)[0]
 
@@ -71,6 +72,11 @@ def _link(motion: Motion) -> NDArray[np.float64]:
     return motion.kept("link", lambda same: same.inertia - same.rotor_inertia)
 
 
+def _slope(motion: Motion) -> NDArray[np.float64]:
+    """d weight / d position of the joint, (n,); shared, not to be written to."""
+    return motion.kept("slope", lambda same: np.broadcast_to(same.weight_slope, same.position.shape).copy())
+
+
 def _at_first(motion: Motion) -> NDArray[np.float64]:
     """Velocity with which a replay begins, and the middle inertia behind the motor, (2,)."""
     first = float(motion.velocity[0])
@@ -82,8 +88,10 @@ def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> NDArray[np.floa
     """`_followed`, by virtual work on the joint's motion."""
     joint, ratio = _at_the_joint(motion, axis.transmission, axis.gear_ratio)
     link = _link(motion)
-    torque = (_weight(motion) + link * joint.acceleration + axis.friction.resistance(joint)) * ratio
-    return np.stack((torque, joint.acceleration, joint.position - motion.position))
+    ahead = joint.position - motion.position
+    weight = _weight(motion) + motion.weight_slope * ahead
+    torque = (weight + link * joint.acceleration + axis.friction.resistance(joint)) * ratio
+    return np.stack((torque, joint.acceleration, ahead))
 
 
 def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tuple[Motion, NDArray[np.float64]]:
@@ -116,6 +124,7 @@ def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]
         float(link[0] * motion.acceleration[0]),
         link,
         _weight(motion),
+        _slope(motion),
         law.warmth(motion),
         law.varying_level(motion),
         motion.period,
@@ -161,9 +170,13 @@ def _start(law, gear, untwisted, weight, warmth, varying, v, pulls):  # type: ig
 
 @compiled
 def _follow(  # type: ignore[no-untyped-def]
-    law, gear, wave, position, velocity, begins, pulls, link, weight, warmth, varying, period, steps, torque, moves, place
+    law, gear, wave, position, velocity, begins, pulls, link, weight, slope, warmth, varying, period, steps,
+    torque, moves, place,
 ) -> None:
-    """Torque (n,) of the motor on the spring of a link (n,), its speed `moves` and `place` (n,); `wave` [rad a rad or m]."""
+    """Torque (n,) of the motor on the spring of a link (n,), its speed `moves` and `place` (n,); `wave` [rad a rad or m].
+
+    Its weight (n,) is that where the motor is, with a `slope` (n,).
+    """
     h = period / steps
     untwisted, ratio = _uneven(gear, wave, position[0])
     v = ratio * begins
@@ -173,7 +186,7 @@ def _follow(  # type: ignore[no-untyped-def]
     for k in range(position.shape[0] - 1):
         level = max(0.0, warmth[k] * (level_at(law, abs(v)) + varying[k]))
         viscous = warmth[k] * _viscous(law, v)
-        constant = weight[k] + warmth[k] * law.coulomb_asymmetry
+        constant = weight[k] + slope[k] * (q - position[k]) + warmth[k] * law.coulomb_asymmetry
         bend = 0.5 * (velocity[k + 1] - velocity[k]) * period
         for step in range(steps):
             share = (step + 1) / steps

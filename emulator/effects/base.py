@@ -176,6 +176,14 @@ class Start:
 
 
 @dataclass(frozen=True)
+class Strays:
+    """By how much a joint strays with an effect from where it is without it: acceleration and position (n,), SI."""
+
+    acceleration: NDArray[np.float64]
+    position: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class AxisEffect(Effect):
     """An effect whose torque follows from the measured motion of its axis, its past included."""
 
@@ -193,8 +201,8 @@ class AxisEffect(Effect):
 
     def predict_with_joint(
         self, motion: Motion, axis: AxisDynamics
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-        """`predict`, and how much more (n,) the joint accelerates with the effect: other axes feel that. None: as much."""
+    ) -> tuple[NDArray[np.float64], Strays | None]:
+        """`predict`, and how the joint strays with the effect from where it is without: other axes feel that. None: not."""
         return self.predict(motion, axis), None
 
     def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64] | None:
@@ -230,12 +238,17 @@ class ReplayedEffect(AxisEffect):
     def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Motor torque (n,) that the axis costs with the effect, N·m or N, and acceleration (n,) of its joint."""
 
+    @abstractmethod
+    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        """How much further (n,) the joint is ahead of where the motor's encoder has it [rad or m]."""
+
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return self.replay(motion, axis)[0] - needed_torque(motion, axis)
 
-    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], Strays]:
         torque, joint = self.replay(motion, axis)
-        return torque - needed_torque(motion, axis), joint - needed_acceleration(motion, axis)
+        strays = Strays(joint - needed_acceleration(motion, axis), self.deflect(motion, axis))
+        return torque - needed_torque(motion, axis), strays
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.dynamics.replay import deflection, needed_acceleration, needed_torque
-from drivetwin.emulator.effects.base import TIME, AxisEffect, Exciting, Look, Need, Parameter, Start
+from drivetwin.emulator.effects.base import TIME, AxisEffect, Exciting, Look, Need, Parameter, Start, Strays
 from drivetwin.emulator.effects.ground import Ground
 
 
@@ -39,9 +39,10 @@ class Delay(AxisEffect):
         own = needed_torque(motion, axis) - motion.from_others
         return np.asarray(np.interp(motion.time + self.delay, motion.time, own) - own)
 
-    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], Strays]:
         joint = needed_acceleration(motion, axis)
-        return self.predict(motion, axis), np.interp(motion.time + self.delay, motion.time, joint) - joint
+        later = np.interp(motion.time + self.delay, motion.time, joint)
+        return self.predict(motion, axis), Strays(later - joint, self.deflect(motion, axis))
 
     def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         joint = motion.position + deflection(motion, axis)

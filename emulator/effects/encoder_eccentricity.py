@@ -81,4 +81,5 @@ class EncoderEccentricity(ReplayedEffect):
         bend = self.amplitude * gear_ratio**2 * np.sin(angle) * velocity**2
         acceleration = (motion.acceleration + bend) / slope
         torque = motion.rigid_torque + motion.inertia * (acceleration - motion.acceleration)
+        torque = torque + motion.weight_slope * (position - motion.position)
         return replace(motion, position=position, velocity=velocity, acceleration=acceleration, rigid_torque=torque)

@@ -120,7 +120,7 @@ def test_play_lets_the_upper_cart_coast_which_the_lower_one_feels(tmp_path: Path
     assert strays is not None
     through = torque + motion.rigid_torque + VISCOUS * motion.velocity - MOTOR * motion.acceleration
     parted = (np.abs(through) < 1e-9) & (np.abs(motion.velocity) > 0.05)
-    true = motion.acceleration + strays
+    true = motion.acceleration + strays.acceleration
     inside = parted & np.roll(parted, 2) & np.roll(parted, -2)
     assert inside.sum() > 100
     lower = run.axes["lower"].motion.acceleration
