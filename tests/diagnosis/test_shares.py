@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -56,6 +57,32 @@ def test_effects_that_overlap_share_what_is_gone_and_what_is_too_much_is_unknown
     assert found["stribeck"].share == pytest.approx(0.84 * 0.6 / 1.4)
     assert found["unknown"].share == pytest.approx(0.14)
     assert found["noise"].share == pytest.approx(0.02)
+
+
+def test_two_effects_that_undo_each_other_have_no_share_of_what_a_third_takes() -> None:
+    """Before, the one of the two that goes with the gap had most of it: nine tenths."""
+    gap, other = sine(1.0, 1.0), sine(1.0, 2.0)
+    parts = {"spring": 3.0 * other + 0.6 * gap, "gravity": -3.0 * other - 0.5 * gap, "encoder_eccentricity": 0.9 * gap}
+    found = divided(gap, parts)
+    assert found["spring"].share == pytest.approx(0.1, abs=0.05)
+    assert found["gravity"].share == 0.0
+    assert found["encoder_eccentricity"].share == pytest.approx(0.9, abs=0.05)
+
+
+@given(st.lists(st.integers(-5, 5), min_size=3, max_size=3), st.lists(st.floats(0.1, 1.0), min_size=3, max_size=3))
+def test_shares_are_averages_over_all_orders(phases: list[int], sizes: list[float]) -> None:
+    """What each of three effects takes when it is added, over all six orders, where none is below 0."""
+    parts = [size * np.sin(2.0 * np.pi * TIME + 0.1 * phase) for size, phase in zip(sizes, phases, strict=True)]
+    gap = np.asarray(sum(parts))
+    taken = np.zeros(3)
+    for order in itertools.permutations(range(3)):
+        left = gap.copy()
+        for k in order:
+            taken[k] += (left @ left - (left - parts[k]) @ (left - parts[k])) / (6.0 * (gap @ gap))
+            left = left - parts[k]
+    found = divided(gap, {str(k): part for k, part in enumerate(parts)})
+    assert (taken > 0.0).all()
+    assert [found[str(k)].share for k in range(3)] == pytest.approx(list(taken), abs=1e-6)
 
 
 def test_a_gap_no_larger_than_noise_is_noise() -> None:
