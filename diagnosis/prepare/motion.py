@@ -45,6 +45,8 @@ SAMPLED = (
     *("from_others", "weight_slope", "deflection"),
 )
 """Fields of a motion that are samples, where it has them."""
+TURNED = 0.5
+"""Of a sample period before and after a reversal, in which friction may have turned round or not."""
 ASIDE = 1e-4
 """Step of a position [rad or m], over which a weight is differentiated."""
 HARDLY_COUPLED = 1e-3
@@ -298,9 +300,11 @@ def _sticks(motion: Motion, threshold: float, moving: Mask, near: int) -> Mask:
     """Where an axis stands within so many samples of some that count, into which the filter smears what it holds then.
 
     Before and after a rest, and as it reverses: for the milliseconds in which friction turns round, any torque between its two
-    levels holds.
+    levels holds. Within half a sample of a reversal, position and torque of a sample do not tell on which side of it they were
+    taken.
     """
-    return np.asarray((np.abs(motion.velocity) <= threshold) & widen(moving, near))
+    speed, turned = np.abs(motion.velocity), TURNED * motion.period * np.abs(motion.acceleration)
+    return np.asarray((speed <= np.maximum(threshold, turned)) & widen(moving, near))
 
 
 def _kinematics(simulation: Simulation, recording: Recording, cutoff: float) -> Kinematics:

@@ -1,0 +1,52 @@
+"""Fifty samples a second: on which side of a reversal one of them was taken is not known, and is no gap."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from rig_bench import COULOMB, GEAR, TURNING, VISCOUS, Swing, lift_torque, turn_torque, written_model
+
+from drivetwin.diagnosis.prepare.prepared import prepared
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.recording.recording import Recording, RecordingInfo
+
+PERIOD = 0.02
+SECONDS = 60.0
+LATE = 0.004
+"""By which torque is recorded after its position [s]: a fifth of a sample."""
+
+
+def sines(sizes: tuple[float, float], rates: tuple[float, float], late: float) -> Swing:
+    """The sum of two, known exactly."""
+    time = np.arange(round(SECONDS / PERIOD)) * PERIOD - late
+    parts = [(size, 2.0 * np.pi * rate) for size, rate in zip(sizes, rates, strict=True)]
+    position = sum(size * np.sin(w * time) for size, w in parts)
+    velocity = sum(size * w * np.cos(w * time) for size, w in parts)
+    acceleration = sum(-size * w**2 * np.sin(w * time) for size, w in parts)
+    return Swing(time, np.asarray(position), np.asarray(velocity), np.asarray(acceleration))
+
+
+def slow_recording() -> Recording:
+    """Of the machine as modelled, without noise."""
+    turn, lift = (sines((0.5, 0.2), (0.9, 0.37), late) for late in (0.0, LATE)), sines((0.2, 0.1), (0.3, 0.17), 0.0)
+    read, felt = turn
+    columns = {
+        "turn": {"position": read.position, "torque": turn_torque(felt)},
+        "lift": {"position": lift.position, "torque": lift_torque(lift)},
+    }
+    axes = {axis: {"joint": axis, "actuator": axis, "gear_ratio": GEAR} for axis in columns}
+    info = RecordingInfo.model_validate({"schema": "recording/1", "machine": "column", "sample_period": PERIOD, "axes": axes})
+    return Recording("slow", info, np.arange(len(read.time)) * PERIOD, columns)
+
+
+def test_a_reversal_between_two_samples_is_no_gap(tmp_path: Path) -> None:
+    """Friction that turns round within a fifth of a sample of where it should; inertia and viscous friction come as late."""
+    recorded = slow_recording()
+    gap = prepared(written_model(tmp_path), [recorded], [recorded], Settings()).rows.target["turn"]
+    swing = sines((0.5, 0.2), (0.9, 0.37), 0.0)
+    jerk = np.gradient(swing.acceleration, PERIOD)
+    smooth = LATE * float(np.sqrt(np.mean((TURNING * jerk + VISCOUS["turn"] * swing.acceleration) ** 2)))
+    assert np.abs(gap).max() < 0.2 * COULOMB["turn"] + 2.0 * smooth
+
+
