@@ -67,8 +67,10 @@ class Inner:
     def tuned(self, component: Index, mean: Array, amplitude: Array, misfit: float) -> Array:
         """Amplitudes (K,) nearer to where the evidence is highest: MacKay 1992, eq. 4.12, with their prior.
 
-        `mean` (m,): of the coefficients, with the present ones.
+        `mean` (m,): of the coefficients, with the present ones. Without any component, as they are.
         """
+        if not len(self.roots):
+            return amplitude
         inverse = linalg.lapack.dpotri(self.factor, lower=1)[0]
         known = 1.0 - self.level**2 * np.diag(inverse)
         told = np.bincount(component, known, len(amplitude))

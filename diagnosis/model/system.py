@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,8 @@ TUNED = 10
 """The same where amplitudes are found as well."""
 CLOSE = 1e-3
 """Change of a level, and of an amplitude over what is usual, below which nothing is left to find."""
+
+NONE_RESTS: Mapping[str, Resting] = MappingProxyType({})
 
 Amplitudes = Mapping[str, Array]
 """Of each axis, of each component of its unknown (K,) [N·m or N]."""
@@ -71,6 +74,19 @@ class Matrix:
 
     rows: Array
     index: Index
+
+
+@dataclass(frozen=True)
+class Resting:
+    """One axis beside others on which something is tried: its noise level, its unknown, and products with that taken out.
+
+    Its coefficients are still found with all others. That its level would move with them is of second order, for the evidence
+    is highest there.
+    """
+
+    level: float
+    inner: Inner
+    reduced: Array
 
 
 @dataclass(frozen=True)
@@ -154,14 +170,29 @@ class System:
 
         `near`: of the further columns, as of the system's.
         """
+        acted = _acted_on(extra, less) or set(self.axes)
         parts = {axis: self._with(axis, extra, less) for axis in self.axes}
-        return solved(self.axes, parts, self._prior(extra, near), held, self.amplitude)
+        return solved(self.axes, parts, self._prior(extra, near), held, self.amplitude, resting=self._others(acted))
 
     def fit_tuned(self, extra: Sequence[Column], less: Column | None, held: frozenset[int], near: float = 0.0) -> Fit:
         """The same with amplitudes where the evidence is highest, on axes that something acts on; on all where nothing does."""
-        acted = {axis for one in (*extra, *([less] if less is not None else [])) for axis in one} or set(self.axes)
+        acted = _acted_on(extra, less) or set(self.axes)
         parts = {axis: self._with(axis, extra, less) for axis in self.axes}
-        return solved(self.axes, parts, self._prior(extra, near), held, self.amplitude, acted)
+        return solved(self.axes, parts, self._prior(extra, near), held, self.amplitude, acted, resting=self._others(acted))
+
+    def _others(self, acted: Collection[str]) -> dict[str, Resting]:
+        """Axes on which nothing further acts, as they are without it."""
+        return {axis: self._resting[axis] for axis in self.axes if axis not in acted}
+
+    @cached_property
+    def _resting(self) -> dict[str, Resting]:
+        """Every axis as it is with these columns alone."""
+        found = {}
+        for axis, level in self.fit().level.items():
+            own = self.axes[axis]
+            inner = Inner.of(own.gram, self.amplitude[axis][own.component], level)
+            found[axis] = Resting(level, inner, inner.reduced(self.products[axis]))
+        return found
 
     def strain(self, fit: Fit) -> float:
         """What the priors of the columns cost [nats]: how far nominal parameters are off."""
@@ -327,6 +358,11 @@ class Projector:
         return np.concatenate([*parts, *needed, (b.T / self.spreads).T])
 
 
+def _acted_on(extra: Sequence[Column], less: Column | None) -> set[str]:
+    """Axes on which further columns act."""
+    return {axis for one in (*extra, *([less] if less is not None else [])) for axis in one}
+
+
 def _matrix(axis: str, columns: Sequence[Column], first: int, target: Array) -> Matrix:
     """`first`: number of the first of the columns."""
     at = [k for k, column in enumerate(columns) if axis in column]
@@ -347,10 +383,11 @@ def solved(
     tuned: Collection[str] = (),
     grams: Mapping[str, Array] | None = None,
     kept: Mapping[str, NDArray[np.bool_]] | None = None,
+    resting: Mapping[str, Resting] = NONE_RESTS,
 ) -> Fit:
     """Coefficients, noise levels and the amplitudes of `tuned` axes in turn, and the evidence.
 
-    `grams` of the unknown's columns where rows are held out.
+    `grams` of the unknown's columns where rows are held out; `resting`: axes whose level and amplitudes stay as they are.
     """
     size = len(whole.base)
     free = np.array([k for k in range(size) if k not in held], dtype=np.intp)
@@ -361,17 +398,19 @@ def solved(
     told = whole.only(free)
     prior = told.base + told.near
     count = {axis: float(kept[axis].sum() if kept else len(own.target)) for axis, own in axes.items()}
-    amplitude, level = dict(amplitude), dict.fromkeys(axes, 1.0)
+    moving = [axis for axis in axes if axis not in resting]
+    amplitude, level = dict(amplitude), dict.fromkeys(axes, 1.0) | {axis: one.level for axis, one in resting.items()}
     values, information = np.zeros(len(free)), np.diag(prior)
     squares: dict[str, float] = {}
-    inner: dict[str, Inner] = {}
+    inner, reduced = ({axis: getattr(one, name) for axis, one in resting.items()} for name in ("inner", "reduced"))
     turns, found = TUNED if tuned else LEVELS, False
     for turn in range(turns):
-        information, right, reduced = np.diag(prior).astype(float), np.zeros(len(free)), {}
-        for axis, own in axes.items():
-            gram = own.gram if grams is None else grams[axis]
-            inner[axis] = Inner.of(gram, amplitude[axis][own.component], level[axis])
+        information, right = np.diag(prior).astype(float), np.zeros(len(free))
+        for axis in moving:
+            gram = axes[axis].gram if grams is None else grams[axis]
+            inner[axis] = Inner.of(gram, amplitude[axis][axes[axis].component], level[axis])
             reduced[axis] = inner[axis].reduced(parts[axis])
+        for axis in axes:
             information[np.ix_(into[axis], into[axis])] += reduced[axis][np.ix_(local[axis], local[axis])] / level[axis] ** 2
             right[into[axis]] += reduced[axis][local[axis], -1] / level[axis] ** 2
         values = _solve(information, right)
@@ -386,9 +425,9 @@ def solved(
             tuned_now = inner[axis].tuned(own.component, mean, amplitude[axis], own.misfit)
             found &= bool(np.abs(tuned_now - amplitude[axis]).max(initial=0.0) < CLOSE * own.misfit)
             amplitude[axis] = tuned_now
-        louder = {axis: max(1.0, float(np.sqrt(squares[axis] / max(count[axis], 1.0)))) for axis in axes}
-        found &= all(abs(louder[axis] - level[axis]) < CLOSE * level[axis] for axis in axes)
-        level = louder
+        louder = {axis: max(1.0, float(np.sqrt(squares[axis] / max(count[axis], 1.0)))) for axis in moving}
+        found &= all(abs(louder[axis] - level[axis]) < CLOSE * level[axis] for axis in moving)
+        level |= louder
     evidence = -told.cost(values)
     for axis, own in axes.items():
         evidence -= own.colour.logarithm + count[axis] * np.log(level[axis]) + 0.5 * squares[axis] / level[axis] ** 2

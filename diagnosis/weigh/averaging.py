@@ -5,6 +5,9 @@ Pseudo-Bayesian model averaging with the Bayesian bootstrap: Yao, Vehtari, Simps
 predict best. How probable they are is another question: a model of the wrong form errs alike in all blocks. What the blocks of
 an axis scatter by is enlarged by the design effect of a cluster (Kish, Survey Sampling, 1965, sec. 5.4), 1 + (blocks - 1) rho,
 whose intraclass correlation rho is the share of what is left that is neither noise nor what the comparison errs by.
+
+A density with an unknown that is large predicts anything, and then decides nothing. So an effect also counts as one that
+predicts where it leaves less energy of motion that was held out, without an unknown: what a patch is judged by.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.diagnosis.model.system import System
 from drivetwin.diagnosis.prepare.deflection import axis_of
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.propose.placing import alike
@@ -33,6 +37,8 @@ Set = tuple[State, Sequence[Column], Column | None, frozenset[int]]
 
 DRAWS = 400
 PROBABLE = 0.5
+CERTAIN = 0.95
+"""Share of the draws in which less energy is left, from which an effect predicts: the usual level of a test."""
 CONSIDERED = 8
 """Members of a family, the best by evidence, that are predicted with."""
 
@@ -50,7 +56,8 @@ class Weighed:
 class Answer:
     """Of one family: the chosen effect with the probability that it or one as good is there, and its members by weight.
 
-    `predicts`: whether it or one as good predicts motion that was held out better than nothing in its place.
+    `predicts`: whether it or one as good predicts motion that was held out better than nothing in its place, by density or by
+    the energy that is left.
     """
 
     chosen: PlacedEffect | None
@@ -94,7 +101,22 @@ def weighed(family: Family, systematic: Mapping[str, float], settings: Settings)
         members.append(Weighed(one, min(1.0, float(mean[k])), as_good))
     alike_ones = [k for k, one in enumerate(members, start=1) if one.as_good]
     probability, best = (min(1.0, float(each[alike_ones].sum())) for each in (mean, plain))
-    return Answer(chosen, probability, best >= PROBABLE, tuple(sorted(members, key=lambda one: -one.weight)))
+    predicts = best >= PROBABLE or _leaves_less(family, own, settings)
+    return Answer(chosen, probability, predicts, tuple(sorted(members, key=lambda one: -one.weight)))
+
+
+def _leaves_less(family: Family, own: Proposal | None, settings: Settings) -> bool:
+    """Whether the chosen set leaves less energy of motion that was held out than nothing in the effect's place, certainly."""
+    if own is None or own.settled is None:
+        return False
+    gain = _energy_held_out(own.settled, settings) - _energy_held_out(family.state, settings)
+    draws = np.random.default_rng(settings.seed).dirichlet(np.ones(len(gain)), DRAWS)
+    return float(np.mean(draws @ gain > 0.0)) >= CERTAIN
+
+
+def _energy_held_out(state: State, settings: Settings) -> Array:
+    """Log density [nats] of all blocks of all axes, (B,), of white noise about the set, nominal parameters as modelled."""
+    return _of_blocks(state.plain, (), None, state.patched | state.held(), settings)
 
 
 def _weights(scores: Array) -> Array:
@@ -174,7 +196,12 @@ def _held_out(
     state: State, tangents: Sequence[Column], column: Column | None, held: frozenset[int], settings: Settings
 ) -> Array:
     """Log density [nats] of all blocks of all axes, (B,)."""
-    system = state.system
+    return _of_blocks(state.system, tangents, column, held, settings)
+
+
+def _of_blocks(
+    system: System, tangents: Sequence[Column], column: Column | None, held: frozenset[int], settings: Settings
+) -> Array:
     folds = {axis: np.arange(int(own.blocks.max(initial=-1)) + 1) % settings.folds for axis, own in system.axes.items()}
     found = system.held_out(folds, settings.folds, tangents, column, held, NEARBY)
     return np.concatenate([found[axis] for axis in sorted(found)])

@@ -238,11 +238,10 @@ def test_held_out_densities_are_those_of_fits_without_the_rows(kind: str) -> Non
         kept = {axis: folds[axis][own.blocks] != fold for axis, own in system.axes.items()}
         part = made(
             {axis: _only(own, kept[axis]) for axis, own in system.axes.items()},
-            [{axis: rows[kept[axis]] for axis, rows in one.items()} for one in system.columns],
-            SPREADS,
+            [{axis: rows[kept[axis]] for axis, rows in one.items()} for one in [*system.columns, system.whiten(FREE)]],
+            np.append(SPREADS, np.inf),
         ).at(amplitude)
-        further = {axis: rows[kept[axis]] for axis, rows in system.whiten(FREE).items()}
-        fit = part.fit([further])
+        fit = part.fit()
         for axis, own in system.axes.items():
             columns = [one.get(axis, np.zeros(COUNT[axis])) for one in [*system.columns, system.whiten(FREE)]]
             left = own.target - np.column_stack(columns) @ fit.coefficients
@@ -255,6 +254,17 @@ def test_held_out_densities_are_those_of_fits_without_the_rows(kind: str) -> Non
                 expected[axis][block] = full + 0.5 * here.sum() * np.log(2.0 * np.pi)
     for axis, densities in expected.items():
         np.testing.assert_allclose(found[axis], densities, rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.parametrize("kind", ["white", "coloured"])
+def test_what_acts_on_one_axis_hardly_changes_the_others(kind: str) -> None:
+    """Their noise level is not found anew: evidence and coefficients are those of all levels found together, nearly."""
+    colour = colours(kind)
+    within = system_of(colour, [*COLUMNS, FREE], np.append(SPREADS, np.inf)).fit()
+    beside = system_of(colour).fit([system_of(colour).whiten(FREE)])
+    assert beside.evidence == pytest.approx(within.evidence, abs=0.02)
+    assert beside.coefficients == pytest.approx(within.coefficients, rel=0.02)
+    assert beside.level["turn"] == system_of(colour).fit().level["turn"]
 
 
 def _free_of_logarithm(count: int) -> Colour:
