@@ -19,7 +19,7 @@ LATE = 0.004
 
 def sines(sizes: tuple[float, float], rates: tuple[float, float], late: float) -> Swing:
     """The sum of two, known exactly."""
-    time = np.arange(round(SECONDS / PERIOD)) * PERIOD - late
+    time = np.arange(round(SECONDS / PERIOD), dtype=np.float64) * PERIOD - late
     parts = [(size, 2.0 * np.pi * rate) for size, rate in zip(sizes, rates, strict=True)]
     position = sum(size * np.sin(w * time) for size, w in parts)
     velocity = sum(size * w * np.cos(w * time) for size, w in parts)
@@ -37,7 +37,7 @@ def slow_recording() -> Recording:
     }
     axes = {axis: {"joint": axis, "actuator": axis, "gear_ratio": GEAR} for axis in columns}
     info = RecordingInfo.model_validate({"schema": "recording/1", "machine": "column", "sample_period": PERIOD, "axes": axes})
-    return Recording("slow", info, np.arange(len(read.time)) * PERIOD, columns)
+    return Recording("slow", info, np.arange(len(read.time), dtype=np.float64) * PERIOD, columns)
 
 
 def test_a_reversal_between_two_samples_is_no_gap(tmp_path: Path) -> None:
@@ -48,5 +48,3 @@ def test_a_reversal_between_two_samples_is_no_gap(tmp_path: Path) -> None:
     jerk = np.gradient(swing.acceleration, PERIOD)
     smooth = LATE * float(np.sqrt(np.mean((TURNING * jerk + VISCOUS["turn"] * swing.acceleration) ** 2)))
     assert np.abs(gap).max() < 0.2 * COULOMB["turn"] + 2.0 * smooth
-
-
