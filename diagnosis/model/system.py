@@ -402,7 +402,8 @@ def solved(
     amplitude, level = dict(amplitude), dict.fromkeys(axes, 1.0) | {axis: one.level for axis, one in resting.items()}
     values, information = np.zeros(len(free)), np.diag(prior)
     squares: dict[str, float] = {}
-    inner, reduced = ({axis: getattr(one, name) for axis, one in resting.items()} for name in ("inner", "reduced"))
+    inner = {axis: one.inner for axis, one in resting.items()}
+    reduced = {axis: one.reduced for axis, one in resting.items()}
     turns, found = TUNED if tuned else LEVELS, False
     for turn in range(turns):
         information, right = np.diag(prior).astype(float), np.zeros(len(free))
