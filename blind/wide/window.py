@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 USUAL = 48.0
 """No band is narrower [Hz], where the sample rate bears it."""
 OF_RATE = 0.4
-"""Of the sample rate, that a band is at most."""
+"""Of the sample rate, of the recording or of the values if that is lower, that a band is at most."""
 TELLS = 0.05
 """Share of the power with which a torque varies, that may lie above its band."""
 STEP = 2.0**0.25
@@ -37,7 +37,7 @@ class Window:
 
 def band_of(torques: Sequence[Array], tick: float, rate: float) -> float:
     """The lowest band [Hz] above which no torque (k,), taken every `tick` [s] and recorded at `rate` [Hz], varies much."""
-    highest = OF_RATE * rate
+    highest = OF_RATE * min(rate, 1.0 / tick)
     band = min(USUAL, highest)
     while band < highest and any(_above(torque, tick, band) > TELLS for torque in torques):
         band = min(STEP * band, highest)

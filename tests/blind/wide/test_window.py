@@ -43,6 +43,15 @@ def test_a_band_ends_where_the_sample_rate_does() -> None:
     assert band_of([wave(2.0) + wave(150.0)], TICK, 100.0) == 40.0
 
 
+def test_a_band_ends_where_the_values_do() -> None:
+    """Of what is recorded at 5 kHz and weighed at 1 kHz, all of which varies."""
+    tick = 1e-3
+    noise = np.random.default_rng(2).standard_normal(8000)
+    band = band_of([noise], tick, 5000.0)
+    assert band == 400.0
+    assert np.isfinite(Window(band, tick, np.ones((len(noise), 1), dtype=bool)).of(noise, 0)).all()
+
+
 @pytest.mark.parametrize("rate", [200.0, 1000.0, 5000.0])
 def test_white_noise_is_left_by_its_bandwidth(rate: float) -> None:
     noise = np.random.default_rng(1).standard_normal(200_000)
