@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 USUAL = 48.0
 """No band is narrower [Hz], where the sample rate bears it."""
 OF_RATE = 0.4
-"""Of the sample rate, of the recording or of the values if that is lower, that a band is at most."""
+"""Of the sample rate, that a band is at most."""
 TELLS = 0.05
 """Share of the power with which a torque varies, that may lie above its band."""
 STEP = 2.0**0.25
@@ -23,7 +23,10 @@ STEP = 2.0**0.25
 
 @dataclass(frozen=True)
 class Window:
-    """A low-pass of no delay at `band` [Hz], of values taken every `tick` [s]; `moving` (k, n) are the samples that count."""
+    """A low-pass of no delay at `band` [Hz], of values taken every `tick` [s]; `moving` (k, n) are the samples that count.
+
+    Values that are taken too seldom for the band hold less of it.
+    """
 
     band: float
     tick: float
@@ -32,12 +35,16 @@ class Window:
     def of(self, values: Array, axis: int) -> Array:
         """What is compared (m,) of a torque (k,) of an axis. At standstill it is anything: nothing of that comes through."""
         moving = self.moving[:, axis]
-        return np.asarray(_low_pass(np.where(moving, values, 0.0), self.tick, self.band)[moving])
+        return np.asarray(_low_pass(np.where(moving, values, 0.0), self.tick, self._held)[moving])
+
+    @property
+    def _held(self) -> float:
+        return min(self.band, OF_RATE / self.tick)
 
 
 def band_of(torques: Sequence[Array], tick: float, rate: float) -> float:
     """The lowest band [Hz] above which no torque (k,), taken every `tick` [s] and recorded at `rate` [Hz], varies much."""
-    highest = OF_RATE * min(rate, 1.0 / tick)
+    highest = OF_RATE * rate
     band = min(USUAL, highest)
     while band < highest and any(_above(torque, tick, band) > TELLS for torque in torques):
         band = min(STEP * band, highest)
