@@ -23,6 +23,8 @@ CHANNEL = frozenset({"torque_lag", "torque_lowpass", "out_of_step"})
 """Nuisances of the recording's torque channel alone, which act on nothing that moves."""
 
 SENSING = frozenset({"encoder_eccentricity", "delay"})
+MOST_PLAY = 0.01
+"""Of the travel, that play is at most: a load that rests on one flank would be given any, to be felt at all."""
 DRIVE = frozenset({"torque_saturation", "current_bandwidth"})
 """What tells in the torque that a drive asks for, not in what a motion needs."""
 
@@ -159,7 +161,7 @@ def _coupling(g: Ground) -> Sizable:
 def _backlash(g: Ground) -> Sizable:
     stiffness, damping = g.spring(g.log(40.0, 150.0), g.log(0.03, 0.3))
     gap = g.log(2e-4, 4e-3) * min(g.travel, 1.0)
-    return lambda s: {"gap": gap * s, "stiffness": stiffness, "damping": damping}
+    return lambda s: {"gap": min(gap * s, MOST_PLAY * g.travel), "stiffness": stiffness, "damping": damping}
 
 
 def _elasticity(g: Ground) -> Sizable:
