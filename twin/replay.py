@@ -35,9 +35,9 @@ def replay(path: Path, recording: Recording, effects: tuple[PlacedEffect, ...]) 
     """Run the model of an MJCF file with these effects through a recording; by axis.
 
     Row k of the recording is the servo period that begins at its time: its position, demand and torque. Between rows the demand
-    is a straight line, of a log slower than any bus a smooth curve; offsets stay. The axes begin at the recorded position and
-    velocity, and at the recorded torque where an integral can hold it. Raises UserError where recording and model do not say
-    enough, and where the simulation is unstable.
+    is a straight line, of a log slower than any bus a smooth curve; offsets stay. The axes begin where their encoders read the
+    recorded position, at the recorded velocity, and at the recorded torque where an integral can hold it. Raises UserError
+    where recording and model do not say enough, and where the simulation is unstable.
     """
     where = str(recording.files[0] if recording.files else recording.name)
     model = read_mjcf(path)
@@ -50,6 +50,9 @@ def replay(path: Path, recording: Recording, effects: tuple[PlacedEffect, ...]) 
     }
     start = {axis: course.position for axis, course in courses.items()}
     mechanism = mechanism_of(path, axes, start, effects, grid.step)
+    begins = {axis: each.encoder.joint_at(start[axis], each.gear_ratio) for axis, each in mechanism.dynamics.items()}
+    if begins != start:
+        mechanism = mechanism_of(path, axes, begins, effects, grid.step)
     mechanism.set_velocities(np.array([course.velocity for course in courses.values()]))
     gears = np.array([axis.gear_ratio for axis in mechanism.dynamics.values()])
     servos = _servos(list(courses.values()), mechanism, gears, grid)

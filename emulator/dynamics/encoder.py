@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sin
+from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from drivetwin.emulator.dynamics.place import Place
 from drivetwin.emulator.dynamics.records import records
 from drivetwin.foundation.compiled import in_place
+
+STEPS = 10
+"""Of Newton's method: an error of the disc bends a position by little."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,15 @@ class Encoder:
     def acts(self) -> bool:
         """Whether it reads anything else than the angle now."""
         return self.eccentricity != 0.0 or self.delay > 0.0
+
+    def joint_at(self, reading: float, gear: float) -> float:
+        """Where a joint stands [rad or m] that is read at `reading`, by Newton's method; `gear`: motor angle over joint."""
+        joint = reading
+        for _ in range(STEPS):
+            angle = gear * joint + self.phase
+            error = joint + self.eccentricity * sin(angle) - reading
+            joint -= error / (1.0 + self.eccentricity * gear * cos(angle))
+        return joint
 
 
 @in_place

@@ -122,6 +122,17 @@ def test_an_effect_moves_the_model_by_what_it_costs(tmp_path: Path) -> None:
     assert replay(model, told, (placed("torque_offset", offset=3.0),))["turn"].position[-1] == pytest.approx(3.0 / KP, rel=1e-3)
 
 
+def test_a_position_is_what_the_encoder_reads(tmp_path: Path) -> None:
+    """Loops close on the reading: an encoder disc off its centre errs by 0.05 rad where the joint is, not in what is told."""
+    model = write_model(tmp_path, coulomb=0.0, damping=0.0)
+    swings = demand(COUNT)
+    told = recording({"position": swings, "position_demand": swings}, {"law": "pd_position_servo", **GAINS})
+    exact = replay(model, told, ())["turn"].position
+    read = replay(model, told, (placed("encoder_eccentricity", amplitude=0.05, phase=1.2),))["turn"].position
+    assert abs(read[0] - swings[0]) < 1e-6
+    assert rms(read - exact) < 0.1 * rms(0.05 * np.sin(swings + 1.2))
+
+
 def test_a_table_of_what_has_no_name_is_replayed_from_its_file(tmp_path: Path) -> None:
     """At rest only what is over the position pulls; written to effects.json and read again."""
     model = write_model(tmp_path, coulomb=0.0)
