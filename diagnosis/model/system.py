@@ -14,15 +14,16 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
+from drivetwin.diagnosis.model.axis_system import Amplitudes, AxisSystem
 from drivetwin.diagnosis.model.beside import Inner, Products
-from drivetwin.diagnosis.model.colour import Colour
 from drivetwin.diagnosis.model.prior import Prior
+from drivetwin.diagnosis.model.projector import Projector
+from drivetwin.diagnosis.model.solve import Fit, Resting, solved
 from drivetwin.diagnosis.prepare.rows import Column
 
 Array = NDArray[np.float64]
@@ -30,42 +31,6 @@ Index = NDArray[np.intp]
 
 FREEDOM = 4.0
 """Degrees of freedom of the t distribution of a stretch that was held out: what Lange, Little and Taylor (1989) recommend."""
-LEVELS = 4
-"""Times that coefficients and noise levels are found in turn."""
-TUNED = 10
-"""The same where amplitudes are found as well."""
-CLOSE = 1e-3
-"""Change of a level, and of an amplitude over what is usual, below which nothing is left to find."""
-
-NONE_RESTS: Mapping[str, Resting] = MappingProxyType({})
-
-Amplitudes = Mapping[str, Array]
-"""Of each axis, of each component of its unknown (K,) [N·m or N]."""
-
-
-@dataclass(frozen=True)
-class AxisSystem:
-    """One axis, whitened: the unknown's columns (N, m), their products (m, m), the component (m,) of each, and y (N,).
-
-    `misfit`: what amplitudes usually are [N·m or N].
-    """
-
-    colour: Colour
-    unknown: Array
-    gram: Array
-    component: Index
-    misfit: float
-    target: Array
-    blocks: Index
-
-    @property
-    def usual(self) -> Array:
-        """Amplitudes (K,) as they usually are."""
-        return np.full(int(self.component.max(initial=-1)) + 1, self.misfit)
-
-    def unlikely(self, amplitude: Array) -> float:
-        """How rare amplitudes (K,) are [nats]: exponential."""
-        return float(np.sum(amplitude)) / self.misfit
 
 
 @dataclass(frozen=True)
@@ -74,47 +39,6 @@ class Matrix:
 
     rows: Array
     index: Index
-
-
-@dataclass(frozen=True)
-class Resting:
-    """One axis beside others on which something is tried: its noise level, its unknown, and products with that taken out.
-
-    Its coefficients are still found with all others. That its level would move with them is of second order, for the evidence
-    is highest there.
-    """
-
-    level: float
-    inner: Inner
-    reduced: Array
-
-
-@dataclass(frozen=True)
-class Fit:
-    """Coefficients (q,), noise level and amplitudes of each axis, and log evidence [nats].
-
-    `information` (f, f): inverse covariance of the f coefficients that are not held, which are `free`.
-    """
-
-    coefficients: Array
-    level: Mapping[str, float]
-    amplitude: Amplitudes
-    evidence: float
-    information: Array
-    free: Index
-
-    @cached_property
-    def covariance(self) -> Array:
-        """Of the coefficients (q, q): 0 for those that are held. Few of the fits of a search are asked for it."""
-        covariance = np.zeros((len(self.coefficients), len(self.coefficients)))
-        covariance[np.ix_(self.free, self.free)] = inverse_of(self.information)
-        return covariance
-
-
-def axis_system(colour: Colour, unknown: Array, component: Index, misfit: float, target: Array, blocks: Index) -> AxisSystem:
-    """`unknown` (N, m): its columns as they are felt, for coefficients of rms `misfit` [N·m or N]; the component of each."""
-    columns = colour.whiten(unknown)
-    return AxisSystem(colour, columns, columns.T @ columns, component, misfit, colour.whiten(target), blocks)
 
 
 def system_of(
@@ -310,54 +234,6 @@ def _log_density(left: Array, unknown: Array, level: float) -> float:
     return float(tail - 0.5 * spread - n * np.log(level))
 
 
-@dataclass(frozen=True)
-class Projector:
-    """Least squares with the columns and the unknown taken out: what a local search for an effect minimises.
-
-    `products` are those of `columns`, by axis: nothing of the size of the rows is computed twice.
-    """
-
-    axes: Mapping[str, AxisSystem]
-    columns: Mapping[str, Array]
-    products: Mapping[str, Products]
-    spreads: Array
-    level: Mapping[str, float]
-    amplitude: Amplitudes
-
-    @cached_property
-    def _inverse(self) -> Array:
-        information = np.diag(1.0 / self.spreads**2)
-        for axis, part in self.products.items():
-            information[np.ix_(part.index, part.index)] += self._inner[axis].reduced(part) / self.level[axis] ** 2
-        return inverse_of(information)
-
-    @cached_property
-    def _inner(self) -> dict[str, Inner]:
-        return {
-            axis: Inner.of(own.gram, self.amplitude[axis][own.component], self.level[axis]) for axis, own in self.axes.items()
-        }
-
-    def left(self, rows: Mapping[str, Array]) -> Array:
-        """Whitened rows (N,) or (N, k) of each axis, in units of the noise, less what is explained; axis after axis.
-
-        Behind them what columns and unknown need, in units of their priors: the sum of squares is that of the evidence.
-        """
-        unknown = {axis: own.unknown.T @ rows[axis] for axis, own in self.axes.items()}
-        right = np.zeros((len(self.spreads), *next(iter(rows.values())).shape[1:]))
-        for axis, part in self.products.items():
-            own_right = self.columns[axis].T @ rows[axis] - part.across.T @ self._inner[axis].mean(unknown[axis])
-            right[part.index] += own_right / self.level[axis] ** 2
-        b = self._inverse @ right
-        parts, needed = [], []
-        for axis, own in self.axes.items():
-            part, own_b = self.products[axis], b[self.products[axis].index]
-            inner = self._inner[axis]
-            amount = inner.mean(unknown[axis] - part.across @ own_b)
-            parts.append((rows[axis] - self.columns[axis] @ own_b - own.unknown @ amount) / self.level[axis])
-            needed.append((amount.T / np.maximum(inner.roots, 1e-300)).T)
-        return np.concatenate([*parts, *needed, (b.T / self.spreads).T])
-
-
 def _acted_on(extra: Sequence[Column], less: Column | None) -> set[str]:
     """Axes on which further columns act."""
     return {axis for one in (*extra, *([less] if less is not None else [])) for axis in one}
@@ -372,100 +248,3 @@ def _matrix(axis: str, columns: Sequence[Column], first: int, target: Array) -> 
 
 def _products(own: AxisSystem, matrix: Matrix) -> Products:
     return Products(matrix.rows.T @ matrix.rows, own.unknown.T @ matrix.rows, matrix.index)
-
-
-def solved(
-    axes: Mapping[str, AxisSystem],
-    parts: Mapping[str, Products],
-    whole: Prior,
-    held: frozenset[int],
-    amplitude: Amplitudes,
-    tuned: Collection[str] = (),
-    grams: Mapping[str, Array] | None = None,
-    kept: Mapping[str, NDArray[np.bool_]] | None = None,
-    resting: Mapping[str, Resting] = NONE_RESTS,
-) -> Fit:
-    """Coefficients, noise levels and the amplitudes of `tuned` axes in turn, and the evidence.
-
-    `grams` of the unknown's columns where rows are held out; `resting`: axes whose level and amplitudes stay as they are.
-    """
-    size = len(whole.base)
-    free = np.array([k for k in range(size) if k not in held], dtype=np.intp)
-    place = np.full(size, -1, dtype=np.intp)
-    place[free] = np.arange(len(free))
-    local = {axis: np.flatnonzero(place[part.index] >= 0) for axis, part in parts.items()}
-    into = {axis: place[part.index[local[axis]]] for axis, part in parts.items()}
-    told = whole.only(free)
-    prior = told.base + told.near
-    count = {axis: float(kept[axis].sum() if kept else len(own.target)) for axis, own in axes.items()}
-    moving = [axis for axis in axes if axis not in resting]
-    amplitude, level = dict(amplitude), dict.fromkeys(axes, 1.0) | {axis: one.level for axis, one in resting.items()}
-    values, information = np.zeros(len(free)), np.diag(prior)
-    squares: dict[str, float] = {}
-    inner = {axis: one.inner for axis, one in resting.items()}
-    reduced = {axis: one.reduced for axis, one in resting.items()}
-    turns, found = TUNED if tuned else LEVELS, False
-    for turn in range(turns):
-        information, right = np.diag(prior).astype(float), np.zeros(len(free))
-        for axis in moving:
-            gram = axes[axis].gram if grams is None else grams[axis]
-            inner[axis] = Inner.of(gram, amplitude[axis][axes[axis].component], level[axis])
-            reduced[axis] = inner[axis].reduced(parts[axis])
-        for axis in axes:
-            information[np.ix_(into[axis], into[axis])] += reduced[axis][np.ix_(local[axis], local[axis])] / level[axis] ** 2
-            right[into[axis]] += reduced[axis][local[axis], -1] / level[axis] ** 2
-        values = _solve(information, right)
-        squares = {axis: _square(reduced[axis], local[axis], values[into[axis]]) for axis in axes}
-        if found or turn == turns - 1:
-            break
-        found, prior = True, told.precision(values)
-        for axis in tuned:
-            own, part = axes[axis], parts[axis]
-            left = part.across[:, -1] - part.across[:, local[axis]] @ values[into[axis]]
-            mean = inner[axis].mean(left)
-            tuned_now = inner[axis].tuned(own.component, mean, amplitude[axis], own.misfit)
-            found &= bool(np.abs(tuned_now - amplitude[axis]).max(initial=0.0) < CLOSE * own.misfit)
-            amplitude[axis] = tuned_now
-        louder = {axis: max(1.0, float(np.sqrt(squares[axis] / max(count[axis], 1.0)))) for axis in moving}
-        found &= all(abs(louder[axis] - level[axis]) < CLOSE * level[axis] for axis in moving)
-        level |= louder
-    evidence = -told.cost(values)
-    for axis, own in axes.items():
-        evidence -= own.colour.logarithm + count[axis] * np.log(level[axis]) + 0.5 * squares[axis] / level[axis] ** 2
-        evidence -= inner[axis].logarithm + own.unlikely(amplitude[axis])
-    bound = np.flatnonzero(told.base > 0.0)
-    if bound.size:
-        spread = 1.0 / np.sqrt(told.base[bound])
-        inner_bound = information[np.ix_(bound, bound)] * np.outer(spread, spread)
-        evidence -= 0.5 * float(np.linalg.slogdet(inner_bound)[1])
-    independent = sum(own.colour.independent for own in axes.values())
-    evidence -= 0.5 * float(np.sum(told.base == 0.0)) * np.log(independent)
-    coefficients = np.zeros(size)
-    coefficients[free] = values
-    return Fit(coefficients, level, amplitude, float(evidence), information, free)
-
-
-def _square(reduced: Array, local: Index, values: Array) -> float:
-    """Sum of squares that columns with some values leave of the target."""
-    vector = np.zeros(len(reduced))
-    vector[local], vector[-1] = -values, 1.0
-    return max(float(vector @ reduced @ vector), 0.0)
-
-
-def _solve(information: Array, right: Array) -> Array:
-    scale = _scale(information)
-    scaled = information / np.outer(scale, scale) + 1e-10 * np.eye(len(scale))
-    return np.asarray(np.linalg.solve(scaled, right / scale) / scale)
-
-
-def inverse_of(information: Array) -> Array:
-    """Of a matrix (q, q), scaled, so that columns of different units weigh alike in the numerics."""
-    scale = _scale(information)
-    return np.asarray(np.linalg.inv(information / np.outer(scale, scale) + 1e-10 * np.eye(len(scale))) / np.outer(scale, scale))
-
-
-def _scale(information: Array) -> Array:
-    """Of each coefficient, so that columns of different units weigh alike in the numerics; 1 for one that nothing tells."""
-    scale = np.sqrt(np.maximum(np.diag(information), 0.0))
-    scale[scale < 1e-100] = 1.0
-    return scale

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from drivetwin.diagnosis.model.system import Fit, System
+from drivetwin.diagnosis.model.solve import Fit
+from drivetwin.diagnosis.model.system import System
 from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.emulator.dynamics import AxisDynamics, Motion

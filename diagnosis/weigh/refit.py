@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.diagnosis.model.system import Fit, inverse_of
+from drivetwin.diagnosis.model.solve import Fit, inverse_of
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.weigh.state import State, moved_by_fit
 from drivetwin.emulator.effects import PlacedEffect

@@ -10,8 +10,10 @@ from math import log
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.diagnosis.model.axis_system import AxisSystem, axis_system
 from drivetwin.diagnosis.model.colour import Colour, colour_of, white
-from drivetwin.diagnosis.model.system import AxisSystem, Fit, System, axis_system, system_of
+from drivetwin.diagnosis.model.solve import Fit
+from drivetwin.diagnosis.model.system import System, system_of
 from drivetwin.diagnosis.prepare.deflection import axis_of
 from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.propose.placing import in_order, placed

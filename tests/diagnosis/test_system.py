@@ -10,8 +10,9 @@ from scipy import optimize
 from scipy.stats import multivariate_normal, multivariate_t
 from weigh_bench import PERIOD, rows_of
 
+from drivetwin.diagnosis.model.axis_system import AxisSystem, axis_system
 from drivetwin.diagnosis.model.colour import Colour, colour_of, white
-from drivetwin.diagnosis.model.system import FREEDOM, AxisSystem, System, axis_system
+from drivetwin.diagnosis.model.system import FREEDOM, System
 from drivetwin.diagnosis.model.system import system_of as made
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.report.result import Array
