@@ -9,13 +9,18 @@ import pytest
 from plain_bench import Machine
 
 from drivetwin.diagnosis.propose.placing import placed
-from drivetwin.diagnosis.weigh.averaging import Answer, believed
+from drivetwin.diagnosis.propose.search import Begun
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.averaging import Answer, believed, weighed
+from drivetwin.diagnosis.weigh.proposal import Family
+from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.position_friction import PositionFriction
 from drivetwin.emulator.effects.torque_offset import TorqueOffset
+from drivetwin.emulator.effects.torque_ripple import TorqueRipple
 from drivetwin.emulator.effects.viscous_asymmetry import ViscousAsymmetry
 from drivetwin.emulator.effects.waves import travel
 from drivetwin.foundation.errors import UserError
@@ -41,6 +46,21 @@ def names(state: State) -> list[str]:
 def test_what_predicts_no_better_than_nothing_is_given_up(state: State) -> None:
     left = believed(state, [answer(state, WAVE, predicts=False), answer(state, OFFSET, predicts=True)])
     assert names(left) == ["torque_offset"]
+
+
+@pytest.mark.parametrize(("effect", "there"), [(TorqueRipple(0.6, 2.0, 0.4), True), (TorqueRipple(0.6, 7.0, 0.4), False)])
+def test_what_leaves_less_of_held_out_motion_predicts_though_no_density_says_so(
+    state: State, effect: TorqueRipple, there: bool
+) -> None:
+    """The machine's own cogging, and one of an order that it has not; by the prior both are too rare for their density."""
+    nothing = state.of(())
+    chosen = placed(state.bench.rows, "turn", effect)
+    found = Proposer(state.bench, state.bench, {"turn": [TorqueRipple]}, {}).evaluated(nothing, Begun("turn", effect, 0.0, 1))
+    assert found is not None
+    rare = replace(found, prior=-1e9, settled=nothing.of((chosen,)))
+    told = weighed(Family(chosen, nothing, [rare]), {"turn": 0.0}, Settings())
+    assert told.probability < 0.01
+    assert told.predicts == there
 
 
 def test_no_search_makes_a_wave_longer_than_the_travel(state: State) -> None:
