@@ -4,6 +4,10 @@ Noise is not equally loud everywhere: what no model has shows where friction tur
 each row has a weight, that of a t distribution of its prediction error (Lange, Little, Taylor, Journal of the American
 Statistical Association 84(408), 1989), found by turns with the autoregression. How long the tails are is fitted; noise that is
 normal has none, and all weights are 1.
+
+A torque that is recorded in coarse steps errs alike as long as it stays on one: the samples of a plateau tell as much as one of
+them. A row of a plateau of k rows counts as 1 / (1 + (k - 1) rho), Kish's design effect of a cluster (Survey Sampling, 1965,
+sec. 5.4); rho is the share of what is left that the steps make.
 """
 
 from __future__ import annotations
@@ -47,13 +51,15 @@ class Colour:
     """Rows directly before each, at most the order."""
     weight: Array
     """Of each row (N,), the root: what its error is multiplied by."""
+    counts: Array
+    """As how many each row (N,) counts, at most 1."""
 
     @property
     def logarithm(self) -> float:
         """Sum over rows of the logarithm of what each is divided by: the density of rows that are not white needs it."""
         total = 0.0
         for rows, deviation, scale in zip(self.groups, self.deviation, self.scale, strict=True):
-            total += float(np.sum(np.log(deviation[self.age[rows]] * scale / self.weight[rows])))
+            total += float(self.counts[rows] @ np.log(deviation[self.age[rows]] * scale / self.weight[rows]))
         return total
 
     @property
@@ -72,7 +78,7 @@ class Colour:
         count = 0.0
         for rows, predictors, deviation in zip(self.groups, self.predictors, self.deviation, strict=True):
             slow = 1.0 / max(1.0 - float(predictors[-1].sum()), 1e-3) ** 2
-            count += len(rows) * min(1.0, float(deviation[0]) ** 2 / slow)
+            count += float(self.counts[rows].sum()) * min(1.0, float(deviation[0]) ** 2 / slow)
         return max(count, 2.0)
 
     def whiten(self, columns: Array) -> Array:
@@ -81,7 +87,7 @@ class Colour:
         out = np.empty_like(flat)
         for rows, predictors, deviation, scale in zip(self.groups, self.predictors, self.deviation, self.scale, strict=True):
             _whiten(flat, rows, self.age, _table(predictors), deviation * scale, out)
-        return np.asarray((out.T * self.weight).T).reshape(columns.shape)
+        return np.asarray((out.T * (self.weight * np.sqrt(self.counts))).T).reshape(columns.shape)
 
 
 def white(rows: AxisRows, intervals: Array, level: float, order: int) -> Colour:
@@ -94,6 +100,7 @@ def white(rows: AxisRows, intervals: Array, level: float, order: int) -> Colour:
         tuple(level for _ in groups),
         _age(rows, order),
         np.ones(len(rows)),
+        _counts(rows, np.full(len(rows), level**2)),
     )
 
 
@@ -104,51 +111,60 @@ def colour_of(rows: AxisRows, intervals: Array, residual: Array, order: int, flo
     """
     age, groups = _age(rows, order), _groups(rows, intervals)
     weight, errors = np.ones(len(rows)), np.zeros((len(rows), 1))
+    counts = _counts(rows, np.full(len(rows), np.mean(residual**2) if len(residual) else 0.0))
     predictors, deviations, levels = [], [], []
     for group in groups:
-        own, known, roots = residual[group], age[group], weight[group]
+        own, known, roots, told = residual[group], age[group], weight[group], counts[group]
         for _ in range(TURNS):
-            table, variance = _levinson(_correlation(own * roots, known, order, floor))
+            table, variance = _levinson(_correlation(own * roots, told, known, order, floor))
             deviation, level = np.sqrt(variance / variance[-1]), max(float(np.sqrt(variance[-1])), 1e-300)
             _whiten(residual[:, None], group, age, _table(table), deviation, errors)
-            roots = _roots(errors[group, 0])
+            roots = _roots(errors[group, 0], told)
         weight[group] = roots
         predictors.append(table)
         deviations.append(deviation)
         levels.append(level)
-    return Colour(groups, tuple(predictors), tuple(deviations), tuple(levels), age, weight)
+    return Colour(groups, tuple(predictors), tuple(deviations), tuple(levels), age, weight, counts)
 
 
-def _roots(errors: Array) -> Array:
+def _counts(rows: AxisRows, left: Array) -> Array:
+    """As how many each row counts (N,), where so much is `left` (N,), a variance."""
+    share = np.minimum(rows.coarse / np.maximum(left, 1e-300), 1.0)
+    return np.asarray(1.0 / (1.0 + (rows.repeats - 1.0) * share))
+
+
+def _roots(errors: Array, counts: Array) -> Array:
     """Of each error (n,), the root of its weight under the t distribution that fits them best; 1 under the normal one."""
     if not errors.any():
         return np.ones_like(errors)
-    best, found = float(np.sum(stats.norm.logpdf(errors, 0.0, np.sqrt(np.mean(errors**2))))), np.ones_like(errors)
+    normal = np.sqrt(np.average(errors**2, weights=counts))
+    best, found = float(counts @ stats.norm.logpdf(errors, 0.0, normal)), np.ones_like(errors)
     for freedom in FREEDOMS:
-        scale = _scale(errors, freedom)
-        likelihood = float(np.sum(stats.t.logpdf(errors, freedom, 0.0, scale)))
+        scale = _scale(errors, counts, freedom)
+        likelihood = float(counts @ stats.t.logpdf(errors, freedom, 0.0, scale))
         if likelihood > best:
             best, found = likelihood, np.sqrt((freedom + 1.0) / (freedom + (errors / scale) ** 2))
     return found
 
 
-def _scale(errors: Array, freedom: float) -> float:
+def _scale(errors: Array, counts: Array, freedom: float) -> float:
     """The likeliest scale of a t distribution, by expectation and maximisation."""
     square = float(np.median(errors**2)) or float(np.mean(errors**2))
     for _ in range(STEPS):
-        square = float(np.mean((freedom + 1.0) / (freedom + errors**2 / square) * errors**2))
+        square = float(np.average((freedom + 1.0) / (freedom + errors**2 / square) * errors**2, weights=counts))
     return float(np.sqrt(square))
 
 
-def _correlation(own: Array, known: Index, order: int, floor: float) -> Array:
+def _correlation(own: Array, counts: Array, known: Index, order: int, floor: float) -> Array:
     """Of rows (N,) by lag, (order + 1,), with the white noise that is in any."""
-    power = float(np.mean(own**2)) if len(own) else 0.0
+    total, own = float(counts.sum()), own * np.sqrt(counts)
+    power = float(own @ own) / total if len(own) else 0.0
     correlation = np.zeros(order + 1)
     correlation[0] = (1.0 + SHRUNK) * power + floor**2
     for lag in range(1, order + 1):
         pairs = np.flatnonzero(known >= lag)
         if len(pairs) > 4 * order:
-            correlation[lag] = float(own[pairs] @ own[pairs - lag]) / len(own)  # over all rows: never indefinite
+            correlation[lag] = float(own[pairs] @ own[pairs - lag]) / total  # over all rows: never indefinite
     return correlation
 
 

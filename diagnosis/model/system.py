@@ -212,19 +212,19 @@ class System:
                 for block in np.unique(own.blocks[mask]):
                     rows = own.blocks == block
                     unknown = own.unknown[rows] * amplitude[axis][own.component]
-                    found[axis][block] = _log_density(left[rows], unknown, fit.level[axis])
+                    found[axis][block] = _log_density(left[rows], unknown, fit.level[axis], float(own.counts[rows].sum()))
         return found
 
 
-def _log_density(left: Array, unknown: Array, level: float) -> float:
-    """Of rows (n,) [nats] beside noise and an unknown that was not learned elsewhere: by its prior (Woodbury's identity).
+def _log_density(left: Array, unknown: Array, level: float, n: float) -> float:
+    """Of rows (k,) [nats] beside noise and an unknown that was not learned elsewhere: by its prior (Woodbury's identity).
 
-    `unknown` (n, m): its columns, for coefficients of rms 1.
+    `unknown` (k, m): its columns, for coefficients of rms 1; `n`: as how many the rows count.
 
     A multivariate t distribution instead of a normal one: noise is not equally loud everywhere, and no stretch of time may
     outvote all others (Lange, Little, Taylor, Journal of the American Statistical Association 84(408), 1989).
     """
-    ratio, n = level**2, len(left)
+    ratio = level**2
     inner = unknown.T @ unknown + ratio * np.eye(unknown.shape[1])
     across = unknown.T @ left
     square = float(left @ left - across @ np.linalg.solve(inner, across)) if len(across) else float(left @ left)

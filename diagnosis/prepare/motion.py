@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
-from drivetwin.diagnosis.prepare.channel import earlier, torque_of
+from drivetwin.diagnosis.prepare.channel import earlier, step_of, torque_of, unchanged
 from drivetwin.diagnosis.prepare.deflection import deflection
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
@@ -82,6 +82,7 @@ class AxisRun:
 
     `asked`: how its torque is known where it was not recorded.
 
+    `unchanged`: how long the torque stays as recorded there [s]; `step`: the least by which it changes [N·m or N].
     `base` is the torque of the simulation as it stands; where `sticks`, for a moment in the middle of a motion, the measured
     one, for stiction holds any.
     """
@@ -93,6 +94,8 @@ class AxisRun:
     sticks: Mask
     used: Mask
     fitted: Mask
+    unchanged: Array
+    step: float
     asked: AskedTorque | None = None
 
     def part(self, span: slice) -> AxisRun:
@@ -106,6 +109,7 @@ class AxisRun:
             sticks=self.sticks[span],
             used=self.used[span],
             fitted=self.fitted[span],
+            unchanged=self.unchanged[span],
         )
 
     def without_edges(self, edge: int) -> AxisRun:
@@ -286,7 +290,11 @@ def prepare(
         simulated = rigid[:, k] + dynamics[axis].friction.resistance(motion)
         base = zero_phase(np.where(sticks, motion.torque, simulated), period, cutoff)
         torque = zero_phase(motion.torque, period, cutoff)
-        axes[axis] = AxisRun(axis, motion, torque, base, sticks, fitted, fitted, asked.get(axis))
+        recorded = recording.columns[axis]["torque"]
+        step = recording.info.axes[axis].torque_resolution or step_of(recorded)
+        axes[axis] = AxisRun(
+            axis, motion, torque, base, sticks, fitted, fitted, unchanged(recorded, period), step, asked.get(axis)
+        )
     coupling = _coupling(simulation.axes, inertia, slope)
     return Run(recording, period, cutoff, wide, stride_of(period, cutoff), compared, axes, coupling)
 

@@ -34,16 +34,23 @@ MUCH = 1.5
 class AxisRows:
     """Rows of one axis, (N,) each: their recording, their sample number in it; `start` where no row is directly before.
 
-    `block` numbers stretches of contiguous time, in which motion is held out together.
+    `block` numbers stretches of contiguous time, in which motion is held out together. `repeats`: rows over which the recorded
+    torque does not change, 1 where it does; `coarse`: variance that its steps make [(N·m)² or N²].
     """
 
     run: Index
     sample: Index
     start: NDArray[np.bool_]
     block: Index
+    repeats: Array
+    coarse: Array
 
     def __len__(self) -> int:
         return len(self.run)
+
+    def every_one_counts(self) -> AxisRows:
+        """The same rows of what was recorded without such steps."""
+        return replace(self, repeats=np.ones(len(self)), coarse=np.zeros(len(self)))
 
 
 @dataclass(frozen=True)
@@ -69,13 +76,13 @@ class Rows:
     def of(self) -> dict[str, AxisRows]:
         """The rows of each axis; its deflection is compared where its torque is."""
         torque = {axis: self._of(axis) for axis in self.axes}
-        return {name: torque[axis_of(name)] for name in self.compared}
+        return {name: torque[name] if is_torque(name) else torque[axis_of(name)].every_one_counts() for name in self.compared}
 
     def _of(self, axis: str) -> AxisRows:
         picks = [np.flatnonzero(run.axes[axis].fitted[:: run.stride]) for run in self.runs]
         length = max(sum(len(pick) * run.stride * run.period for pick, run in zip(picks, self.runs, strict=True)), 1e-9)
         length /= self.blocks
-        run_of, sample, start, block, passed = [], [], [], [], 0
+        run_of, sample, start, block, repeats, coarse, passed = [], [], [], [], [], [], 0
         for number, (pick, run) in enumerate(zip(picks, self.runs, strict=True)):
             run_of.append(np.full(len(pick), number))
             sample.append(pick * run.stride)
@@ -83,7 +90,10 @@ class Rows:
             at = (np.arange(len(pick)) * run.stride * run.period / length).astype(np.intp)
             block.append(passed + at)
             passed += int(at[-1]) + 1 if len(at) else 0
-        return AxisRows(*(np.concatenate(parts) for parts in (run_of, sample, start, block)))
+            own = run.axes[axis]
+            repeats.append(np.maximum(own.unchanged[:: run.stride][pick] / (run.stride * run.period), 1.0))
+            coarse.append(np.full(len(pick), own.step**2 / 12.0))
+        return AxisRows(*(np.concatenate(parts) for parts in (run_of, sample, start, block, repeats, coarse)))
 
     def count(self, axis: str) -> int:
         """How many rows an axis has."""

@@ -109,14 +109,15 @@ def _leaves_less(family: Family, own: Proposal | None, settings: Settings) -> bo
     """Whether the chosen set leaves less energy of motion that was held out than nothing in the effect's place, certainly."""
     if own is None or own.settled is None:
         return False
-    gain = _energy_held_out(own.settled, settings) - _energy_held_out(family.state, settings)
+    nothing = _energy_held_out(family.state, _without(family), settings)
+    gain = _energy_held_out(own.settled, own.settled.held(), settings) - nothing
     draws = np.random.default_rng(settings.seed).dirichlet(np.ones(len(gain)), DRAWS)
     return float(np.mean(draws @ gain > 0.0)) >= CERTAIN
 
 
-def _energy_held_out(state: State, settings: Settings) -> Array:
-    """Log density [nats] of all blocks of all axes, (B,), of white noise about the set, nominal parameters as modelled."""
-    return _of_blocks(state.plain, (), None, state.patched | state.held(), settings)
+def _energy_held_out(state: State, held: frozenset[int], settings: Settings) -> Array:
+    """Log density [nats] of all blocks of all axes, (B,), of white noise about the set."""
+    return _of_blocks(state.plain, (), None, held, settings)
 
 
 def _weights(scores: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -13,31 +14,40 @@ from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, same_kind
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State
 from drivetwin.diagnosis.weigh.yielding import settled_on
-from drivetwin.emulator.effects import Effect, PlacedEffect
+from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.foundation.errors import UserError
 
 
 def corrected(state: State, proposer: Proposer) -> tuple[State, list[Family]]:
-    """Nominal parameters of axes that are off by more than chance and by enough to matter, as effects of their own."""
+    """Nominal parameters of axes that are off by more than chance and by enough to matter, as effects of their own.
+
+    Each is asked again when another has become one: a mass that is off may hide what an inertia is.
+    """
     families: list[Family] = []
-    for number, one in enumerate(state.bench.nominals):
-        effect = one.off_by(float(state.fit.coefficients[number]))
-        if effect is None or one.axis is None or not _is_off(state, number):
+    state, done = settled_on(state), set[int]()
+    while True:
+        open_ones = [number for number in range(len(state.bench.nominals)) if number not in done]
+        off = next(((number, effect) for number in open_ones if (effect := _off(state, proposer, number)) is not None), None)
+        if off is None:
+            return state, families
+        number, effect = off
+        done.add(number)
+        family = _instead(proposer, state, number, effect)
+        if family is None or family.chosen is None:
             continue
-        if type(effect) not in proposer.kinds.get(one.axis, ()):
-            continue
-        family = _instead(proposer, state.holding(number), one.axis, effect)
-        if family is None:
-            continue
-        assert family.chosen is not None
-        try:
-            later = state.of(_with(state.effects, family.chosen, one.value))
-        except UserError:
-            continue
-        families.append(family)
-        state = settled_on(later)
-    return state, families
+        with suppress(UserError):
+            state = settled_on(state.of(_with(state.effects, family.chosen, state.bench.nominals[number].value)))
+            families.append(family)
+
+
+def _off(state: State, proposer: Proposer, number: int) -> PlacedEffect | None:
+    """What a nominal parameter is if it is off; None where it is not, or cannot be asked."""
+    one = state.bench.nominals[number]
+    effect = one.off_by(float(state.fit.coefficients[number]))
+    if effect is None or one.axis is None or type(effect) not in proposer.kinds.get(one.axis, ()):
+        return None
+    return PlacedEffect(one.axis, effect, {}) if _is_off(state, number) else None
 
 
 def heavier(state: State) -> frozenset[int]:
@@ -47,17 +57,25 @@ def heavier(state: State) -> frozenset[int]:
     )
 
 
-def _instead(proposer: Proposer, exact: State, axis: str, effect: Effect) -> Family | None:
+def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect) -> Family | None:
     """A nominal parameter that is off, beside a set that has it as the model does, and all that could be so instead.
 
-    Only its size is open: a body that is heavier has its place.
+    Only its size is open: a body that is heavier has its place. Most parameters are off by a little: something else takes the
+    place of one only where it is better and, once settled, asks clearly less of all of them.
     """
-    known = proposer.evaluated(exact, Begun(axis, effect, 0.0, 1), 1)
+    exact = state.holding(number)
+    known = proposer.evaluated(exact, Begun(off.axis, off.effect, 0.0, 1), 1)
     if known is None:
         return None
-    others = [one for one in proposer.proposals(Pair(exact, exact), [axis], ()) if not same_kind(one.effect, known.effect)]
+    others = [one for one in proposer.proposals(Pair(exact, exact), [off.axis], ()) if not same_kind(one.effect, known.effect)]
     best = max(others, key=lambda one: one.score, default=known)
-    return Family(best.effect if best.score > known.score + CLEARLY else known.effect, exact, [known, *others])
+    better = best.score > known.score + CLEARLY and _relaxed(exact, best.effect) + CLEARLY < state.strain
+    return Family(best.effect if better else known.effect, exact, [known, *others])
+
+
+def _relaxed(exact: State, effect: PlacedEffect) -> float:
+    """What a set with an effect asks of nominal parameters once it has settled [nats]."""
+    return settled_on(exact.of((*exact.effects, effect))).strain
 
 
 def _is_off(state: State, number: int) -> bool:

@@ -130,6 +130,11 @@ class State:
         independent = sum(own.colour.independent for own in self.axes.values())
         return self.standing.evidence - 0.5 * len(self.owners) * log(independent)
 
+    @property
+    def strain(self) -> float:
+        """What the set asks of nominal parameters [nats]."""
+        return self.system.strain(self.fit)
+
     def ahead(self, damping: float) -> Fit:
         """Where a straight line has the parameters, held so many times nearer; the unknown as large as it is without moving."""
         return replace(self.system.at(self.standing.amplitude), near=damping * self.system.near).fit(held=self.held())
@@ -220,6 +225,11 @@ class State:
     def left(self) -> dict[str, float]:
         """`energy` of the set as it stands, with the model's own parameters."""
         return self.energy(self.patched)
+
+    @cached_property
+    def unexplained(self) -> dict[str, float]:
+        """`energy` of the set, the model's own parameters as far off as they may be: what these explain needs no effect."""
+        return self.energy(self.held())
 
 
 def state_of(

@@ -20,8 +20,14 @@ _IMPLICIT = 0.52
 _LONGEST_STEP = 5e-4
 _MOST_STEPS = 16
 _STEPS_PER_RADIAN = 4.0
-_BEGINS = 0.02
-"""Of the highest speed, above which a motion begins in its middle: the joint then moves as a rigid one would."""
+_BEGINS = 1e-3
+"""Of the highest speed, above which a motion begins in its middle: what hangs on the spring then is what was measured."""
+_FIRST_SWING = 0.5
+"""Of the joint on its spring [rad], over which the torque that was measured at first is taken for a line: a parabola follows
+the noise.
+"""
+_FEWEST = 4
+"""Samples of that line, at least."""
 
 
 def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
@@ -84,6 +90,14 @@ def _at_first(motion: Motion) -> NDArray[np.float64]:
     return np.array([begins, np.median(_link(motion))])
 
 
+def _hangs_at_first(motion: Motion, swing: float) -> tuple[float, float]:
+    """Torque that passes the spring at first, as it was measured, and how it changes a second: a line over half a radian."""
+    count = min(len(motion.position), max(_FEWEST, round(_FIRST_SWING / (swing * motion.period)) + 1))
+    through = motion.torque[:count] - motion.rotor_inertia * motion.acceleration[:count]
+    slope, level = np.polyfit(motion.period * np.arange(count), through, 1)
+    return float(level), float(slope)
+
+
 def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """`_followed`, by virtual work on the joint's motion."""
     joint, ratio = _at_the_joint(motion, axis.transmission, axis.gear_ratio)
@@ -121,7 +135,7 @@ def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]
         motion.position,
         motion.velocity,
         begins,
-        float(link[0] * motion.acceleration[0]),
+        *_hangs_at_first(motion, swing),
         link,
         _weight(motion),
         _slope(motion),
@@ -155,22 +169,26 @@ def _viscous(law, v):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _start(law, gear, untwisted, weight, warmth, varying, v, pulls):  # type: ignore[no-untyped-def]
-    """Joint position at first, and what hangs on the spring: at rest the weight, but none where friction holds that.
+def _start(law, gear, untwisted, weight, warmth, varying, v, hangs, grows):  # type: ignore[no-untyped-def]
+    """Position and speed of the joint at first, and the torque that passes the spring and its damper.
 
-    At a speed v what the rigid joint asks for there: `pulls` for its acceleration, weight and friction.
+    At a motor's speed v that was measured, and how it `grows`: where the joint is in its swing depends on what was before. At
+    rest the weight, but none where friction holds that.
     """
-    level = warmth * (level_at(law, abs(v)) + varying)
     if v != 0.0:
-        hangs = pulls + weight + copysign(level, v) + warmth * (law.coulomb_asymmetry + _viscous(law, v) * v)
+        untwists = grows / gear.stiffness
+        pulls, through, speed = hangs - gear.damping * untwists, hangs, v - untwists
     else:
-        hangs = weight if abs(weight) > level else 0.0
-    return untwisted - hangs / gear.stiffness - (copysign(0.5 * gear.gap, hangs) if hangs != 0.0 else 0.0), hangs
+        held = abs(weight) <= warmth * (level_at(law, abs(v)) + varying)
+        pulls = through = 0.0 if held else weight
+        speed = 0.0
+    gap = copysign(0.5 * gear.gap, pulls) if pulls != 0.0 else 0.0
+    return untwisted - pulls / gear.stiffness - gap, speed, through
 
 
 @compiled
 def _follow(  # type: ignore[no-untyped-def]
-    law, gear, wave, position, velocity, begins, pulls, link, weight, slope, warmth, varying, period, steps,
+    law, gear, wave, position, velocity, begins, hangs, grows, link, weight, slope, warmth, varying, period, steps,
     torque, moves, place,
 ) -> None:
     """Torque (n,) of the motor on the spring of a link (n,), its speed `moves` and `place` (n,); `wave` [rad a rad or m].
@@ -179,8 +197,7 @@ def _follow(  # type: ignore[no-untyped-def]
     """
     h = period / steps
     untwisted, ratio = _uneven(gear, wave, position[0])
-    v = ratio * begins
-    q, through = _start(law, gear, untwisted, weight[0], warmth[0], varying[0], v, pulls)
+    q, v, through = _start(law, gear, untwisted, weight[0], warmth[0], varying[0], ratio * begins, hangs, grows)
     torque[0], moves[0], place[0] = ratio * through, v, q
     anchors = np.full(BRISTLES, q)
     for k in range(position.shape[0] - 1):

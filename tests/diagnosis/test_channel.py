@@ -11,7 +11,7 @@ from rig_bench import COULOMB, MODEL, PERIOD, as_modelled, moved, recording
 from scipy import signal
 
 from drivetwin.diagnosis.diagnose import diagnose
-from drivetwin.diagnosis.prepare.channel import torque_of
+from drivetwin.diagnosis.prepare.channel import earlier, step_of, torque_of, unchanged
 from drivetwin.diagnosis.report.result import Array, Diagnosis, Verdict
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.recording.recording import Recording
@@ -33,6 +33,19 @@ def test_a_delay_is_taken_back_between_samples(delay: float) -> None:
     true = np.sin(2.0 * np.pi * 40.0 * time)
     late = np.sin(2.0 * np.pi * 40.0 * (time - delay))
     np.testing.assert_allclose(torque_of(told(late, delay, None), "turn")[inner], true[inner], atol=2e-3)
+
+
+def test_noise_between_samples_is_as_loud_as_on_them() -> None:
+    """Up to 0.8 of half the sample rate, where slow recordings are compared: else noise would say how late a torque is."""
+    noise = signal.sosfiltfilt(signal.butter(8, 0.8, output="sos"), np.random.default_rng(5).normal(size=4000))
+    assert np.std(earlier(noise, 0.5 * PERIOD, PERIOD)) == pytest.approx(np.std(noise), rel=5e-3)
+
+
+def test_a_torque_in_steps_says_how_long_it_stays_on_each() -> None:
+    torque = np.array([0.0, 0.0, 0.5, 0.5, 0.5, 1.5, 1.0, 1.0])
+    np.testing.assert_allclose(unchanged(torque, 0.1), [0.2, 0.2, 0.3, 0.3, 0.3, 0.1, 0.2, 0.2])
+    assert step_of(torque) == 0.5
+    assert step_of(np.zeros(5)) == 0.0
 
 
 def test_a_low_pass_is_taken_back_where_it_only_delays() -> None:

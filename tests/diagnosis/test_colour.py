@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import solve_toeplitz
@@ -62,7 +64,7 @@ def test_behind_a_gap_a_row_is_predicted_from_none_before_it() -> None:
     rows = np.split(found.whiten(whole), [2000, 2003])
     for part, own in zip(parts, rows, strict=True):
         age = np.minimum(np.arange(len(part)), ORDER)
-        alone = Colour((np.arange(len(part)),), found.predictors, found.deviation, found.scale, age, np.ones(len(part)))
+        alone = Colour((np.arange(len(part)),), found.predictors, found.deviation, found.scale, age, *np.ones((2, len(part))))
         np.testing.assert_allclose(own, alone.whiten(part), atol=1e-12)
 
 
@@ -84,7 +86,7 @@ def test_the_density_of_whitened_rows_is_that_of_the_dense_gaussian() -> None:
     covariance = variance / (1.0 - coefficient**2) * coefficient**lags
     rows = rows_of((count,))
     age = np.minimum(np.arange(count), 1)
-    few = Colour((np.arange(count),), found.predictors, found.deviation, found.scale, age, np.ones(count))
+    few = Colour((np.arange(count),), found.predictors, found.deviation, found.scale, age, *np.ones((2, count)))
     sample = autoregressive(rng, count, (0.8,), 1.0)
     told = -0.5 * float(np.sum(few.whiten(sample) ** 2)) - few.logarithm - 0.5 * len(rows) * np.log(2.0 * np.pi)
     assert told == pytest.approx(multivariate_normal(np.zeros(count), covariance).logpdf(sample), abs=1e-3)
@@ -152,3 +154,20 @@ def test_a_mean_is_told_as_well_as_the_t_distribution_allows() -> None:
 
 def test_normal_noise_has_no_weights() -> None:
     assert (coloured(np.random.default_rng(11).standard_normal(20_000), (20_000,)).weight == 1.0).all()
+
+
+def test_a_plateau_of_coarse_steps_counts_as_one_row() -> None:
+    """Where the steps make all that is left; where they make half of it, as Kish's design effect has it."""
+    count, length = 6000, 10
+    levels = np.repeat(np.random.default_rng(7).normal(size=count // length), length)
+    rows = replace(rows_of((count,)), repeats=np.full(count, float(length)), coarse=np.full(count, float(np.mean(levels**2))))
+    assert colour_of(rows, np.array([PERIOD]), levels, ORDER, 0.0).counts.sum() == pytest.approx(count / length)
+    twice = colour_of(rows, np.array([PERIOD]), np.sqrt(2.0) * levels, ORDER, 0.0)
+    assert twice.counts.sum() == pytest.approx(count / (1.0 + 0.5 * (length - 1)))
+
+
+def test_rows_that_count_less_leave_the_level_of_the_noise_as_it_is() -> None:
+    residual = np.random.default_rng(8).normal(size=40_000)
+    repeats = np.where(np.arange(len(residual)) % 2 == 0, 1.0, 50.0)
+    rows = replace(rows_of((len(residual),)), repeats=repeats, coarse=np.full(len(residual), 10.0))
+    assert colour_of(rows, np.array([PERIOD]), residual, ORDER, 0.0).scale[0] == pytest.approx(1.0, rel=0.02)

@@ -19,7 +19,7 @@ def rows_of(stretches: Sequence[int], runs: Sequence[int] | None = None, blocks:
     run = np.repeat(np.zeros(len(lengths), dtype=np.intp) if runs is None else np.array(runs), lengths)
     start = np.zeros(count, dtype=np.bool_)
     start[np.concatenate(([0], np.cumsum(lengths)[:-1]))] = True
-    return AxisRows(run, np.arange(count), start, np.arange(count) * blocks // count)
+    return AxisRows(run, np.arange(count), start, np.arange(count) * blocks // count, np.ones(count), np.zeros(count))
 
 
 def autoregressive(rng: np.random.Generator, count: int, coefficients: Sequence[float], deviation: float) -> Array:

@@ -13,6 +13,7 @@ from drivetwin.emulator.conformance.bench import GEAR, LINK, SAMPLE, axis, recor
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from drivetwin.emulator.dynamics.replay import motor_torque
 from drivetwin.emulator.effects import AxisEffect, DriveEffect, Effect
+from drivetwin.emulator.effects.transmission_effect import TransmissionEffect
 
 PLANTS = {
     "stribeck": {"static_torque": 1.1, "stribeck_velocity": 0.2, "exponent": 1.3},
@@ -147,14 +148,19 @@ def test_a_second_encoder_sees_what_the_first_one_misreads() -> None:
     assert late[:-3] == pytest.approx(motion.position[3:] - motion.position[:-3], abs=1e-12)
 
 
-@pytest.mark.parametrize(("name", "damping"), [("elasticity", 10.0), ("backlash", 20.0)])
-def test_a_stretch_of_a_motion_is_replayed_as_the_whole_is(name: str, damping: float) -> None:
-    """The joint of a motion that is cut in its middle moves as its motor does, and its friction has wound up the spring.
+@pytest.mark.parametrize(
+    ("name", "stiffness", "damping", "level"),
+    [("elasticity", 1100.0, 10.0, 3.0), ("elasticity", 20.0, 0.2, 0.3), ("backlash", 20000.0, 20.0, 3.0)],
+)
+def test_a_stretch_of_a_motion_is_replayed_as_the_whole_is(name: str, stiffness: float, damping: float, level: float) -> None:
+    """The joint of a motion that is cut in its middle is where the measured torque has wound up its spring.
 
-    The spring is damped, so that nothing rings from the last reversal on.
+    A soft one still rings from the last reversal on.
     """
-    motion, braked = swing(1.0, 0.2), AxisDynamics(GEAR, friction=FrictionLaw(coulomb=3.0, viscous=0.5))
-    kind = of_axis(effect(name, **PLANTS[name] | {"damping": damping}).effect)
+    motion, braked = swing(1.0, 0.2), AxisDynamics(GEAR, friction=FrictionLaw(coulomb=level, viscous=0.1 * level))
+    kind = of_axis(effect(name, **PLANTS[name] | {"stiffness": stiffness, "damping": damping}).effect)
+    assert isinstance(kind, TransmissionEffect)
+    motion = replace(motion, torque=motor_torque(motion, kind.on(braked)))
     cut = slice(5120, 7500)
     samples = ("position", "velocity", "acceleration", "torque", "time", "rigid_torque", "inertia")
     stretch = replace(motion, **{field: getattr(motion, field)[cut] for field in samples})
@@ -163,4 +169,4 @@ def test_a_stretch_of_a_motion_is_replayed_as_the_whole_is(name: str, damping: f
                         (kind.deflect(motion, braked), kind.deflect(stretch, braked))):  # fmt: skip
         assert whole is not None
         assert part is not None
-        assert np.abs(part - whole[cut])[20:].max() < 0.1 * np.abs(whole).max()
+        assert np.abs(part - whole[cut])[20:].max() < 0.12 * np.abs(whole).max()
