@@ -51,6 +51,13 @@ def needed(names: Iterable[str]) -> list[str]:
     )
 
 
+class Interpolation(StrEnum):
+    """How a drive goes on from set-point to set-point."""
+
+    LINEAR = "linear"
+    CUBIC_SPLINE = "cubic_spline"
+
+
 class DriveLaw(StrEnum):
     """The control law of an axis."""
 
@@ -85,7 +92,8 @@ class DriveLoops(_Kept):
     `velocity_feedforward` [1] of the demand's derivative, which is `velocity_feedforward_lead` [s] ahead of the backward
     difference over a servo period (None: not told), `torque_limit` [N·m or N], `servo_period` [s],
     `velocity_filter_hz` [Hz], `current_loop_time_constant` [s]. `law`: the control law of the gains; a cascade if gains are
-    given without a law. Every number is finite and not negative.
+    given without a law. `interpolation`: how the demand goes on from cycle to cycle of the bus. Every number is finite and not
+    negative.
     """
 
     position_gain: NotNegative | None = None
@@ -97,6 +105,7 @@ class DriveLoops(_Kept):
     servo_period: NotNegative | None = None
     velocity_filter_hz: NotNegative | None = None
     current_loop_time_constant: NotNegative | None = None
+    interpolation: Interpolation | None = None
     law: DriveLaw = Field(default_factory=_law_by_gains)
 
 

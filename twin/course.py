@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from drivetwin.emulator.drive.servo import POSITION, SERVO_PERIOD, TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
 from drivetwin.foundation.errors import UserError
-from drivetwin.recording.recording import Recording
+from drivetwin.recording.recording import Interpolation, Recording
 from drivetwin.twin.loops import Loops
 
 Array = NDArray[np.float64]
@@ -108,13 +108,21 @@ def course_of(where: str, recording: Recording, axis: str, loops: Loops, grid: G
     return Course(loops, demand, position, velocity, torque)
 
 
+def as_interpolated(recording: Recording, axis: str) -> Drawn:
+    """As the drive goes on from row to row, a line if nothing is told; smooth where the rows are further apart than a bus's."""
+    drive = recording.info.axes[axis].drive
+    told = drive.interpolation if drive is not None else None
+    smooth = told is Interpolation.CUBIC_SPLINE or recording.info.sample_period > LONGEST_CYCLE
+    return curve if smooth else line
+
+
 def line(samples: Array, at: Array) -> Array:
     """Samples (n,) at rows `at` (m,) and between them, as a drive draws them from cycle to cycle of its bus."""
     return np.interp(at, np.arange(len(samples)), samples)
 
 
 def curve(samples: Array, at: Array) -> Array:
-    """Samples (n,) at rows `at` (m,) and between them, of what is smooth: a cubic spline.
+    """Samples (n,) at rows `at` (m,) and between them, of what is smooth: a cubic spline. A line's corners would be torque.
 
     At 100 rows a second and 2 Hz a line is 0.13 % short of an amplitude, and a velocity loop asks for many times its share.
     """

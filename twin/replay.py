@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,7 +16,7 @@ from drivetwin.emulator.plant import equip
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import Recording
-from drivetwin.twin.course import LONGEST_CYCLE, Course, Grid, course_of, curve, grid_of, line, of_motor, without_integral
+from drivetwin.twin.course import Course, Grid, as_interpolated, course_of, grid_of, of_motor, without_integral
 from drivetwin.twin.loops import Loops, loops_of
 from drivetwin.twin.plant import mechanism_of
 
@@ -35,7 +36,8 @@ def replay(path: Path, recording: Recording, effects: tuple[PlacedEffect, ...]) 
     """Run the model of an MJCF file with these effects through a recording; by axis.
 
     Row k of the recording is the servo period that begins at its time: its position, demand and torque. Between rows the demand
-    is a straight line, of a log slower than any bus a smooth curve; offsets stay. The axes begin where their encoders read the
+    is what the drive interpolates, a straight line if nothing is told, and of a log slower than any bus a smooth curve; offsets
+    stay. The axes begin where their encoders read the
     recorded position, at the recorded velocity, and at the recorded torque where an integral can hold it. Raises UserError
     where recording and model do not say enough, and where the simulation is unstable.
     """
@@ -43,11 +45,7 @@ def replay(path: Path, recording: Recording, effects: tuple[PlacedEffect, ...]) 
     model = read_mjcf(path)
     axes = recording.info.axes
     grid = grid_of(recording)
-    drawn = line if recording.info.sample_period <= LONGEST_CYCLE else curve
-    courses = {
-        axis: course_of(f"{where}: axis {axis}", recording, axis, loops_of(f"{where}: axis {axis}", info, model), grid, drawn)
-        for axis, info in axes.items()
-    }
+    courses = {axis: _course(f"{where}: axis {axis}", recording, axis, model, grid) for axis in axes}
     start = {axis: course.position for axis, course in courses.items()}
     mechanism = mechanism_of(path, axes, start, effects, grid.step)
     begins = {axis: each.encoder.joint_at(start[axis], each.gear_ratio) for axis, each in mechanism.dynamics.items()}
@@ -67,6 +65,11 @@ def replay(path: Path, recording: Recording, effects: tuple[PlacedEffect, ...]) 
         axis: AxisReplay(position[:, k] / gears[k], torque[:, k] * gears[k], course.loops)
         for k, (axis, course) in enumerate(courses.items())
     }
+
+
+def _course(where: str, recording: Recording, axis: str, model: mujoco.MjModel, grid: Grid) -> Course:
+    loops = loops_of(where, recording.info.axes[axis], model)
+    return course_of(where, recording, axis, loops, grid, as_interpolated(recording, axis))
 
 
 def _servos(courses: list[Course], mechanism: Mechanism, gears: Array, grid: Grid) -> ServoBank:

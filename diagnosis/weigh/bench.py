@@ -130,6 +130,11 @@ class Bench:
             found = self._earlier[axis, late] = self.rows.rows(axis, lambda run, own: run.earlier(own, late))
         return self.rows.target[axis] + found
 
+    def least(self, axis: str) -> float:
+        """Share of an axis's gap energy that an effect must take to be named: of a large gap, what the comparison errs by."""
+        errs = self.settings.model_error * self.rows.size[axis]
+        return min(self.settings.least_share, errs**2 * self.rows.count(axis) / max(self.rows.gap_energy[axis], 1e-300))
+
     def timing(self, axis: str) -> int:
         """Number of the nominal parameter of the moment at which an axis's torque was read."""
         return next(k for k, one in enumerate(self.nominals) if one.timing and one.loaded_axis == axis and axis in one.column)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -33,6 +34,23 @@ def test_the_files_that_the_page_names_are_there(machine: str) -> None:
     assert all((tutorial.ROOT / path).is_file() for path in named)
     hidden = read_effects(tutorial.ROOT / f"docs/examples/{machine}/hidden.json")
     assert {placed.effect.name for placed in hidden} == {"torque_ripple"} | ({"backlash"} if machine == "gantry" else set())
+
+
+def test_the_stage_lacks_what_the_page_says(tmp_path: Path) -> None:
+    """The commands of section 3, and the truth of the stage's emulator, which the diagnosis does not read."""
+    _, _, section = PAGE.partition("## 3. ")
+    lines = [line.strip() for line in section.partition("## 4. ")[0].splitlines() if line.startswith("    drivetwin ")]
+    assert [line.split()[1] for line in lines] == ["identify", "diagnose"]
+    for line in lines:
+        command = line.replace("out/", f"{tmp_path}/").removeprefix("drivetwin ").split()
+        subprocess.run([sys.executable, "-m", "drivetwin", *command], cwd=tutorial.ROOT, check=True, capture_output=True)
+    truth = read_effects(tutorial.ROOT / "emulator/machines/stage/effects.json")
+    found = {placed.effect.name: placed.effect for placed in read_effects(tmp_path / "stage_gap/effects.json")}
+    assert set(found) == {placed.effect.name for placed in truth}
+    for placed in truth:
+        for one in placed.effect.parameters:
+            true = getattr(placed.effect, one.name)
+            assert getattr(found[placed.effect.name], one.name) == pytest.approx(true, rel=0.05), one.name
 
 
 def test_a_step_that_fails_ends_it(tmp_path: Path) -> None:
