@@ -122,6 +122,10 @@ class System:
         """What the priors of the columns cost [nats]: how far nominal parameters are off."""
         return self._prior(()).cost(fit.coefficients[: len(self.spreads)])
 
+    def strain_of(self, fit: Fit, number: int) -> float:
+        """The same of one column."""
+        return self._prior(()).only(np.array([number])).cost(fit.coefficients[[number]])
+
     def _prior(self, extra: Sequence[Column], near: float = 0.0) -> Prior:
         spreads = np.concatenate([self.spreads, np.full(len(extra), np.inf)])
         return Prior(1.0 / spreads**2, self.freedom, np.concatenate([self.near, np.full(len(extra), near)]))

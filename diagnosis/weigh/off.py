@@ -60,17 +60,19 @@ def heavier(state: State) -> frozenset[int]:
 def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect) -> Family | None:
     """A nominal parameter that is off, beside a set that has it as the model does, and all that could be so instead.
 
-    Only its size is open: a body that is heavier has its place. Most parameters are off by a little: something else takes the
-    place of one only where it is better and, once settled, asks clearly less of all of them.
+    Only its size is open: a body that is heavier has its place. Most parameters are off by a little, so it costs what its prior
+    says, and not what it costs to name one of many effects. Something else takes its place only where it is as good and, once
+    settled, asks clearly less of all of them.
     """
     exact = state.holding(number)
-    known = proposer.evaluated(exact, Begun(off.axis, off.effect, 0.0, 1), 1)
-    if known is None:
+    found = proposer.evaluated(exact, Begun(off.axis, off.effect, 0.0, 1), 1)
+    if found is None:
         return None
+    known = replace(found, score=state.fit.evidence - exact.fit.evidence, prior=-state.system.strain_of(state.fit, number))
     others = [one for one in proposer.proposals(Pair(exact, exact), [off.axis], ()) if not same_kind(one.effect, known.effect)]
     best = max(others, key=lambda one: one.score, default=known)
-    better = best.score > known.score + CLEARLY and _relaxed(exact, best.effect) + CLEARLY < state.strain
-    return Family(best.effect if better else known.effect, exact, [known, *others])
+    instead = best.score > known.score - CLEARLY and _relaxed(exact, best.effect) < state.strain - CLEARLY
+    return Family(best.effect if instead else known.effect, exact, [known, *others])
 
 
 def _relaxed(exact: State, effect: PlacedEffect) -> float:
