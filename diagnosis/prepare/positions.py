@@ -42,7 +42,7 @@ class Placed:
 
 def positions(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz: float) -> Placed:
     """Leaves relative recordings out, or moves each relative axis to where the model needs the measured torque."""
-    relative = {recording.name: _relative(recording) for recording in recordings}
+    relative = {recording.name: relative_axes(recording) for recording in recordings}
     absolute = [recording for recording in recordings if not relative[recording.name]]
     left_out = [recording.name for recording in recordings if relative[recording.name]]
     if not left_out:
@@ -61,7 +61,8 @@ def positions(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz
     return Placed(tuple(placed), tuple(notes))
 
 
-def _relative(recording: Recording) -> tuple[str, ...]:
+def relative_axes(recording: Recording) -> tuple[str, ...]:
+    """Axes whose position has a zero of the recording's own."""
     return tuple(axis for axis, info in recording.info.axes.items() if info.position_relative)
 
 

@@ -28,6 +28,8 @@ PIECES = 3
 """Of each recording, in a part of it: where a piece begins, the state of play and bristles is not known."""
 MUCH = 1.5
 """Times that, from which a part is worth while."""
+ASIDE = 1e-4
+"""Step of a position [rad or m], over which a torque is differentiated."""
 
 
 @dataclass(frozen=True)
@@ -123,13 +125,16 @@ class Rows:
 
     def rigid_rows(self, of_motion: Callable[[Kinematics], Array]) -> dict[str, Array]:
         """Torque (n, k) that a rigid model needs for a motion of all axes, on the rows of each axis."""
-        thinned = [of_motion(run.kinematics.every(run.stride)) for run in self.runs]
+        return self._thinned([of_motion(run.kinematics.every(run.stride)) for run in self.runs])
+
+    def _thinned(self, samples: Sequence[Array]) -> dict[str, Array]:
+        """Torque (n, k) of all axes at every stride-th sample of each recording, on the rows of each axis."""
         found = {}
         for k, axis in enumerate(self.axes):
             rows = self.of[axis]
             parts = [
                 torque[rows.sample[rows.run == number] // run.stride, k]
-                for number, (torque, run) in enumerate(zip(thinned, self.runs, strict=True))
+                for number, (torque, run) in enumerate(zip(samples, self.runs, strict=True))
             ]
             found[axis] = np.concatenate(parts)
         return found
@@ -141,6 +146,20 @@ class Rows:
     def predicted_by_heavier(self, body: int) -> dict[str, Array]:
         """Torque that twice the mass and inertia of one body, by its number, costs besides, on every axis."""
         return self._beyond_rigid(self.simulation.rigid_with_heavier(body))
+
+    def shifted(self, recording: str, axis: str) -> dict[str, Array]:
+        """d torque / d position of one axis, in one recording, by its name, on the rows of every axis; 0 in the others."""
+        aside = np.zeros(len(self.axes))
+        aside[self.axes.index(axis)] = ASIDE
+
+        def slope(run: Run) -> Array:
+            few = run.kinematics.every(run.stride)
+            if run.recording.name != recording:
+                return np.zeros_like(few.position)
+            ahead, behind = (self.simulation.torques(replace(few, position=few.position + way * aside)) for way in (1.0, -1.0))
+            return np.asarray((ahead - behind) / (2.0 * ASIDE))
+
+        return {name: torque * self._moves[name] for name, torque in self._thinned([slope(run) for run in self.runs]).items()}
 
     def _beyond_rigid(self, changed: Model) -> dict[str, Array]:
         whole = self.rigid_rows(partial(self.simulation.torques_of, changed))

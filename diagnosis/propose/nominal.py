@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.deflection import axis_of, centred, is_torque
 from drivetwin.diagnosis.prepare.motion import AxisRun, Run
+from drivetwin.diagnosis.prepare.positions import relative_axes
 from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.dynamics import AxisDynamics
@@ -71,7 +72,7 @@ def nominal_parameters(rows: Rows, settings: Settings) -> list[Nominal]:
     A model without any friction on an axis does not say that there is none: it may be as large as the torque.
     """
     of_axes = _of_axes(rows, settings)
-    of_recordings = [*_of_timing(rows, settings), *_of_encoders(rows, settings), *_of_loops(rows, settings)]
+    of_recordings = [*_of_timing(rows, settings), *_of_encoders(rows, settings), *_of_loops(rows, settings), *_of_zeros(rows)]
     return [*of_axes, *_of_bodies(rows, of_axes, settings), *of_recordings]
 
 
@@ -157,6 +158,21 @@ def _of_loops(rows: Rows, settings: Settings) -> list[Nominal]:
             if asked is not None and not asked.scale_told and number == 0:
                 scale = {axis: rows.rows(axis, lambda _, own: own.base)}
                 found.append(Nominal(None, None, axis, None, 1.0, settings.nominal_spread, scale))
+    return found
+
+
+def _of_zeros(rows: Rows) -> list[Nominal]:
+    """Of each recording whose position has a zero of its own: how far it is from where the model's torque has it.
+
+    As much as would cost the whole torque: the model that found it lacks what is looked for.
+    """
+    found = []
+    for name, axes in {run.recording.name: relative_axes(run.recording) for run in rows.runs}.items():
+        for axis in axes:
+            column = {on: torque for on, torque in rows.shifted(name, axis).items() if torque.any()}
+            if column:
+                spread = min(rows.size[on] / _rms(torque) for on, torque in column.items())
+                found.append(Nominal(None, None, axis, None, 1.0, spread, column))
     return found
 
 

@@ -11,7 +11,11 @@ import pytest
 from drivetwin.diagnosis.prepare.positions import positions
 from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.prepare.simulation import simulation
+from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.bench import bench_of
+from drivetwin.diagnosis.weigh.state import first_colours, state_of
+from drivetwin.emulator.effects.torque_offset import TorqueOffset
 from drivetwin.recording.recording import Recording, RecordingInfo
 
 PERIOD, MASS, LENGTH, COULOMB, CUTOFF = 0.002, 2.0, 0.3, 0.4, 48.0
@@ -29,8 +33,10 @@ def model(folder: Path, gravity: float = -9.81) -> Path:
     return path
 
 
-def swinging(name: str, zero: float | None, seed: int, weight: float = WEIGHT, seconds: float = 20.0) -> Recording:
-    """Of which the position is told from `zero` [rad] on and said to be relative; None: as it is."""
+def swinging(
+    name: str, zero: float | None, seed: int, weight: float = WEIGHT, seconds: float = 20.0, offset: float = 0.0
+) -> Recording:
+    """Of which the position is told from `zero` [rad] on and said to be relative; None: as it is. `offset` of the torque."""
     rng = np.random.default_rng(seed)
     time = np.arange(round(seconds / PERIOD), dtype=np.float64) * PERIOD
     slow, fast = rng.uniform(1.5, 2.0), rng.uniform(4.0, 5.0)
@@ -38,7 +44,7 @@ def swinging(name: str, zero: float | None, seed: int, weight: float = WEIGHT, s
     velocity = 0.9 * slow * np.cos(slow * time) + 0.2 * fast * np.cos(fast * time)
     acceleration = -0.9 * slow**2 * np.sin(slow * time) - 0.2 * fast**2 * np.sin(fast * time)
     torque = INERTIA * acceleration + weight * np.sin(position) + COULOMB * np.sign(velocity)
-    torque = torque + 0.01 * rng.standard_normal(len(time))
+    torque = torque + offset + 0.01 * rng.standard_normal(len(time))
     told = {"joint": "swing", "position_resolution": 1e-7, "torque_resolution": 1e-3, "position_relative": zero is not None}
     info = RecordingInfo.model_validate(
         {"schema": "recording/1", "machine": "pendulum", "sample_period": PERIOD, "axes": {"swing": told}}
@@ -69,6 +75,17 @@ def test_many_relative_recordings_are_placed_beside_a_short_absolute_one(tmp_pat
     assert [one.name for one in found.recordings] == ["short", "long"]
     assert found.recordings[0] is given[0]
     assert found.notes == ("long: the position is relative; by the model's torque its zero is at swing +0.5 rad.",)
+
+
+def test_a_cause_that_moved_a_zero_gives_it_back(tmp_path: Path) -> None:
+    """The model that finds the zero lacks the offset, and takes an angle for it: beside the offset no more than the second order
+    of that angle is left."""
+    given = [swinging("one", 0.5, 2, offset=0.6), swinging("two", -0.7, 3, offset=0.6)]
+    ready = prepared(model(tmp_path), given, given, Settings(cutoff_hz=CUTOFF))
+    bench = bench_of(ready.rows, Settings(cutoff_hz=CUTOFF), ready.absolute)
+    true = state_of(bench, [placed(ready.rows, "swing", TorqueOffset(0.6))], first_colours(bench), {})
+    left = np.sqrt(true.left["swing"] * ready.rows.gap_energy["swing"] / ready.rows.count("swing"))
+    assert left < 0.5 * WEIGHT * (0.6 / WEIGHT) ** 2
 
 
 def test_a_position_that_no_torque_depends_on_stays(tmp_path: Path) -> None:
