@@ -78,7 +78,7 @@ def test_many_relative_recordings_are_placed_beside_a_short_absolute_one(tmp_pat
 
 
 def test_a_cause_that_moved_a_zero_gives_it_back(tmp_path: Path) -> None:
-    """The model that finds the zero lacks the offset, and takes an angle for it: beside the offset no more than the second order
+    """The model that finds the zero lacks the offset, and takes an angle for it: beside it no more than the second order
     of that angle is left."""
     given = [swinging("one", 0.5, 2, offset=0.6), swinging("two", -0.7, 3, offset=0.6)]
     ready = prepared(model(tmp_path), given, given, Settings(cutoff_hz=CUTOFF))
