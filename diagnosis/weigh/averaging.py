@@ -7,7 +7,8 @@ an axis scatter by is enlarged by the design effect of a cluster (Kish, Survey S
 whose intraclass correlation rho is the share of what is left that is neither noise nor what the comparison errs by.
 
 A density with an unknown that is large predicts anything, and then decides nothing. So an effect also counts as one that
-predicts where it leaves less energy of motion that was held out, without an unknown: what a patch is judged by.
+predicts where it leaves less energy of motion that was held out, without an unknown: what a patch is judged by. It is then at
+least as probable as that.
 """
 
 from __future__ import annotations
@@ -101,23 +102,31 @@ def weighed(family: Family, systematic: Mapping[str, float], settings: Settings)
         members.append(Weighed(one, min(1.0, float(mean[k])), as_good))
     alike_ones = [k for k, one in enumerate(members, start=1) if one.as_good]
     probability, best = (min(1.0, float(each[alike_ones].sum())) for each in (mean, plain))
-    predicts = best >= PROBABLE or _leaves_less(family, own, settings)
-    return Answer(chosen, probability, predicts, tuple(sorted(members, key=lambda one: -one.weight)))
+    certain, believed = _leaves_less(family, own, systematic, settings)
+    return Answer(
+        chosen,
+        max(probability, believed) if certain else probability,
+        certain or best >= PROBABLE,
+        tuple(sorted(members, key=lambda one: -one.weight)),
+    )
 
 
-def _leaves_less(family: Family, own: Proposal | None, settings: Settings) -> bool:
-    """Whether the chosen set leaves less energy of motion that was held out than nothing in the effect's place, certainly."""
+def _leaves_less(
+    family: Family, own: Proposal | None, systematic: Mapping[str, float], settings: Settings
+) -> tuple[bool, float]:
+    """Whether the chosen set certainly leaves less energy of motion that was held out than nothing in the effect's place; and
+    how probable it is that it does, with the scatter enlarged."""
     if own is None or own.settled is None:
-        return False
-    nothing = _energy_held_out(family.state, _without(family), settings)
-    gain = _energy_held_out(own.settled, own.settled.held(), settings) - nothing
-    draws = np.random.default_rng(settings.seed).dirichlet(np.ones(len(gain)), DRAWS)
-    return float(np.mean(draws @ gain > 0.0)) >= CERTAIN
+        return False, 0.0
+    gain = _energy_held_out(own.settled, settings) - _energy_held_out(family.state, settings)
+    draws = np.random.default_rng(settings.seed).dirichlet(np.ones(len(gain)), DRAWS) * len(gain)
+    doubted = 1.0 + (draws - 1.0) * _enlarged(family, systematic)
+    return float(np.mean(draws @ gain > 0.0)) >= CERTAIN, float(np.mean(doubted @ gain > 0.0))
 
 
-def _energy_held_out(state: State, held: frozenset[int], settings: Settings) -> Array:
-    """Log density [nats] of all blocks of all axes, (B,), of white noise about the set."""
-    return _of_blocks(state.plain, (), None, held, settings)
+def _energy_held_out(state: State, settings: Settings) -> Array:
+    """Log density [nats] of all blocks of all axes, (B,), of white noise about the set, nominal parameters as modelled."""
+    return _of_blocks(state.plain, (), None, state.patched | state.held(), settings)
 
 
 def _weights(scores: Array) -> Array:

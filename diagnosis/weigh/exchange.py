@@ -147,5 +147,4 @@ def _what_acts_on(axis: str, state: State) -> tuple[tuple[str, Effect], ...]:
 
 def _leaves_more(ahead: State, state: State) -> bool:
     """Whether a set leaves more of an axis's gap than another: noise with long tails has learned what the other explains."""
-    least = state.bench.settings.least_share
-    return any(left > state.unexplained[axis] + least for axis, left in ahead.unexplained.items())
+    return any(left > state.left[axis] + state.bench.settings.least_share for axis, left in ahead.left.items())

@@ -226,11 +226,6 @@ class State:
         """`energy` of the set as it stands, with the model's own parameters."""
         return self.energy(self.patched)
 
-    @cached_property
-    def unexplained(self) -> dict[str, float]:
-        """`energy` of the set, the model's own parameters as far off as they may be: what these explain needs no effect."""
-        return self.energy(self.held())
-
 
 def state_of(
     bench: Bench,
