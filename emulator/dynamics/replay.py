@@ -28,6 +28,10 @@ the noise.
 """
 _FEWEST = 4
 """Samples of that line, at least."""
+_FLANKS = (0.0, -1.0, 1.0)
+"""Where in its gap a load may lie that rests: what the first torque says best."""
+_TAKEN_UP = 0.05
+"""After a gap was taken up [s], the torque that says so."""
 
 
 def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
@@ -123,24 +127,63 @@ def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tupl
 
 def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """`_followed` by a load on a spring, whose motor moves as measured."""
+    begins = _begins(motion, axis)
+    if len(begins) == 1:
+        return _swung(motion, axis, len(motion.position), *begins[0])
+    few = _first_samples(motion, axis.transmission.gap)
+    measured = motion.torque[:few] - motion.rotor_inertia * motion.acceleration[:few]
+    missed = [float(np.sum((_swung(motion, axis, few, *each)[0] - measured) ** 2)) for each in begins]
+    return _swung(motion, axis, len(motion.position), *begins[int(np.argmin(missed))])
+
+
+def _begins(motion: Motion, axis: AxisDynamics) -> list[tuple[float, float, float]]:
+    """Ways in which a replay may begin: torque that passes the spring, how it grows a second, and the flank of the gap.
+
+    In motion it is as measured. At rest the load may lie anywhere in a gap, and its spring may be wound up as far as friction
+    holds; what no friction could hold is the weight, for a brake has the motor.
+    """
+    law, gear = axis.friction, axis.transmission
+    velocity, middle = (float(value) for value in motion.kept("at first", _at_first))
+    hangs, grows = _hangs_at_first(motion, sqrt((gear.stiffness + law.presliding_stiffness) / middle))
+    if velocity != 0.0:
+        return [(hangs, grows, float(np.sign(hangs)))]
+    weight, level = float(_weight(motion)[0]), max(law.coulomb, law.static_torque) * float(law.warmth(motion)[0])
+    if abs(hangs - weight) > level:
+        hangs = weight if abs(weight) > level else 0.0
+    wound = (hangs, 0.0, float(np.sign(hangs)))
+    return [wound, *((0.0, 0.0, flank) for flank in _FLANKS)] if gear.gap > 0.0 and abs(weight) <= level else [wound]
+
+
+def _first_samples(motion: Motion, gap: float) -> int:
+    """Samples in which the motor first takes up a gap, wherever its load lies in it."""
+    moved = np.abs(motion.position - motion.position[0]) > 2.0 * gap
+    return min(len(moved), max(_FEWEST, int(np.argmax(moved)) + 1 if moved.any() else 0) + round(_TAKEN_UP / motion.period))
+
+
+def _swung(
+    motion: Motion, axis: AxisDynamics, count: int, hangs: float, grows: float, flank: float
+) -> NDArray[np.float64]:
+    """The first `count` samples of that, as it begins."""
     law, gear, link = axis.friction, axis.transmission, _link(motion)
-    begins, middle = (float(value) for value in motion.kept("at first", _at_first))
+    velocity, middle = (float(value) for value in motion.kept("at first", _at_first))
     swing = sqrt((gear.stiffness + law.presliding_stiffness) / middle)
     steps = max(ceil(motion.period / _LONGEST_STEP), ceil(_STEPS_PER_RADIAN * swing * motion.period))
-    found, speed = np.empty((3, len(motion.position))), np.empty_like(motion.position)
+    found, speed = np.empty((3, count)), np.empty(count)
     _follow(
         records((FrictionLaw,), [(law,)])[0],
         records((Transmission,), [(gear,)])[0],
         gear.error_order * axis.gear_ratio,
-        motion.position,
-        motion.velocity,
-        begins,
-        *_hangs_at_first(motion, swing),
-        link,
-        _weight(motion),
-        _slope(motion),
-        law.warmth(motion),
-        law.varying_level(motion),
+        motion.position[:count],
+        motion.velocity[:count],
+        velocity,
+        hangs,
+        grows,
+        flank,
+        link[:count],
+        _weight(motion)[:count],
+        _slope(motion)[:count],
+        law.warmth(motion)[:count],
+        law.varying_level(motion)[:count],
         motion.period,
         min(_MOST_STEPS, steps),
         found[0],
@@ -148,7 +191,7 @@ def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]
         found[2],
     )
     found[1] = np.gradient(speed, motion.period)
-    found[2] -= motion.position
+    found[2] -= motion.position[:count]
     return found
 
 
@@ -169,26 +212,20 @@ def _viscous(law, v):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _start(law, gear, untwisted, weight, warmth, varying, v, hangs, grows):  # type: ignore[no-untyped-def]
-    """Position and speed of the joint at first, and the torque that passes the spring and its damper.
+def _start(gear, untwisted, v, hangs, grows, flank):  # type: ignore[no-untyped-def]
+    """Position and speed of the joint at first, on a flank of the gap, by the torque that passes the spring and its damper.
 
-    At a motor's speed v that was measured, and how it `grows`: where the joint is in its swing depends on what was before. At
-    rest the weight, but none where friction holds that.
+    `v`: the motor's speed, by the ratio. Where the joint is in its swing depends on what was before.
     """
-    if v != 0.0:
-        untwists = grows / gear.stiffness
-        pulls, through, speed = hangs - gear.damping * untwists, hangs, v - untwists
-    else:
-        held = abs(weight) <= warmth * (level_at(law, abs(v)) + varying)
-        pulls = through = 0.0 if held else weight
-        speed = 0.0
-    gap = copysign(0.5 * gear.gap, pulls) if pulls != 0.0 else 0.0
-    return untwisted - pulls / gear.stiffness - gap, speed, through
+    untwists = grows / gear.stiffness
+    pulls = hangs - gear.damping * untwists
+    return untwisted - pulls / gear.stiffness - 0.5 * flank * gear.gap, v - untwists
 
 
 @compiled
 def _follow(  # type: ignore[no-untyped-def]
-    law, gear, wave, position, velocity, begins, hangs, grows, link, weight, slope, warmth, varying, period, steps,
+    law, gear, wave, position, velocity, begins, hangs, grows, flank, link, weight, slope, warmth,
+    varying, period, steps,
     torque, moves, place,
 ) -> None:
     """Torque (n,) of the motor on the spring of a link (n,), its speed `moves` and `place` (n,); `wave` [rad a rad or m].
@@ -197,7 +234,8 @@ def _follow(  # type: ignore[no-untyped-def]
     """
     h = period / steps
     untwisted, ratio = _uneven(gear, wave, position[0])
-    q, v, through = _start(law, gear, untwisted, weight[0], warmth[0], varying[0], ratio * begins, hangs, grows)
+    q, v = _start(gear, untwisted, ratio * begins, hangs, grows, flank)
+    through = hangs
     torque[0], moves[0], place[0] = ratio * through, v, q
     anchors = np.full(BRISTLES, q)
     for k in range(position.shape[0] - 1):

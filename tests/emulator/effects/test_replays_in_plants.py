@@ -85,10 +85,11 @@ def test_a_spring_too_stiff_to_follow_is_rigid() -> None:
 def test_a_link_that_its_brake_like_friction_holds_stays_where_it_is() -> None:
     """A motor that swings within the breakaway of its load turns against a spring on a wall."""
     motion = swing(2.0, 0.01)
+    motion = replace(motion, torque=1000.0 * motion.position + 0.05 * motion.acceleration)
     stuck = AxisDynamics(GEAR, friction=FrictionLaw(coulomb=50.0))
     spring = of_axis(effect("elasticity", stiffness=1000.0).effect)
     torque = spring.predict(motion, stuck) + motor_torque(motion, stuck)
-    assert torque == pytest.approx(1000.0 * motion.position + 0.05 * motion.acceleration, abs=1e-9)
+    assert torque == pytest.approx(motion.torque, abs=1e-7)
 
 
 def asked(seconds: float = 4.0) -> Array:
@@ -170,3 +171,29 @@ def test_a_stretch_of_a_motion_is_replayed_as_the_whole_is(name: str, stiffness:
         assert whole is not None
         assert part is not None
         assert np.abs(part - whole[cut])[20:].max() < 0.12 * np.abs(whole).max()
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_load_that_rests_at_first_lies_on_the_flank_that_the_first_torque_shows(way: float) -> None:
+    """Two strokes, there and on or back; the stretch begins in the rest between them."""
+    time = np.arange(round(2.5 / SAMPLE), dtype=np.float64) * SAMPLE
+    first, second = (np.clip(time - begin, 0.0, 1.0) for begin in (0.1, 1.4))
+    position = 0.2 * (smooth(first) + way * smooth(second))
+    velocity = np.gradient(position, SAMPLE)
+    acceleration = np.gradient(velocity, SAMPLE)
+    inertia = np.full_like(time, 0.25)
+    still = Motion(position, velocity, acceleration, np.zeros_like(time), time, inertia * acceleration, inertia, 0.05)
+    braked = AxisDynamics(GEAR, friction=FrictionLaw(coulomb=3.0, viscous=0.3))
+    play = of_axis(effect("backlash", **PLANTS["backlash"]).effect)
+    assert isinstance(play, TransmissionEffect)
+    torque = motor_torque(still, play.on(braked))
+    cut = slice(1250, 2500)
+    whole = replace(still, torque=torque)
+    samples = ("position", "velocity", "acceleration", "torque", "time", "rigid_torque", "inertia")
+    stretch = replace(whole, **{name: getattr(whole, name)[cut] for name in samples})
+    assert np.abs(motor_torque(stretch, play.on(braked)) - torque[cut]).max() < 0.05 * np.abs(torque).max()
+
+
+def smooth(share: Array) -> Array:
+    """From 0 to 1 with the least jerk."""
+    return np.asarray(share**3 * (10.0 - 15.0 * share + 6.0 * share**2))
