@@ -45,6 +45,22 @@ def short(value: float) -> float:
     return float(f"{value:.4g}")
 
 
+def number(value: float, digits: int = 3) -> str:
+    """Significant digits, and never an exponent for what a person can read without."""
+    rounded = f"{value:.{digits}g}"
+    return f"{float(rounded):.0f}" if "e+" in rounded and abs(value) < 1e6 else rounded
+
+
+def quantity(value: float, unit: str, digits: int = 4) -> str:
+    """A value in the unit that fits its size.
+
+    >>> quantity(0.00231, "N·m")
+    '2.31 mN·m'
+    """
+    scale = scale_of(unit, value)
+    return f"{number(scale.factor * value, digits)} {scale.unit}".rstrip()
+
+
 def decimals_for(half_width: float, largest: float) -> int:
     """Decimals that show two digits of an interval's half width; five digits of the value where there is no interval."""
     first = math.floor(math.log10(half_width)) - 1 if half_width > 0.0 and math.isfinite(half_width) else None

@@ -14,12 +14,12 @@ from drivetwin.diagnosis.report.page_causes import causes_section
 from drivetwin.diagnosis.report.page_closed_loop import closed_loop_section
 from drivetwin.diagnosis.report.page_method import method_section
 from drivetwin.diagnosis.report.result import Diagnosis, Verdict
-from drivetwin.diagnosis.report.wording import closed, listed, number, of_torque, p_words, percent, verdict_sentence
+from drivetwin.diagnosis.report.wording import closed, listed, of_torque, p_words, percent, verdict_sentence
 from drivetwin.foundation import page_table
 from drivetwin.foundation.html_page import write_page
 from drivetwin.foundation.machine_picture import machine_picture
 from drivetwin.foundation.page_table import DASH, inputs_section, stacking_table
-from drivetwin.foundation.quantities import scale_of
+from drivetwin.foundation.quantities import number, scale_of
 
 _TITLE = "Simulation against machine"
 

@@ -9,9 +9,10 @@ from html import escape
 import numpy as np
 
 from drivetwin.diagnosis.report.result import AxisGap, Diagnosis
-from drivetwin.diagnosis.report.wording import level, name_of, number, p_words
+from drivetwin.diagnosis.report.wording import level, name_of, p_words
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.foundation.page_table import plain_table, stacking_table
+from drivetwin.foundation.quantities import number, quantity
 from drivetwin.motion.filtering import effective_cutoff
 
 _UNITS = {"cutoff_hz": "Hz", "timing_spread": "s"}
@@ -46,12 +47,11 @@ def method_section(diagnosis: Diagnosis) -> str:
 
 
 def _axis(name: str, gap: AxisGap, diagnosis: Diagnosis) -> list[str]:
-    unit = diagnosis.units[name]
-    speed = f"{number(gap.standstill_velocity)} {'m/s' if unit == 'N' else 'rad/s'}"
+    unit, speed = diagnosis.units[name], gap.standstill_velocity
     return [
         escape(name),
         f"{number(gap.cutoff_hz)} Hz",
-        speed if np.isfinite(gap.standstill_velocity) else "never moves",
+        quantity(speed, "m/s" if unit == "N" else "rad/s", 3) if np.isfinite(speed) else "never moves",
         level(gap.noise_rms, unit),
         level(gap.model_error_rms, unit),
         level(gap.standstill_rms, unit),

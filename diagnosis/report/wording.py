@@ -10,19 +10,13 @@ from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.report.remains import TimeInterval
 from drivetwin.diagnosis.report.result import AxisGap, Cause, Diagnosis, Estimate, Residual, Unknown, Verdict
 from drivetwin.emulator.effects import PlacedEffect
-from drivetwin.foundation.quantities import Scale, scale_of
+from drivetwin.foundation.quantities import Scale, number, quantity, scale_of
 from drivetwin.twin.comparison import MODEL, WITH_EFFECTS, AxisComparison
 
 _NAMED_AT_MOST = 3
 """Axes that the verdict names one by one."""
 LIKELY = 0.05
 """Probability from which a cause is shown with all that is known of it."""
-
-
-def number(value: float) -> str:
-    """Three significant digits, and never an exponent for what a person can read without."""
-    rounded = f"{value:.3g}"
-    return f"{float(rounded):.0f}" if "e+" in rounded and abs(value) < 1e6 else rounded
 
 
 def shrinks(axis: AxisComparison, signal: str) -> str:
@@ -51,8 +45,7 @@ def span_percent(low: float, high: float) -> str:
 
 def level(value: float, unit: str) -> str:
     """A torque or force in a unit that fits its size."""
-    scale = scale_of(unit, value)
-    return f"{number(scale.factor * value)} {scale.unit}"
+    return quantity(value, unit, 3)
 
 
 def p_words(p_value: float) -> str:

@@ -15,9 +15,10 @@ from drivetwin.diagnosis.excitation.limits import read_limits
 from drivetwin.diagnosis.excitation.plan import Plan, plan
 from drivetwin.diagnosis.excitation.write import write_plan
 from drivetwin.diagnosis.report.schema import read_report
-from drivetwin.diagnosis.report.wording import name_of, number
+from drivetwin.diagnosis.report.wording import name_of
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import new_directory, refuse_foreign, refuse_to_replace
+from drivetwin.foundation.quantities import number
 
 
 def excite_command(

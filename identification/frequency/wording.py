@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from drivetwin.foundation.quantities import scale_of
+from drivetwin.foundation.quantities import quantity
 from drivetwin.identification.frequency.margins import Margins
 from drivetwin.identification.frequency.result import AxisResponse
 
@@ -50,12 +50,6 @@ def rows(found: AxisResponse) -> list[Row]:
         Row("step: overshoot", f"{100.0 * found.step.overshoot:.1f} %"),
         Row("step: settled to 2 %", "not within a step" if found.step.settling is None else quantity(found.step.settling, "s")),
     ]
-
-
-def quantity(value: float, unit: str) -> str:
-    """A value in the unit that fits its size."""
-    scale = scale_of(unit, abs(value))
-    return f"{scale.factor * value:.4g} {scale.unit}"
 
 
 def _margins(loop: str, now: Margins, proposed: Margins | None) -> list[Row]:

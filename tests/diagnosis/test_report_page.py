@@ -148,7 +148,7 @@ def test_what_could_not_be_tested_has_one_row_a_reason(page: Page) -> None:
 
 
 def test_the_method_tells_every_number_that_steers_the_answer(page: Page) -> None:
-    assert page.row("rotate", "48 Hz")[2:] == ["0.002 rad/s", "20 mN·m", "16 mN·m", "0.1 N·m", "p < 1e-12"]
+    assert page.row("rotate", "48 Hz")[2:] == ["2 mrad/s", "20 mN·m", "16 mN·m", "0.1 N·m", "p < 1e-12"]
     assert page.row("stretch", "48 Hz")[2] == "0.002 m/s"
     assert "Noise of rotate, stretch: spectrum of the torque above 3 cut-offs." in page.text
     for name in asdict(Settings()):

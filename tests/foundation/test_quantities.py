@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivetwin.foundation.quantities import decimals_for, scale_of, with_interval
+from drivetwin.foundation.quantities import decimals_for, quantity, scale_of, with_interval
 
 UNITS = ("N·m", "N", "m", "rad", "m/s", "rad/s", "s", "kg", "kg·m²", "N·m·s/rad", "N·s/m")
 IN_SI = {"m": 1e-3, "µ": 1e-6}
@@ -49,3 +49,18 @@ def test_two_digits_of_the_interval_are_shown() -> None:
     assert with_interval(28.32812, (28.2634, 28.3928), "kg", 28.3041) == (["28.328", "28.263", "28.393", "28.304"], "kg")
     assert decimals_for(0.0, 123.456) == 2
     assert decimals_for(50.0, 1000.0) == 0
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "digits", "shown"),
+    [
+        (0.00201, "m", 3, "2.01 mm"),
+        (8.3e-6, "m", 3, "8.3 µm"),
+        (0.010796, "m/s", 4, "10.8 mm/s"),
+        (123456.0, "N", 3, "123000 N"),
+        (0.25, "1", 4, "0.25"),
+        (0.0, "m", 4, "0 m"),
+    ],
+)
+def test_a_quantity_is_written_with_its_unit(value: float, unit: str, digits: int, shown: str) -> None:
+    assert quantity(value, unit, digits) == shown
