@@ -7,8 +7,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from drivetwin.foundation.quantities import quantity
 from drivetwin.hil_tests.bench import Bench
-from drivetwin.hil_tests.evidence import Evidence
+from drivetwin.hil_tests.evidence import Evidence, Samples
 from drivetwin.hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
 from drivetwin.hil_tests.targets import check_targets, targets
 from drivetwin.hil_tests.task import Task
@@ -34,23 +35,12 @@ class FinalPosition(Expectation):
             target = {axis: position for axis, position in pose.items() if axis in self.band}
             if not target:
                 continue
-            there = np.ones(len(truth.time), dtype=np.bool_)
-            there[:reached] = False
-            for axis, position in target.items():
-                number = evidence.axes.index(axis)
-                there &= np.abs(truth.position[:, number] - position) <= self.band[axis]
+            there = np.arange(len(truth.time)) >= reached
+            for axis, off in self._off(evidence, target).items():
+                there &= off <= self.band[axis]
             arrived = self._arrived(there, truth.time)
             if arrived is None:
-                where = ", ".join(f"{axis} {position:g} {self._unit(evidence, axis)}" for axis, position in target.items())
-                axis, nearest = self._nearest(evidence, target, reached)
-                finding += self.fails(
-                    f"the machine never stood at {where}, as the task says, after what came before it",
-                    axis,
-                    evidence.end,
-                    nearest,
-                    self.band[axis],
-                    self._unit(evidence, axis),
-                )
+                finding += self._never_stood(evidence, target, reached)
                 continue
             reached = arrived
         return finding
@@ -63,14 +53,38 @@ class FinalPosition(Expectation):
                 return int(np.searchsorted(time, time[start] + self.dwell))
         return None
 
-    def _nearest(self, evidence: Evidence, target: dict[str, float], reached: int) -> tuple[str, float]:
-        """The axis that was furthest off, at its nearest, and by how much."""
-        position = evidence.truth.position[reached:]
-        if not len(position):
-            return next(iter(target)), np.inf
-        off = {axis: float(np.abs(position[:, evidence.axes.index(axis)] - at).min()) for axis, at in target.items()}
+    def _never_stood(self, evidence: Evidence, target: dict[str, float], reached: int) -> Finding:
+        """With the axis that was furthest off, and by how much, where all together stood nearest for long enough."""
+        where = ", ".join(f"{axis} {position:g} {self._unit(evidence, axis)}" for axis, position in target.items())
+        said = (
+            f"the machine never stood at {where} for {quantity(self.dwell, 's')}, as the task says, after what came before it"
+        )
+        stay = self._nearest(evidence, target, reached)
+        if stay is None:
+            return self.fails(said, next(iter(target)), evidence.end)
+        off = {axis: float(each[stay].max()) for axis, each in self._off(evidence, target).items()}
         axis = max(off, key=lambda name: off[name] / self.band[name])
-        return axis, off[axis]
+        return self.fails(said, axis, evidence.end, off[axis], self.band[axis], self._unit(evidence, axis))
+
+    def _nearest(self, evidence: Evidence, target: dict[str, float], reached: int) -> slice | None:
+        """Samples over `dwell` in which all axes are in the smallest multiple of their bands; None: there are not so many."""
+        time = evidence.truth.time
+        used = np.max([off / self.band[axis] for axis, off in self._off(evidence, target).items()], axis=0)
+        last = np.searchsorted(time, time + self.dwell)
+        inside = np.minimum(last, len(time) - 1)
+        last += time[inside] - time < self.dwell  # by rounding, else a sample too few
+        first = np.arange(len(time))[(last < len(time)) & (np.arange(len(time)) >= reached)]
+        if not len(first):
+            return None
+        spans = np.column_stack([first, last[first] + 1]).ravel()
+        nearest = int(np.argmin(np.maximum.reduceat(np.append(used, np.inf), spans)[::2]))
+        return slice(int(first[nearest]), int(last[first[nearest]]) + 1)
+
+    @staticmethod
+    def _off(evidence: Evidence, target: dict[str, float]) -> dict[str, Samples]:
+        """How far each axis is from its target, over time."""
+        position = evidence.truth.position
+        return {axis: np.abs(position[:, evidence.axes.index(axis)] - at) for axis, at in target.items()}
 
     @staticmethod
     def _unit(evidence: Evidence, axis: str) -> str:

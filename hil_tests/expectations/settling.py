@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from drivetwin.foundation.quantities import quantity
 from drivetwin.hil_tests.evidence import Evidence
 from drivetwin.hil_tests.expectations.base import MET, ByAxis, Expectation, Finding, limit
 from drivetwin.hil_tests.moves import Move, moves, rests
@@ -42,12 +43,13 @@ class Settling(Expectation):
             if not times:
                 continue
             worst, after = max(times, key=lambda one: one[0])
+            band = quantity(self.band[axis], evidence.units[number])
             finding += self.at_most(
                 "settling time",
                 worst,
                 self.time,
                 "s",
-                f"the axis is not within {self.band[axis]:g} {evidence.units[number]} of its target in time after a move",
+                f"the axis is not within {band} of its target in time after a move",
                 axis,
                 float(truth.time[after.last]),
             )

@@ -170,6 +170,46 @@ def test_targets_are_reached_in_their_order(truth: Truth) -> None:
     assert len(found("final_position", evidence(truth, task=twice))) == 1
 
 
+def test_a_target_that_is_only_passed_is_told_by_the_band_in_which_the_axis_stood(truth: Truth) -> None:
+    """It passes the target on its way, and stands 0.5 mrad beyond it; the band is 0.2 mrad."""
+    moved(truth, ROTATE, 0.3, 0.8005)
+    there = Task(task="move", parameters={"moves": [{"axis": "rotate", "to": 0.8}]})
+    (failure,) = judged("final_position", evidence(truth, task=there)).failures
+    assert failure.message == "the machine never stood at rotate 0.8 rad for 50 ms, as the task says, after what came before it"
+    assert failure.axis == "rotate"
+    assert failure.measured == pytest.approx(0.0005)
+    assert failure.measured is not None
+    assert failure.limit is not None
+    assert failure.measured > failure.limit
+
+
+def test_what_stood_too_shortly_at_a_target_is_told_by_a_band_beyond_its_limit(truth: Truth) -> None:
+    truth.position[at(truth, 1.0) : at(truth, 1.03), ROTATE] = 0.8
+    truth.position[at(truth, 1.03) : at(truth, 1.06), ROTATE] = 0.8003
+    there = Task(task="move", parameters={"moves": [{"axis": "rotate", "to": 0.8}]})
+    (failure,) = judged("final_position", evidence(truth, task=there)).failures
+    assert failure.measured == pytest.approx(0.0003)
+
+
+def test_of_a_pose_the_axis_is_told_that_keeps_all_from_standing_at_once(truth: Truth) -> None:
+    """Each axis stands where it should, but one after the other."""
+    task = Task(task="path", parameters={"poses": [{"lift": 0.3, "rotate": 0.8}]})
+    moved(truth, ROTATE, 0.3, 0.8)
+    moved(truth, ROTATE, 1.5, 0.7)
+    moved(truth, LIFT, 2.6, 0.3)
+    (failure,) = judged("final_position", evidence(truth, task=task)).failures
+    assert (failure.axis, failure.measured) == ("rotate", pytest.approx(0.1))
+
+
+def test_where_too_little_is_left_for_a_dwell_no_figure_is_told(truth: Truth) -> None:
+    end = moved(truth, ROTATE, 0.3, 0.8)
+    kept = at(truth, end + 0.052) + 1
+    short = Truth(**{name: value[:kept] for name, value in vars(truth).items()})
+    moves_twice = [{"axis": "rotate", "to": 0.8}, {"axis": "rotate", "to": 0.5}]
+    (failure,) = judged("final_position", evidence(short, task=Task(task="move", parameters={"moves": moves_twice}))).failures
+    assert (failure.measured, failure.limit) == (None, None)
+
+
 def test_a_pose_is_reached_by_all_axes_at_the_same_time(truth: Truth) -> None:
     task = Task(task="path", parameters={"poses": [{"lift": 0.3, "rotate": 0.8}]})
     moved(truth, ROTATE, 0.3, 0.8)
