@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import isfinite
 from typing import Protocol
 
 from drivetwin.hil_tests.results.acceptance import Acceptance
@@ -11,6 +12,8 @@ from drivetwin.hil_tests.verdict import CaseResult, Failure, Measured, Outcome
 DIGITS = 4
 """Of a quantity that are shown."""
 
+NEVER = "never"
+"""Instead of a quantity that never came about, such as the settling time of an axis that does not settle."""
 _NO_UNIT = "1"
 _SCALED = frozenset({"m", "rad", "s", "m/s", "rad/s"})
 _PREFIXES = ((0.1, 1.0, ""), (1e-4, 1e3, "m"), (1e-7, 1e6, "µ"), (0.0, 1e9, "n"))
@@ -57,14 +60,14 @@ def against(value: float, limit: float, unit: str) -> str:
 
 
 def _together(values: Iterable[float], unit: str) -> list[str]:
-    """The values in one unit, that of the largest."""
+    """The values in one unit, that of the largest; what never came about has none."""
     values = list(values)
-    largest = max(abs(value) for value in values)
+    largest = max((abs(value) for value in values if isfinite(value)), default=0.0)
     factor, prefix = 1.0, ""
     if unit in _SCALED and largest > 0.0:
         factor, prefix = next((factor, prefix) for least, factor, prefix in _PREFIXES if largest >= least)
     shown = "" if unit == _NO_UNIT else f" {prefix}{unit}"
-    return [f"{factor * value:.{DIGITS}g}{shown}".rstrip() for value in values]
+    return [f"{factor * value:.{DIGITS}g}{shown}".rstrip() if isfinite(value) else NEVER for value in values]
 
 
 def quantity_name(name: str, axis: str | None) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from math import inf, nan
@@ -18,7 +19,8 @@ from drivetwin.hil_tests.results.report_page import write_report
 from drivetwin.hil_tests.results.results_file import read_results, write_results
 from drivetwin.hil_tests.results.traces import Mark, Traces, read_traces
 from drivetwin.hil_tests.results.trend import Trend, compare
-from drivetwin.hil_tests.verdict import CaseResult, Measured, Outcome
+from drivetwin.hil_tests.results.wording import against, failure_words, measured_words
+from drivetwin.hil_tests.verdict import CaseResult, Failure, Measured, Outcome
 
 
 class Page(HTMLParser):
@@ -120,6 +122,25 @@ def test_a_figure_that_is_worse_than_before_makes_the_verdict(tmp_path: Path, va
 )
 def test_how_much_of_a_limit_is_used(value: float, limit: float, share: float) -> None:
     assert used(Measured("any", value, "s", limit=limit)) == pytest.approx(share)
+
+
+NEVER = replace(
+    FAULT,
+    failures=(Failure("settling", "the axis does not stay", "rotate", 1.0625, inf, 0.2, "s"),),
+    measured=(Measured("settling time", inf, "s", "rotate", limit=0.2),),
+)
+
+
+@pytest.mark.parametrize("value", [inf, nan])
+def test_what_never_came_about_is_told_in_words(tmp_path: Path, value: float) -> None:
+    assert against(value, 0.2, "s") == "never, limit 0.2 s"
+    assert measured_words(Measured("settling time", value, "s", "rotate", limit=0.2)).endswith(": never, limit 0.2 s")
+    assert failure_words(NEVER.failures[0]).endswith("(rotate, at 1.062 s, never, limit 0.2 s)")
+    write_results(acceptance_of(NEVER), tmp_path / "results.json")
+    trend = compare(acceptance_of(with_value(NEVER, 0.1, None)), read_results(tmp_path / "results.json"))
+    page = page_of(tmp_path, NEVER, trend=trend)
+    assert page.text.count("never") >= 3
+    assert not re.search(r"\b(inf|nan)\b", page.text)
 
 
 def test_traces_are_the_truth_that_the_stand_saw(tmp_path: Path) -> None:
