@@ -61,6 +61,16 @@ def quantity(value: float, unit: str, digits: int = 4) -> str:
     return f"{number(scale.factor * value, digits)} {scale.unit}".rstrip()
 
 
+def span(low: float, high: float, unit: str, digits: int = 4) -> str:
+    """Both ends of an interval in the unit that fits the larger.
+
+    >>> span(-0.05, 0.05, "s")
+    '-50 to 50 ms'
+    """
+    scale = scale_of(unit, max(abs(low), abs(high)))
+    return f"{number(scale.factor * low, digits)} to {number(scale.factor * high, digits)} {scale.unit}".rstrip()
+
+
 def decimals_for(half_width: float, largest: float) -> int:
     """Decimals that show two digits of an interval's half width; five digits of the value where there is no interval."""
     first = math.floor(math.log10(half_width)) - 1 if half_width > 0.0 and math.isfinite(half_width) else None

@@ -16,12 +16,12 @@ from drivetwin.diagnosis.report.wording import (
     level,
     listed,
     name_of,
-    number,
     percent,
     time_words,
     untested,
 )
 from drivetwin.foundation.page_table import DASH, bar, pictured, plain_table, stacking_table
+from drivetwin.foundation.quantities import span
 from drivetwin.motion.filtering import effective_cutoff
 
 _WINDOW = 4.0
@@ -95,7 +95,7 @@ def _bounds(regime: Regime, velocity_unit: str) -> str:
         "speed": velocity_unit,
     }
     return ", ".join(
-        f"{_MAGNITUDES.get(name, name)} {number(low)} to {number(high)} {units[name]}"
+        f"{_MAGNITUDES.get(name, name)} {span(low, high, units[name], 3)}"
         for name, (low, high) in regime.interval.items()
     )
 

@@ -9,10 +9,10 @@ from drivetwin.diagnosis.report.wording import (
     LIKELY,
     added_words,
     cause_name,
+    estimate_figures,
     goes_with_words,
     listed,
     name_of,
-    number,
     percent,
     residual_words,
     span_percent,
@@ -70,11 +70,10 @@ def _parameters(cause: Cause) -> str:
 
 
 def _parameter(name: str, estimate: Estimate) -> str:
-    low, high = estimate.ci90
-    unit = "" if estimate.unit == "1" else f" {estimate.unit}"
+    value, low, high, unit = estimate_figures(estimate)
     return (
-        f'{escape(name_of(name))} <b class="tight">{number(estimate.value)}{escape(unit)}</b> '
-        f'<span class="note tight">({number(low)} to {number(high)})</span>'
+        f'{escape(name_of(name))} <b class="tight">{escape(f"{value} {unit}".rstrip())}</b> '
+        f'<span class="note tight">({low} to {high})</span>'
     )
 
 

@@ -83,5 +83,4 @@ def _settings(settings: Settings) -> str:
 def _value(name: str, value: float | int | None) -> str:
     if value is None:
         return "chosen from the recordings"
-    unit = _UNITS.get(name, "")
-    return f"{value:g} {unit}".strip()
+    return quantity(value, _UNITS[name]) if name in _UNITS else f"{value:g}"

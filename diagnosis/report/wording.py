@@ -82,11 +82,17 @@ def undistinguished(cause: Cause) -> str:
     return f"{cause_name(cause)} cannot be distinguished from {names} by these data{f'; {told}' if told else ''}"
 
 
-def estimate_words(name: str, estimate: Estimate) -> str:
-    """A parameter with its interval."""
+def estimate_figures(estimate: Estimate) -> tuple[str, str, str, str]:
+    """A parameter, both ends of its interval, and the unit that fits it, empty for a pure number."""
     scale = scale_of(estimate.unit, estimate.value)
     value, low, high = (number(scale.factor * each) for each in (estimate.value, *estimate.ci90))
-    return f"{name.replace('_', ' ')} {value} ({low} to {high}) {scale.unit}".rstrip()
+    return value, low, high, scale.unit
+
+
+def estimate_words(name: str, estimate: Estimate) -> str:
+    """A parameter with its interval."""
+    value, low, high, unit = estimate_figures(estimate)
+    return f"{name.replace('_', ' ')} {value} ({low} to {high}) {unit}".rstrip()
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:
@@ -112,8 +118,8 @@ def goes_with_words(unknown: Unknown) -> str:
     if not unknown.goes_with:
         return "depends on none of the quantities tested"
     with_it = listed([_QUANTITIES.get(each, each) for each in unknown.goes_with])
-    fast = f" and has a correlation time of {number(unknown.correlation_time)} s" if unknown.correlation_time > 0.0 else ""
-    return f"goes with {with_it}{fast}"
+    time = quantity(unknown.correlation_time, "s", 3)
+    return f"goes with {with_it}{f' and has a correlation time of {time}' if unknown.correlation_time > 0.0 else ''}"
 
 
 @dataclass(frozen=True)

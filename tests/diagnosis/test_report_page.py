@@ -14,7 +14,7 @@ from report_case import CASE, ONE_WAY, RIPPLE, SHARES, SLOW, placed, slowly, sma
 from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.report import page_shares
 from drivetwin.diagnosis.report.page import write_report_page
-from drivetwin.diagnosis.report.result import Diagnosis, FrequencyResponse, NoResponse, Share, Verdict
+from drivetwin.diagnosis.report.result import Cause, Diagnosis, Estimate, FrequencyResponse, NoResponse, Share, Verdict
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.identification.frequency.resonances import Resonances
 
@@ -129,6 +129,12 @@ def test_a_cause_has_its_parameters_with_units_and_what_would_distinguish_it(pag
     assert "patched.xml with effects.json adds stribeck, torque ripple and spring on rotate." in page.text
 
 
+def test_a_parameter_is_in_the_unit_that_fits_it(tmp_path: Path) -> None:
+    play = Cause("backlash", "stretch", 0.9, 0.1, {"gap": Estimate(0.00201, "m", (0.0019, 0.0021))}, None)
+    page = page_of(replace(CASE, causes=(play,)), tmp_path)
+    assert page.row("backlash", "stretch")[5] == "gap 2.01 mm (1.9 to 2.1)"
+
+
 def test_the_unknown_is_a_cause_and_says_what_it_goes_with(page: Page) -> None:
     words = "goes with position and the motion of another axis and has a correlation time of 0.21 s"
     assert page.row("unknown", "rotate")[2:] == ["93 %", "9 %", "–", words, "–"]
@@ -136,7 +142,7 @@ def test_the_unknown_is_a_cause_and_says_what_it_goes_with(page: Page) -> None:
 
 
 def test_regimes_stand_before_and_after(page: Page) -> None:
-    assert page.row("reversal") == ["reversal", "time to a reversal -0.05 to 0.05 s", "10 %", "80 %"]
+    assert page.row("reversal") == ["reversal", "time to a reversal -50 to 50 ms", "10 %", "80 %"]
     assert page.row("high speed") == ["high speed", "speed 0.19 to 0.77 rad/s", "10 %", "–"]
     assert "% of its energy is in" in page.text
     assert "80 % of what is left above noise is in the regime reversal." in page.text
@@ -149,12 +155,12 @@ def test_what_could_not_be_tested_has_one_row_a_reason(page: Page) -> None:
 
 def test_the_method_tells_every_number_that_steers_the_answer(page: Page) -> None:
     assert page.row("rotate", "48 Hz")[2:] == ["2 mrad/s", "20 mN·m", "16 mN·m", "0.1 N·m", "p < 1e-12"]
-    assert page.row("stretch", "48 Hz")[2] == "0.002 m/s"
+    assert page.row("stretch", "48 Hz")[2] == "2 mm/s"
     assert "Noise of rotate, stretch: spectrum of the torque above 3 cut-offs." in page.text
     for name in asdict(Settings()):
         assert page.row(name.replace("_", " "))
     assert page.row("cutoff hz")[1] == "chosen from the recordings"
-    assert page.row("timing spread")[1] == "0.0005 s"
+    assert page.row("timing spread")[1] == "0.5 ms"
     assert page.row("rec/<sweep>/signals.parquet")[1] == "cd" * 32
 
 
