@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.machine_file import MOST_AXES
-from drivetwin.foundation.quantities import short
+from drivetwin.foundation.quantities import quantity, short, span
+from drivetwin.identification.result import UNITS, Units
 from drivetwin.motion.coupled_motion import check_axes_move_alone
 from drivetwin.motion.followers import relations_of
-from drivetwin.motion.inverse_dynamics import Model
+from drivetwin.motion.inverse_dynamics import JointKind, Model
 from drivetwin.motion.model_file import ON_JOINT, as_mjcf, motors_of, state_motors, state_springs
 from drivetwin.twin.urdf import read_robot
 
@@ -103,7 +104,8 @@ def _give_rotor(path: Path, joint: mujoco.MjsJoint, inertia: float, assumed: lis
         raise UserError(f"{path}: joint {joint.name!r} moves no mass: give the bodies behind it their mass and inertia")
     if not joint.armature > 0.0:
         joint.armature = ROTOR * inertia
-        assumed.append(f"{joint.name}: armature {joint.armature:.3g}, {ROTOR:.0%} of the axis's inertia")
+        unit = _units(joint.type == mujoco.mjtJoint.mjJNT_SLIDE).inertia
+        assumed.append(f"{joint.name}: armature {quantity(joint.armature, unit, 3)}, {ROTOR:.0%} of the axis's inertia")
 
 
 def _driven(path: Path, model: mujoco.MjModel) -> list[str]:
@@ -127,14 +129,20 @@ def _travel(model: mujoco.MjModel, joint: str, assumed: list[str]) -> tuple[floa
     if model.jnt_limited[of.id]:
         low, high = (float(end) for end in model.jnt_range[of.id])
         return low, high
-    half = STROKE if _slides(model, joint) else TURN
+    slide = _slides(model, joint)
+    half = STROKE if slide else TURN
     middle = float(model.qpos0[of.qposadr[0]])
-    assumed.append(f"{joint}: travel {middle - half:.4g} to {middle + half:.4g}, for the model gives it no range")
+    ends = span(middle - half, middle + half, "m" if slide else "rad")
+    assumed.append(f"{joint}: travel {ends}, for the model gives it no range")
     return middle - half, middle + half
 
 
 def _slides(model: mujoco.MjModel, joint: str) -> bool:
     return int(model.joint(joint).type[0]) == int(mujoco.mjtJoint.mjJNT_SLIDE)
+
+
+def _units(slide: bool) -> Units:
+    return UNITS[JointKind.PRISMATIC if slide else JointKind.REVOLUTE]
 
 
 def _needs(rigid: Model, joints: Sequence[str], travel: Array) -> list[_Needs]:
@@ -175,7 +183,8 @@ def _axis(
     ratio = gear[0] / gear[1] * 2.0 * pi / (feed or 2.0 * pi)
     steady = need.weight + need.level + need.slope * speed
     peak, acceleration = _strength(path, model, joint, steady, need.inertia, speed)
-    moved = f"speed {speed:.3g}, acceleration {acceleration:.3g}"
+    units = _units(slide)
+    moved = f"speed {quantity(speed, units.velocity, 3)}, acceleration {quantity(acceleration, f'{units.velocity}²', 3)}"
     assumed.append(f"{joint}: {moved}; velocity loop of {bandwidth:g} Hz at its largest inertia")
     width = 2.0 * pi * bandwidth
     switches = {"negative": low + 0.01 * room, "positive": high - 0.01 * room}
@@ -250,9 +259,10 @@ def _strength(
         return RESERVE * max(steady + inertia * wanted, 2.0 * steady), wanted
     left = limit / RESERVE - steady
     if left <= 0.0:
+        unit = _units(_slides(model, joint)).torque
         raise UserError(
-            f"{path}: joint {joint!r}: its actuator gives {limit:.3g} at most, and weight and friction take {steady:.3g} in "
-            "some pose: correct the actuator's range, or the joint's"
+            f"{path}: joint {joint!r}: its actuator gives {quantity(limit, unit, 3)} at most, and weight and friction take "
+            f"{quantity(steady, unit, 3)} in some pose: correct the actuator's range, or the joint's"
         )
     return limit, min(wanted, left / inertia)
 

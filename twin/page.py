@@ -15,6 +15,7 @@ from drivetwin.foundation import page_table
 from drivetwin.foundation.figure_style import AFTER, BEFORE, MEASURED, range_buttons, small, styled
 from drivetwin.foundation.html_page import write_page
 from drivetwin.foundation.page_table import DASH, inputs_section, pictured, plain_table, stacking_table
+from drivetwin.foundation.quantities import number, scale_of
 from drivetwin.twin.comparison import MODEL, SIGNALS, WITH_EFFECTS, Array, AxisComparison, Comparison, worst
 
 _TITLE = "Model and machine in closed loop"
@@ -68,9 +69,7 @@ def _pictures(comparison: Comparison, axis: AxisComparison) -> str:
     shown = [(signal, title) for signal, title in _PICTURED if signal in axis.measured]
     key = shown[0][0]
     window = _worst_window(comparison.time, axis.measured[key] - axis.runs[MODEL].signals[key], axis.used)
-    rows = [
-        [title, axis.units[signal], *(f"{of.apart[signal].rms:.3g}" for of in axis.runs.values())] for signal, title in shown
-    ]
+    rows = [_rms_row(title, axis.units[signal], [of.apart[signal].rms for of in axis.runs.values()]) for signal, title in shown]
     head = ["Rms apart", "Unit", *(NAMES[run] for run in axis.runs)]
     figures = "".join(
         pictured(f"{title.capitalize()} over time", _over_time(comparison.time, axis, signal, window))
@@ -81,6 +80,12 @@ def _pictures(comparison: Comparison, axis: AxisComparison) -> str:
         f'<p class="note">Loops: {escape(axis.loops)}. Of the axis\'s recordings the one in which the model is furthest off, '
         f"opened where it is worst.</p>{plain_table(head, rows, numeric=range(2, 4))}{figures}</section>"
     )
+
+
+def _rms_row(title: str, unit: str, rms: Sequence[float]) -> list[str]:
+    """In one unit, that of the largest."""
+    scale = scale_of(unit, max(rms))
+    return [title, scale.unit, *(number(scale.factor * each) for each in rms)]
 
 
 def _over_time(time: Array, axis: AxisComparison, signal: str, window: tuple[float, float]) -> go.Figure:

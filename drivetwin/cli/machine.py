@@ -23,6 +23,7 @@ from drivetwin.emulator.plant import Plant
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import new_directory, provenance, refuse_foreign, refuse_to_replace, write_json
 from drivetwin.foundation.machine_file import FILE
+from drivetwin.foundation.quantities import quantity, span
 from drivetwin.motion.inverse_dynamics import load_model
 from drivetwin.twin.new_bench import FILE as BENCH
 from drivetwin.twin.new_bench import new_bench
@@ -157,14 +158,15 @@ def _table(virtual: Machine, known: Known, inertia: dict[str, float]) -> Table:
     for name, axis in virtual.axes.items():
         motion = known.axes[name]
         unit, of = ("m", "kg") if motion.prismatic else ("rad", "kg·m²")
+        gear = quantity(axis.gear_ratio, "rad/m" if motion.prismatic else "1")
         table.add_row(
             name,
             str(axis.node_id),
             axis.joint,
-            f"{axis.gear_ratio:.4g}",
-            f"{motion.travel[0]:.4g} to {motion.travel[1]:.4g} {unit}",
-            f"{motion.max_speed:.3g} {unit}/s",
-            f"{inertia[name]:.3g} {of}",
+            gear,
+            span(*motion.travel, unit),
+            quantity(motion.max_speed, f"{unit}/s", 3),
+            quantity(inertia[name], of, 3),
             f"{axis.loops.velocity_gain / inertia[name] / 2.0 / pi:.3g} Hz",
         )
     return table

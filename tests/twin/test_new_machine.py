@@ -96,10 +96,18 @@ def test_the_plant_has_the_models_friction_and_inertia(made: Path) -> None:
 def test_what_was_assumed_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     run(monkeypatch, "machine", "new", gantry(tmp_path, z=""), "--out", tmp_path / "made")
     said = capsys.readouterr().out
-    for line in ("z: travel -0.25 to 0.25", "z: armature 0.6, 10% of", "z: a screw of 10 mm a turn", "x: speed 0.5"):
+    for line in (
+        "z: travel -0.25 to 0.25 m, for",
+        "z: armature 0.6 kg, 10% of",
+        "z: a screw of 10 mm a turn",
+        "x: speed 0.5 m/s, acceleration 3.33 m/s²; velocity loop of 15 Hz",
+    ):
         assert f"assumed: {line}" in said
         assert f"# {line}" in (tmp_path / "made/machine.yaml").read_text(encoding="utf-8")
     assert "x: armature" not in said
+    (row,) = [line.replace("│", " ") for line in said.splitlines() if line.replace("│", " ").split()[:3] == ["x", "1", "x"]]
+    assert "314.2 rad/m" in row
+    assert "0.5 m/s" in row
 
 
 def test_an_actuators_force_is_the_motors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

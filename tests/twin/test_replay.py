@@ -246,6 +246,11 @@ def test_the_command_writes_figures_signals_and_a_page(tmp_path: Path, monkeypat
     assert set(report["inputs"]) >= {str(model), str(tmp_path / "effects.json")}
     page = (out / "replay.html").read_text(encoding="utf-8")
     assert "position actuator turn of the model" in page
+    figures = page.partition("Rms apart")[2].partition("</table>")[0]
+    rms_error = signals["position"]["with_effects"]["rms_error"]
+    assert rms_error < 0.1
+    assert "<td>position</td><td>mrad</td>" in figures
+    assert f">{1e3 * rms_error:.3g}</td>" in figures
     picture = page.partition("<h2>Machine</h2>")[2].partition("</section>")[0]
     assert "</svg>" in picture
     assert ">turn</text>" in picture
