@@ -80,7 +80,7 @@ def _interval_holds(parameter: Parameter, true: float) -> str:
     if low <= true <= high:
         return "yes"
     missed = percent_error(min(parameter.interval, key=lambda end: abs(end - true)), true)
-    return "no" if missed is None else f"{abs(missed):.2f} % off"
+    return "no" if missed is None else f"no, by {abs(missed):.2f} %"
 
 
 def headline(identification: Identification, truth: Truth) -> str:
