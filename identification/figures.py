@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from html import escape
+
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
@@ -9,7 +11,14 @@ from plotly.subplots import make_subplots
 from drivetwin.foundation.quantities import scale_of
 from drivetwin.identification.friction_law import FrictionLaw
 from drivetwin.identification.result import AxisIdentification, Identification, Truth
-from drivetwin.identification.view import error_points, friction_points, residual_series, speed_range, stroke_points
+from drivetwin.identification.view import (
+    error_points,
+    friction_points,
+    residual_range,
+    residual_series,
+    speed_range,
+    stroke_points,
+)
 from drivetwin.identification.wording import SHAPE, SIZES
 from drivetwin.recording.recording import Samples
 
@@ -96,16 +105,22 @@ def torque_speed_figure(result: AxisIdentification, true_law: FrictionLaw | None
 
 
 def residual_figure(result: AxisIdentification) -> go.Figure:
-    """Measured minus model torque over the time in motion, recordings one after the other."""
+    """Measured minus model torque over the time in motion, recordings one after the other, each named where it begins."""
     time, residual, starts = residual_series(result)
     scale = scale_of(result.units.torque, float(np.abs(residual).max(initial=0.0)))
     figure = go.Figure()
     figure.add_scatter(x=time, y=scale.factor * residual, mode="lines", name="residual", line={"color": STROKE, "width": 1})
-    for start in starts[1:]:
-        figure.add_vline(x=start, line={"color": "#999999", "width": 1, "dash": "dot"})
+    for at, (recording, start) in enumerate(starts):
+        if at:
+            figure.add_vline(x=start, line={"color": "#999999", "width": 1, "dash": "dot"})
+        figure.add_annotation(
+            x=start, y=1.0, yref="paper", text=escape(recording), textangle=-90, xanchor="left", yanchor="top", showarrow=False,
+            font={"size": 11, "color": "#555555"}, bgcolor="rgba(255,255,255,0.75)",
+        )  # fmt: skip
     figure.update_layout(
         xaxis_title="time in motion, recordings one after the other [s]",
         yaxis_title=f"measured - model [{scale.unit}]",
+        yaxis_range=residual_range(scale.factor * residual),
         showlegend=False,
     )
     return _styled(figure, 300)

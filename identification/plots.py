@@ -19,6 +19,7 @@ from drivetwin.identification.view import (
     error_points,
     friction_points,
     motion_seconds,
+    residual_range,
     residual_series,
     speed_range,
     stroke_points,
@@ -127,9 +128,16 @@ def _residual(axes: Axes, result: AxisIdentification) -> None:
     time, residual, starts = residual_series(result)
     scale = scale_of(units.torque, float(np.abs(residual).max(initial=0.0)))
     axes.plot(time, scale.factor * residual, color=_STROKE, linewidth=0.6)
-    for start in starts[1:]:
-        axes.axvline(start, color="#888888", linewidth=0.6, linestyle=":")
+    for at, (recording, start) in enumerate(starts):
+        if at:
+            axes.axvline(start, color="#888888", linewidth=0.6, linestyle=":")
+        axes.annotate(
+            recording, (start, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -2), textcoords="offset points",
+            rotation=90, ha="left", va="top", fontsize=7, color="#555555",
+            bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 1},
+        )  # fmt: skip
     axes.set(
         xlabel="time in motion, recordings one after the other [s]", ylabel=f"measured - model [{scale.unit}]",
         title=f"{result.axis}: residual while it moves ({motion_seconds(result):.1f} s)",
+        ylim=residual_range(scale.factor * residual),
     )  # fmt: skip

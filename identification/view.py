@@ -82,21 +82,27 @@ def speed_range(result: AxisIdentification) -> Samples:
     return np.concatenate([-positive[::-1], positive])
 
 
-def residual_series(result: AxisIdentification) -> tuple[Samples, Samples, list[float]]:
-    """Time in motion [s], the residual there, and where each recording with motion starts; pauses are left out."""
+def residual_series(result: AxisIdentification) -> tuple[Samples, Samples, list[tuple[str, float]]]:
+    """Time in motion [s], the residual there, and each recording with motion and where it starts; pauses are left out."""
     times, residuals, starts = [], [], []
     offset = 0.0
     for trace in _fitted(result):
         moving = trace.samples.moving
         if not moving.any():
             continue
-        starts.append(offset)
+        starts.append((trace.samples.motion.recording, offset))
         times.append(offset + trace.samples.motion.period * np.arange(int(moving.sum())))
         residuals.append(trace.residual[moving])
         offset = float(times[-1][-1]) + trace.samples.motion.period
     time, residual = np.concatenate(times), np.concatenate(residuals)
     step = max(1, len(time) // _MOST_POINTS)
     return time[::step], residual[::step], starts
+
+
+def residual_range(residual: Samples) -> tuple[float, float]:
+    """Of the axis: with room above for the names of the recordings."""
+    low, high = float(residual.min()), float(residual.max())
+    return low - 0.05 * (high - low), high + 0.5 * (high - low)
 
 
 def motion_seconds(result: AxisIdentification) -> float:
