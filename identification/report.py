@@ -7,10 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from drivetwin.foundation.html_page import figure_div, table, write_page
+from drivetwin.foundation.quantities import quantity
 from drivetwin.identification.figures import difference_figure, error_figure, residual_figure, torque_speed_figure
 from drivetwin.identification.result import AxisIdentification, Identification, Test, Truth
 from drivetwin.identification.truth import true_law, true_value
-from drivetwin.identification.wording import LABELS, headline, number, row_of, summary_lines
+from drivetwin.identification.wording import LABELS, headline, row_of, summary_lines
 
 _STYLE = """<style>.headline { font-size: 18px; margin: 4px 0 12px; }</style>"""
 
@@ -96,7 +97,7 @@ def _verdicts(result: AxisIdentification) -> str:
     items = [_verdict("Direction", result.direction)] if result.direction else []
     items.append(_verdict("Stribeck", result.stribeck))
     if result.minimum_velocity is not None:
-        items.append(f"<li>Minimum friction at {number(result.minimum_velocity)} {result.units.velocity}.</li>")
+        items.append(f"<li>Minimum friction at {quantity(result.minimum_velocity, result.units.velocity)}.</li>")
     return f"<ul>{''.join(items)}</ul>"
 
 
@@ -108,7 +109,7 @@ def _verdict(name: str, test: Test) -> str:
 
 def _method(identification: Identification) -> str:
     thresholds = ", ".join(
-        f"{name} {number(axis.standstill_velocity)} {axis.units.velocity}" for name, axis in identification.axes.items()
+        f"{name} {quantity(axis.standstill_velocity, axis.units.velocity)}" for name, axis in identification.axes.items()
     )
     lowered = (
         f"<li>Cut-off lowered to 0.4 of the sample rate in {len(identification.lowered_cutoffs)} recordings.</li>"

@@ -31,11 +31,6 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.2f} %"
 
 
-def number(value: float) -> str:
-    """Five significant digits."""
-    return f"{value:.5g}"
-
-
 SIZES = ("inertia", "coulomb", "viscous", "static_torque")
 """Parameters whose error in per cent says how well a torque is predicted."""
 SHAPE = ("stribeck_velocity", "stribeck_exponent")

@@ -15,8 +15,9 @@ from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import new_directory, refuse_to_replace
 from drivetwin.foundation.machine_picture import machine_picture
+from drivetwin.foundation.quantities import quantity
 from drivetwin.identification import AxisIdentification, Identification, Model, Settings, identify, load_model, write_results
-from drivetwin.identification.wording import LABELS, number, percent, row_of
+from drivetwin.identification.wording import LABELS, percent, row_of
 from drivetwin.motion.coupled_motion import check_axes_move_alone
 from drivetwin.motion.pieces import read_all
 from drivetwin.recording.reader import check_joints, check_torque
@@ -153,7 +154,7 @@ def _verdict(axis: AxisIdentification) -> str:
         lines.append(f"direction: {axis.direction.note}")
     lines.append(f"Stribeck: {axis.stribeck.note}")
     if axis.minimum_velocity is not None:
-        lines.append(f"minimum friction at {number(axis.minimum_velocity)} {axis.units.velocity}")
+        lines.append(f"minimum friction at {quantity(axis.minimum_velocity, axis.units.velocity)}")
     return "\n".join(lines)
 
 

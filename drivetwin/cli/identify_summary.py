@@ -12,7 +12,7 @@ from rich.table import Table
 
 from drivetwin.controller.procedure import Captured
 from drivetwin.controller.sdo_check import FrictionPoint
-from drivetwin.foundation.quantities import scale_of, with_interval
+from drivetwin.foundation.quantities import quantity, scale_of, with_interval
 from drivetwin.identification import Identification, Truth
 from drivetwin.identification.friction_law import FrictionLaw
 from drivetwin.identification.truth import true_value
@@ -29,8 +29,8 @@ def print_summary(console: Console, found: Identification, truth: Truth | None, 
         if axis.direction is not None and axis.direction.real:
             forwards, backwards = (axis.parameters[f"viscous_{way}"] for way in ("positive", "negative"))
             console.print(
-                f"{name}: friction depends on the direction: viscous {forwards.value:.4g} forwards, {backwards.value:.4g} "
-                f"{forwards.unit} backwards; the symmetric law above is a compromise",
+                f"{name}: friction depends on the direction: viscous {quantity(forwards.value, forwards.unit)} forwards, "
+                f"{quantity(backwards.value, backwards.unit)} backwards; the symmetric law above is a compromise",
                 highlight=False,
             )
     console.print(_witness(found, captured.sdo_points))
@@ -75,7 +75,7 @@ def _witness(found: Identification, points: Sequence[FrictionPoint]) -> Table:
             ends = (point.torque - point.standard_error, point.torque + point.standard_error)
             (value, _, _, law), unit = with_interval(point.torque, ends, axis.units.torque, _friction(axis.law, point.velocity))
             error = f"{scale_of(axis.units.torque, point.torque).factor * point.standard_error:.2g}"
-            table.add_row(point.axis, f"{point.velocity:.4g} {axis.units.velocity}", f"{value} ± {error}", law, unit)
+            table.add_row(point.axis, quantity(point.velocity, axis.units.velocity), f"{value} ± {error}", law, unit)
     return table
 
 
