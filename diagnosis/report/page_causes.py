@@ -57,11 +57,14 @@ def _figure(share: float) -> str:
 
 
 def _shrink(shrink: Shrink) -> str:
-    of = shrink.of_explainable
-    explainable = f"{percent(of)} of explainable" if of is not None else "no larger than the noise"
+    """Of a gap that is no larger than the noise no interval says anything."""
+    closed, of = percent(shrink.validation), shrink.of_explainable
+    if of is None:
+        return f'{closed}<span class="note"><br>without it the gap is no larger than the noise</span>'
+    beyond = "; other motion may not get closer" if shrink.ci90[0] < 0.0 else ""
     return (
-        f'{percent(shrink.validation)} <span class="note tight">({span_percent(*shrink.ci90)})</span>'
-        f'<span class="note"><br>{explainable}</span>'
+        f'{closed} <span class="note{"" if beyond else " tight"}">({span_percent(*shrink.ci90)}{beyond})</span>'
+        f'<span class="note"><br>{percent(of)} of explainable</span>'
     )
 
 

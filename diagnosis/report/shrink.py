@@ -26,7 +26,9 @@ def shrink(
 
     The interval is that of another recording of as many blocks, on the logarithm of the share that is left: blocks of a second
     are drawn anew (Carlstein 1986), twice over, once for what was seen and once for what will be, and BETWEEN_MOTIONS is added,
-    for other motion has other regimes. None where the axis never moves or has no gap.
+    for other motion has other regimes. Sums of blocks leave no more than the worst block and no less than the best: the
+    interval ends BETWEEN_MOTIONS beyond these, for draws are not normal where one block holds nearly all. None where the axis
+    never moves or has no gap.
     """
     asked = [_asked(each, later, axis) for each, later in zip(before, with_it, strict=True)]
     first, last = _block_sums(asked, axis), _block_sums(with_it, axis)
@@ -41,8 +43,10 @@ def shrink(
     drawn = np.random.default_rng(seed).integers(len(first), size=(DRAWS, len(first)))
     shares = np.log(np.maximum(last[drawn].sum(axis=1) / np.maximum(first[drawn].sum(axis=1), 1e-300), 1e-9))
     deviation = float(np.hypot(np.sqrt(2.0) * np.std(shares), BETWEEN_MOTIONS))
-    factor = float(np.exp(TWO_SIDED_90 * deviation))
-    interval = (float(1.0 - left * factor), float(1.0 - left / factor))
+    factor, between = np.exp(TWO_SIDED_90 * np.array([deviation, BETWEEN_MOTIONS]))
+    each = last[first > 0.0] / first[first > 0.0]
+    most, least = min(left * factor, each.max() * between), max(left / factor, each.min() / between)
+    interval = (float(1.0 - max(most, left)), float(1.0 - min(least, left)))
     return Shrink(float(closed), interval, of_explainable)
 
 

@@ -84,7 +84,7 @@ def main() -> None:
         _end("not confirmed (--yes confirms without asking); nothing was done", UserError.exit_status)
     except TyperException as error:
         message = " ".join(error.format_message().split()).rstrip(".?") or "no command given"
-        _end(f"{message}; see: drivetwin --help", UserError.exit_status)
+        _end(f"{message}; see: {_help_of(error)}", UserError.exit_status)
     if status == INTERRUPTED:
         _end("interrupted", INTERRUPTED)
     if status:
@@ -95,6 +95,14 @@ def _bus_errors() -> tuple[type[Exception], ...]:
     """What python-can raises, where a command has loaded it."""
     loaded = sys.modules.get("can")
     return () if loaded is None else (loaded.CanError,)
+
+
+def _help_of(error: TyperException) -> str:
+    """The command that tells the options of the one that was called wrongly."""
+    context = getattr(error, "ctx", None)
+    if context is None or context.parent is None:
+        return "drivetwin --help"
+    return f"drivetwin {context.info_name} -h"
 
 
 def _end(message: str, status: int) -> NoReturn:

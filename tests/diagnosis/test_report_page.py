@@ -14,7 +14,7 @@ from report_case import CASE, ONE_WAY, RIPPLE, SHARES, SLOW, placed, slowly, sma
 from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.report import page_shares
 from drivetwin.diagnosis.report.page import write_report_page
-from drivetwin.diagnosis.report.result import Cause, Diagnosis, Estimate, FrequencyResponse, NoResponse, Share, Verdict
+from drivetwin.diagnosis.report.result import Cause, Diagnosis, Estimate, FrequencyResponse, NoResponse, Share, Shrink, Verdict
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.identification.frequency.resonances import Resonances
 
@@ -124,7 +124,7 @@ def test_a_cause_has_its_parameters_with_units_and_what_would_distinguish_it(pag
     assert "exponent 1 (0.9 to 1.1)" in first[5], "a pure number has no unit"
     assert first[6] == f"preslidingBy motion: {SLOW}.By sensor: an encoder on the joint."
     assert page.row("torque ripple", "rotate")[6] == "–"
-    assert page.row("spring", "rotate")[4].endswith("no larger than the noise")
+    assert page.row("spring", "rotate")[4] == "7 %without it the gap is no larger than the noise"
     assert "Below 5 %: delay on rotate 3 %." in page.text
     assert "patched.xml with effects.json adds stribeck, torque ripple and spring on rotate." in page.text
 
@@ -133,6 +133,12 @@ def test_a_parameter_is_in_the_unit_that_fits_it(tmp_path: Path) -> None:
     play = Cause("backlash", "stretch", 0.9, 0.1, {"gap": Estimate(0.00201, "m", (0.0019, 0.0021))}, None)
     page = page_of(replace(CASE, causes=(play,)), tmp_path)
     assert page.row("backlash", "stretch")[5] == "gap 2.01 mm (1.9 to 2.1)"
+
+
+def test_an_interval_that_reaches_below_nothing_is_told_in_words(tmp_path: Path) -> None:
+    closes = replace(CASE.causes[0], gap_closed=Shrink(0.89, (-0.44, 0.999), 0.9))
+    shown = page_of(replace(CASE, causes=(closes,)), tmp_path).row("stribeck", "rotate")[4]
+    assert shown.startswith("89 % (-44 to 99.9 %; other motion may not get closer)")
 
 
 def test_the_unknown_is_a_cause_and_says_what_it_goes_with(page: Page) -> None:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from gap_bench import PERIOD, STANDSTILL, axis_of, coloured_noise, recording_of, time_of
 
-from drivetwin.diagnosis.report.result import Array, Prediction, Shrink
-from drivetwin.diagnosis.report.shrink import shrink
+from drivetwin.diagnosis.report.result import TWO_SIDED_90, Array, Prediction, Shrink
+from drivetwin.diagnosis.report.shrink import BETWEEN_MOTIONS, shrink
 
 TIME = time_of(40.0)
 ONES = np.ones(len(TIME))
@@ -80,6 +80,16 @@ def test_the_interval_holds_what_another_recording_of_the_kind_shows() -> None:
         one, other = (shrunk(ONES, 0.3 * np.repeat(np.exp(rng.standard_normal(40)), len(TIME) // 40)) for _ in range(2))
         held += one.ci90[0] <= other.validation <= one.ci90[1]
     assert held >= 90
+
+
+def test_the_interval_goes_no_further_than_blocks_and_other_motion_do() -> None:
+    """Nearly all that is left is in one second of five, where the effect closes 0.19: no draw leaves more."""
+    time = time_of(5.0)
+    after = np.where(time < 1.0, 0.9, 0.03)
+    found = shrunk(np.ones(len(time)), after)
+    between = np.exp(TWO_SIDED_90 * BETWEEN_MOTIONS)
+    assert found.ci90[0] == pytest.approx(1.0 - 0.9**2 * between)
+    assert found.ci90[1] == pytest.approx(1.0 - 0.03**2 / between)
 
 
 def test_the_interval_is_the_same_for_the_same_seed() -> None:
