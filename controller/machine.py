@@ -114,7 +114,8 @@ def load_machine(name: str) -> Machine:
     if name not in available_machines():
         if (file := named_file(name)) is not None:
             return _of_file(file)
-        raise UserError(f"the controller knows no machine {name!r}; it knows {', '.join(available_machines())}, or the folder of a machine")
+        known = ", ".join(available_machines())
+        raise UserError(f"the controller knows no machine {name!r}; it knows {known}, or give the folder of a machine")
     return typed(Machine, {**read_yaml(path), "directory": path.parent}, path)
 
 

@@ -142,7 +142,8 @@ def load_machine(name: str) -> Machine:
     if name not in available_machines():
         if (file := named_file(name)) is not None:
             return _of_file(file)
-        raise UserError(f"unknown machine {name!r}; known are {', '.join(available_machines())}")
+        known = ", ".join(available_machines())
+        raise UserError(f"unknown machine {name!r}; known are {known}, or give the folder of a machine")
     return typed(Machine, {**read_yaml(path), "directory": path.parent}, path)
 
 

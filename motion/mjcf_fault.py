@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 
 import mujoco
@@ -9,6 +10,16 @@ import numpy as np
 
 LONGEST = 300
 """Characters of an error that are told."""
+_PARSER = re.compile(r"Error=XML_(?:ERROR_)?(\w+) ErrorID=\d+ \(0x[0-9a-f]+\) Line number=(\d+)")
+_PARSER_SAYS = {
+    "MISMATCHED_ELEMENT": "an element is not closed, or is closed by another name",
+    "PARSING_ATTRIBUTE": "an attribute cannot be read: expected name=\"value\"",
+    "PARSING_ELEMENT": "an element cannot be read",
+    "PARSING_COMMENT": "a comment is not closed",
+    "PARSING_TEXT": "there is text where an element is expected, or an element is not closed",
+    "PARSING": "an element is not closed, or the file ends too soon",
+}
+"""By the name of an error of tinyxml2, which MuJoCo reads XML with."""
 _FINITE = ("body_mass", "body_inertia", "body_ipos", "dof_armature", "dof_damping", "dof_frictionloss")
 
 
@@ -17,8 +28,20 @@ def fault(path: str) -> str:
     try:
         model = mujoco.MjModel.from_xml_path(path)
     except (ValueError, RuntimeError, mujoco.FatalError, MemoryError) as error:
-        return f"is not a MuJoCo model: {error}"[:LONGEST]
+        return f"is not a MuJoCo model: {_in_words(str(error))}"[:LONGEST]
     return _not_text(model) or _not_finite(model) or _no_torque(model)
+
+
+def _in_words(error: str) -> str:
+    """What MuJoCo says, but for its XML parser, which tells a number and a name."""
+    found = _PARSER.search(error)
+    if found is None:
+        return error
+    kind, line = found[1], found[2]
+    element = re.search(r"XMLElement name=(\w+)", error)
+    words = _PARSER_SAYS.get(kind, f"it is not valid XML ({kind.replace('_', ' ').lower()})")
+    at = f"line {line}: " if line != "0" else ""
+    return f"{at}{words}{f', in <{element[1]}>' if element else ''}"
 
 
 def _not_text(model: mujoco.MjModel) -> str:

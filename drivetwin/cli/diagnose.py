@@ -88,12 +88,12 @@ def diagnose_command(
         raise UserError("--live shows the report in the browser: leave --no-html out")
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with live(as_live, f"diagnose {model.name}") as telling:
-        with Progress(*columns, console=console, transient=True) as bars:
-            task = bars.add_task("reading", total=1.0)
-            telling.phase("reading")
-            inputs = read_inputs(model, recordings, validate or [], cutoff_hz=cutoff, allow_gaps=allow_gaps)
-            files = [*inputs.files, *(effects_from or ())]
-            refuse_to_replace(out, files)
+        telling.phase("reading")
+        inputs = read_inputs(model, recordings, validate or [], cutoff_hz=cutoff, allow_gaps=allow_gaps)
+        files = [*inputs.files, *(effects_from or ())]
+        refuse_to_replace(out, files)
+        with Progress(*columns, console=console, transient=True) as bars:  # it ends with a line of its own
+            task = bars.add_task("diagnosing", total=1.0)
 
             def progress(what: str, share: float = 1.0) -> None:
                 bars.update(task, description=what, completed=share)

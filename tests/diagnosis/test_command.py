@@ -112,6 +112,7 @@ def test_one_line_and_nothing_written(bench: Path, command: Command, line: str, 
     assert outcome.err.startswith("drivetwin: ")
     assert expected in outcome.err
     assert outcome.err.count("\n") == 1
+    assert outcome.out == ""
     assert sorted(bench.rglob("*")) == before
 
 

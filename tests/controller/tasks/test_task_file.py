@@ -40,7 +40,7 @@ def test_every_task_of_the_format_is_there() -> None:
     [
         ({"format": "task/2"}, r"task.json: format: Input should be 'task/1'"),
         ({"task": "dance"}, r"there is no task 'dance'; this controller can do bode, boot, enable, feed_forward, home"),
-        ({"machine": "crane"}, r"knows no machine 'crane'; it knows arm, scara, stage, or the folder of a machine"),
+        ({"machine": "crane"}, r"knows no machine 'crane'; it knows arm, scara, stage, or give the folder of a machine"),
         ({"profile": "abc"}, r"abc"),
         ({"cycle": 0}, r"cycle: Input should be greater than 0"),
         ({"speed": 1}, r"speed: Extra inputs are not permitted"),
