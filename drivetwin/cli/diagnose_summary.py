@@ -19,7 +19,6 @@ from drivetwin.diagnosis.report.wording import (
     level,
     listed,
     name_of,
-    number,
     of_torque,
     percent,
     residual_words,
@@ -29,7 +28,7 @@ from drivetwin.diagnosis.report.wording import (
     untested,
     verdict_sentence,
 )
-from drivetwin.foundation.quantities import scale_of
+from drivetwin.foundation.quantities import number, scale_of
 from drivetwin.twin.comparison import SIGNALS
 
 _SHOWN_AT_MOST = 3

@@ -16,12 +16,12 @@ from drivetwin.diagnosis.report.wording import (
     added_words,
     estimate_words,
     goes_with_words,
-    number,
     percent,
     span_percent,
     untested,
     verdict_sentence,
 )
+from drivetwin.foundation.quantities import number
 
 CASE = two_axes()
 
