@@ -191,7 +191,7 @@ def _shares(ready: Prepared, gaps: Gaps, axis: str, settings: Settings) -> tuple
     names = [one.effect.name for one in effects]
     if any(rows.any() for rows in others):
         torque.append(others)
-        names.append("other_axes")
+        names.append("other_axes" if len(ready.simulation.axes) > 1 else "masses")
     found = shares(gap, torque, names, [run.period for run in ready.checks], gaps.noise[axis].rms, settings.seed)
     return effects, found
 
