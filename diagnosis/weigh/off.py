@@ -10,13 +10,16 @@ import numpy as np
 
 from drivetwin.diagnosis.propose.search import Begun
 from drivetwin.diagnosis.weigh.pair import Pair
-from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, same_kind
+from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_kind
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.foundation.errors import UserError
+
+EASED = 0.1
+"""Nats by which other nominal parameters are asked less where what moved them is named."""
 
 
 def corrected(state: State, proposer: Proposer) -> tuple[State, list[Family]]:
@@ -61,21 +64,29 @@ def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect) -
     """A nominal parameter that is off, beside a set that has it as the model does, and all that could be so instead.
 
     Only its size is open: a body that is heavier has its place. Most parameters are off by a little, so it costs what its prior
-    says, and not what it costs to name one of many effects. Something else takes its place only where it is as good and, once
-    settled, asks clearly less of all of them.
+    says, if that is less than what it costs to name one of many effects. Something else takes its place where it is better and
+    asks no more of the other parameters, or as good and asks less of them: what moved several is one cause.
     """
     exact = state.holding(number)
-    found = proposer.evaluated(exact, Begun(off.axis, off.effect, 0.0, 1), 1)
-    if found is None:
+    named = proposer.evaluated(exact, Begun(off.axis, off.effect, 0.0, 1), 1)
+    if named is None:
         return None
-    known = replace(found, score=state.fit.evidence - exact.fit.evidence, prior=-state.system.strain_of(state.fit, number))
+    usual = replace(named, score=state.fit.evidence - exact.fit.evidence, prior=-state.system.strain_of(state.fit, number))
+    known = max(named, usual, key=lambda one: one.score)
     others = [one for one in proposer.proposals(Pair(exact, exact), [off.axis], ()) if not same_kind(one.effect, known.effect)]
     best = max(others, key=lambda one: one.score, default=known)
-    instead = best.score > known.score - CLEARLY and _relaxed(exact, best.effect) < state.strain - CLEARLY
-    return Family(best.effect if instead else known.effect, exact, [known, *others])
+    return Family(best.effect if _instead_of(known, best, state, number) else known.effect, exact, [known, *others])
 
 
-def _relaxed(exact: State, effect: PlacedEffect) -> float:
+def _instead_of(known: Proposal, best: Proposal, state: State, number: int) -> bool:
+    gained = best.score - known.score
+    if gained <= -CLEARLY:
+        return False
+    eased = state.strain - state.system.strain_of(state.fit, number) - _strained(state.holding(number), best.effect)
+    return eased > EASED or (gained > CLEARLY and eased > -CLEARLY)
+
+
+def _strained(exact: State, effect: PlacedEffect) -> float:
     """What a set with an effect asks of nominal parameters once it has settled [nats]."""
     return settled_on(exact.of((*exact.effects, effect))).strain
 
