@@ -39,7 +39,7 @@ def test_drives_are_described_as_they_were_commissioned(profile: str) -> None:
         assert drive.velocity_filter_hz == pytest.approx(loops.velocity_filter_hz, rel=1e-3)
         assert drive.servo_period == pytest.approx(125e-6)
         assert drive.torque_limit == pytest.approx(axis.motor.peak_torque * axis.gear_ratio, rel=1e-3)
-        assert (drive.model_extra or {})["interpolation"] == "cubic_spline"
+        assert drive.interpolation == "cubic_spline"
 
 
 @pytest.mark.parametrize("profile", ["servoone", "cia402-full"])
