@@ -51,7 +51,7 @@ def record_command(
         bool, typer.Option("--lockstep", help="Each SYNC is one cycle, whenever it comes: drives of `emulate --clock sync`.")
     ] = False,
     mcap: Annotated[
-        bool, typer.Option("--mcap", help="Also write recording.mcap, for Foxglove and Rerun (needs the extra `mcap`).")
+        bool, typer.Option("--mcap", help="Also write recording.mcap, for Foxglove and Rerun (needs the extra `formats`).")
     ] = False,
     no_ask: Annotated[
         bool, typer.Option("--no-ask", help="Send nothing: take scales and mapping from log, map and DCF.")
