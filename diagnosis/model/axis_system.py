@@ -33,11 +33,6 @@ class AxisSystem:
     blocks: Index
 
     @property
-    def counts(self) -> Array:
-        """As how many each row (N,) counts."""
-        return self.colour.counts
-
-    @property
     def usual(self) -> Array:
         """Amplitudes (K,) as they usually are."""
         return np.full(int(self.component.max(initial=-1)) + 1, self.misfit)

@@ -78,11 +78,6 @@ class System:
         """The same with other amplitudes."""
         return replace(self, amplitude=amplitude)
 
-    @property
-    def rows(self) -> int:
-        """Of all axes."""
-        return sum(len(own.target) for own in self.axes.values())
-
     def whiten(self, column: Column) -> dict[str, Array]:
         """A column through the colour of each axis that it acts on."""
         return {axis: self.axes[axis].colour.whiten(rows) for axis, rows in column.items()}
@@ -216,7 +211,8 @@ class System:
                 for block in np.unique(own.blocks[mask]):
                     rows = own.blocks == block
                     unknown = own.unknown[rows] * amplitude[axis][own.component]
-                    found[axis][block] = _log_density(left[rows], unknown, fit.level[axis], float(own.counts[rows].sum()))
+                    count = float(own.colour.counts[rows].sum())
+                    found[axis][block] = _log_density(left[rows], unknown, fit.level[axis], count)
         return found
 
 

@@ -47,8 +47,6 @@ SAMPLED = (
 """Fields of a motion that are samples, where it has them."""
 TURNED = 0.5
 """Of a sample period before and after a reversal, in which friction may have turned round or not."""
-ASIDE = 1e-4
-"""Step of a position [rad or m], over which a weight is differentiated."""
 HARDLY_COUPLED = 1e-3
 """Of the inertias of two axes, that the one between them must be to count."""
 ENOUGH_FITTED = 0.25
@@ -371,12 +369,7 @@ def _weight_slope(simulation: Simulation, kinematics: Kinematics, stride: int) -
     """d weight / d position along the motion, (n, k, k): of each axis, by each axis; by central differences."""
     few = kinematics.every(stride)
     rest = np.zeros_like(few.position)
-    columns = []
-    for k in range(few.position.shape[1]):
-        aside = rest.copy()
-        aside[:, k] = ASIDE
-        ahead, behind = (simulation.torques(Kinematics(few.position + way * aside, rest, rest)) for way in (1.0, -1.0))
-        columns.append((ahead - behind) / (2.0 * ASIDE))
+    columns = [simulation.slopes(Kinematics(few.position, rest, rest), axis) for axis in simulation.axes]
     whole = [between(column, len(kinematics.position), stride) for column in columns]
     return np.stack(whole, axis=2)
 

@@ -28,8 +28,6 @@ PIECES = 3
 """Of each recording, in a part of it: where a piece begins, the state of play and bristles is not known."""
 MUCH = 1.5
 """Times that, from which a part is worth while."""
-ASIDE = 1e-4
-"""Step of a position [rad or m], over which a torque is differentiated."""
 
 
 @dataclass(frozen=True)
@@ -149,17 +147,12 @@ class Rows:
 
     def shifted(self, recording: str, axis: str) -> dict[str, Array]:
         """d torque / d position of one axis, in one recording, by its name, on the rows of every axis; 0 in the others."""
-        aside = np.zeros(len(self.axes))
-        aside[self.axes.index(axis)] = ASIDE
 
-        def slope(run: Run) -> Array:
+        def slopes(run: Run) -> Array:
             few = run.kinematics.every(run.stride)
-            if run.recording.name != recording:
-                return np.zeros_like(few.position)
-            ahead, behind = (self.simulation.torques(replace(few, position=few.position + way * aside)) for way in (1.0, -1.0))
-            return np.asarray((ahead - behind) / (2.0 * ASIDE))
+            return self.simulation.slopes(few, axis) if run.recording.name == recording else np.zeros_like(few.position)
 
-        return {name: torque * self._moves[name] for name, torque in self._thinned([slope(run) for run in self.runs]).items()}
+        return {name: torque * self._moves[name] for name, torque in self._thinned([slopes(run) for run in self.runs]).items()}
 
     def _beyond_rigid(self, changed: Model) -> dict[str, Array]:
         whole = self.rigid_rows(partial(self.simulation.torques_of, changed))

@@ -27,6 +27,9 @@ Array = NDArray[np.float64]
 
 logger = logging.getLogger(__name__)
 
+ASIDE = 1e-4
+"""Step of a position [rad or m], over which a torque is differentiated."""
+
 
 @dataclass(frozen=True)
 class Kinematics:
@@ -118,6 +121,15 @@ class Simulation:
         """The same of a changed model."""
         return rigid.torques(self.joints, kinematics.position, kinematics.velocity, kinematics.acceleration)
 
+    def slopes(self, kinematics: Kinematics, axis: str) -> Array:
+        """d torque / d position of one axis, (n, k), by central differences."""
+        aside = np.zeros(len(self.axes))
+        aside[self.axes.index(axis)] = ASIDE
+        ahead, behind = (
+            self.torques(replace(kinematics, position=kinematics.position + way * aside)) for way in (1.0, -1.0)
+        )
+        return np.asarray((ahead - behind) / (2.0 * ASIDE))
+
     def rigid_with(self, axis: str, effect: Effect) -> Model:
         """The model as an effect on the rigid bodies changes it."""
         spec = self.spec()
@@ -150,7 +162,6 @@ class Simulation:
         """Bodies with mass that a joint moves."""
         model = self.model
         return [body for body in range(1, model.nbody) if model.body_mass[body] > 0.0 and model.body_weldid[body] != 0]
-
 
     def carrier(self, body: int) -> tuple[str, tuple[float, ...]] | None:
         """The axis that carries a body, by its number, and the body's centre of mass (3,) where a payload of the axis is [m].
