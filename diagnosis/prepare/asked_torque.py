@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -178,13 +179,29 @@ def _completed(simulation: Simulation, slow: _Slow) -> Recording:
         torque = asked(recording, axis, law)
         level = _level(simulation, slow, axis, torque) if law.integrates else 0.0
         columns[axis] = {**columns[axis], TORQUE: torque - level}
+        told: dict[str, Any] = {"torque_resolution": _resolution(recording, axis, law, torque)}
         drive = axes[axis].drive
         if drive is not None:
-            led = drive.model_copy(update={"velocity_feedforward_lead": law.feedforward_lead})
-            axes[axis] = axes[axis].model_copy(update={"drive": led})
+            told["drive"] = drive.model_copy(update={"velocity_feedforward_lead": law.feedforward_lead})
+        axes[axis] = axes[axis].model_copy(update=told)
     derived = [*recording.info.derived, *(f"{axis}.{TORQUE}" for axis in slow.laws)]
     info = recording.info.model_copy(update={"derived": derived, "axes": axes})
     return replace(recording, columns=columns, info=info)
+
+
+def _resolution(recording: Recording, axis: str, law: Loops, torque: Array) -> float | None:
+    """Steps of a recorded torque that would be as noisy as what the loops make of the position's [N·m or N]; None where those
+    are not told.
+
+    By what they ask for at positions that differ by chance within a step.
+    """
+    step = recording.info.axes[axis].position_resolution
+    if not step or "position" not in recording.columns[axis]:
+        return None
+    chance = np.random.default_rng(0).uniform(-0.5, 0.5, len(torque)) * step
+    own = {**recording.columns[axis], "position": recording.columns[axis]["position"] + chance}
+    dithered = asked(replace(recording, columns={**recording.columns, axis: own}), axis, law)
+    return float(np.sqrt(12.0) * np.std(dithered - torque))
 
 
 def _level(simulation: Simulation, slow: _Slow, axis: str, torque: Array) -> float:

@@ -82,13 +82,14 @@ class AxisRun:
 
     `unchanged`: how long the torque stays as recorded there [s]; `step`: the least by which it changes [N·m or N].
     `base` is the torque of the simulation as it stands; where `sticks`, for a moment in the middle of a motion, the measured
-    one, for stiction holds any.
+    one, for stiction holds any. `weight`: what the simulation's axis needs to stand where it is.
     """
 
     axis: str
     motion: Motion
     torque: Array
     base: Array
+    weight: Array
     sticks: Mask
     used: Mask
     fitted: Mask
@@ -104,11 +105,19 @@ class AxisRun:
             motion=replace(self.motion, **own),
             torque=self.torque[span],
             base=self.base[span],
+            weight=self.weight[span],
             sticks=self.sticks[span],
             used=self.used[span],
             fitted=self.fitted[span],
             unchanged=self.unchanged[span],
         )
+
+    @property
+    def of_motion(self) -> Array:
+        """The torque (n,) less the weight: of this a comparison errs by a share. The weight at a position is as the model has
+        it, or the model is wrong; a torque that was not recorded errs as a whole.
+        """
+        return np.asarray(self.torque - self.weight) if self.asked is None else self.torque
 
     def without_edges(self, edge: int) -> AxisRun:
         """The same, of which `edge` samples at both ends are not fitted."""
@@ -264,6 +273,7 @@ def prepare(
     compared = _kinematics(simulation, recording, min(cutoff, wide))
     rigid = _rigid(simulation, kinematics, max(1, int(1.0 / (RIGID_RATE * wide * period))))
     inertia = _inertia(simulation, kinematics, max(1, int(0.02 / period)))
+    weight = _weight(simulation, compared, max(1, int(0.02 / period)))
     slope = _weight_slope(simulation, kinematics, max(1, int(0.02 / period)))
     dynamics, narrow = simulation.dynamics(), _narrow(simulation, recording, min(cutoff, wide))
     axes = {}
@@ -291,7 +301,17 @@ def prepare(
         recorded = recording.columns[axis]["torque"]
         step = recording.info.axes[axis].torque_resolution or step_of(recorded)
         axes[axis] = AxisRun(
-            axis, motion, torque, base, sticks, fitted, fitted, unchanged(recorded, period), step, asked.get(axis)
+            axis,
+            motion,
+            torque,
+            base,
+            weight[:, k].copy(),
+            sticks,
+            fitted,
+            fitted,
+            unchanged(recorded, period),
+            step,
+            asked.get(axis),
         )
     coupling = _coupling(simulation.axes, inertia, slope)
     return Run(recording, period, cutoff, wide, stride_of(period, cutoff), compared, axes, coupling)
@@ -363,6 +383,13 @@ def _inertia(simulation: Simulation, kinematics: Kinematics, stride: int) -> Arr
         columns.append(simulation.torques(Kinematics(few.position, rest, unit)) - still)
     whole = [between(column, len(kinematics.position), stride) for column in columns]
     return np.stack(whole, axis=2)
+
+
+def _weight(simulation: Simulation, kinematics: Kinematics, stride: int) -> Array:
+    """What each axis needs to stand where it is, (n, k)."""
+    few = kinematics.every(stride)
+    rest = np.zeros_like(few.position)
+    return between(simulation.torques(Kinematics(few.position, rest, rest)), len(kinematics.position), stride)
 
 
 def _weight_slope(simulation: Simulation, kinematics: Kinematics, stride: int) -> Array:

@@ -55,7 +55,8 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
 
     `left` (n,) is what stays of each run's torque with everything that was found, NaN where it does not count; the floor of its
     density in the compared band is what no cause makes, for none is spread evenly over frequency. `model_error`: share of the
-    torque that the comparison errs by. `apart`: time [s] by which torque and position of a sample still differ, by the fit.
+    torque less the weight that the comparison errs by. `apart`: time [s] by which torque and position of a sample still differ,
+    by the fit.
     """
     powers, channels, floors, weights, timing = [], [], [], [], []
     quantum = 0.0
@@ -83,8 +84,8 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
         f"resolution: {np.sqrt(resolution):.3g}; {apart * 1e3:.2g} ms between position and torque: {np.sqrt(of_time):.3g}; "
         f"torque as recorded, over its whole band: {channel:.3g}"
     )
-    compared = np.concatenate([run.axes[axis].torque[run.axes[axis].used] for run in runs])
-    error = model_error * float(np.sqrt(np.mean(compared**2))) if compared.size else 0.0
+    moves = np.concatenate([run.axes[axis].of_motion[run.axes[axis].used] for run in runs])
+    error = model_error * float(np.sqrt(np.mean(moves**2))) if moves.size else 0.0
     return Noise(rms, told, error, channel)
 
 

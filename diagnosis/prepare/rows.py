@@ -192,11 +192,11 @@ class Rows:
 
     @cached_property
     def size(self) -> dict[str, float]:
-        """Rms of the measured torque of each axis [N·m or N], and of each deflection [rad or m]."""
+        """Rms of the measured torque of each axis less its weight [N·m or N], and of each deflection [rad or m]."""
         ahead = {
             name: float(np.hypot(_rms(self.target[name]), self._grain(name))) for name in self.compared if not is_torque(name)
         }
-        return {axis: _rms(rows) for axis, rows in self.measured.items()} | ahead
+        return {axis: _rms(self.rows(axis, lambda _, own: own.of_motion)) for axis in self.axes} | ahead
 
     def _grain(self, name: str) -> float:
         """Of a deflection: the quantum of both encoders' positions, which differ by so much for nothing [rad or m]."""

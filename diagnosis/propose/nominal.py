@@ -154,7 +154,7 @@ def _of_loops(rows: Rows, settings: Settings) -> list[Nominal]:
             asked = one.axes[axis].asked
             if asked is not None and asked.floats:
                 column = rows.rows(axis, partial(_held_in, one))
-                found.append(Nominal(None, None, axis, None, 1.0, rows.size[axis], {axis: column}))
+                found.append(Nominal(None, None, axis, None, 1.0, _rms(rows.measured[axis]), {axis: column}))
             if asked is not None and not asked.scale_told and number == 0:
                 scale = {axis: rows.rows(axis, lambda _, own: own.base)}
                 found.append(Nominal(None, None, axis, None, 1.0, settings.nominal_spread, scale))
@@ -171,7 +171,7 @@ def _of_zeros(rows: Rows) -> list[Nominal]:
         for axis in axes:
             column = {on: torque for on, torque in rows.shifted(name, axis).items() if torque.any()}
             if column:
-                spread = min(rows.size[on] / _rms(torque) for on, torque in column.items())
+                spread = min(_rms(rows.measured[on]) / _rms(torque) for on, torque in column.items())
                 found.append(Nominal(None, None, axis, None, 1.0, spread, column))
     return found
 

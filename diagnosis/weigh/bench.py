@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.unknown import Component, components
+from drivetwin.diagnosis.prepare.deflection import deflection_of
 from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.propose.nominal import Nominal, nominal_parameters
 from drivetwin.diagnosis.propose.rigid import Polynomial, polynomial
@@ -130,10 +131,14 @@ class Bench:
             found = self._earlier[axis, late] = self.rows.rows(axis, lambda run, own: run.earlier(own, late))
         return self.rows.target[axis] + found
 
-    def least(self, axis: str) -> float:
-        """Share of an axis's gap energy that an effect must take to be named: of a large gap, what the comparison errs by."""
-        errs = self.settings.model_error * self.rows.size[axis]
-        return min(self.settings.least_share, errs**2 * self.rows.count(axis) / max(self.rows.gap_energy[axis], 1e-300))
+    def least(self, one: PlacedEffect) -> float:
+        """Share of an axis's gap energy that an effect must take to be named: of a large gap, what the comparison errs by; and
+        never less than that, where its errors look like the effect and no second encoder distinguishes them.
+        """
+        energy = (self.settings.model_error * self.rows.size[one.axis]) ** 2 * self.rows.count(one.axis)
+        errs = energy / max(self.rows.gap_energy[one.axis], 1e-300)
+        alike = one.effect.like_errors and deflection_of(one.axis) not in self.rows.compared
+        return max(self.settings.least_share, errs) if alike else min(self.settings.least_share, errs)
 
     def timing(self, axis: str) -> int:
         """Number of the nominal parameter of the moment at which an axis's torque was read."""

@@ -78,6 +78,8 @@ class Exchange:
 
     def _better(self, family: Family, state: State) -> State | None:
         """The set without an effect, or with another in its place, where that is better and leaves no more of the gap."""
+        if _too_small(family, state):
+            return family.state
         known = max((self._rated(one) for one in family.proposals if one.settled is state), default=-np.inf)
         nothing = family.state.reached - self._tried_for(family.state)
         best = max(family.proposals, key=self._rated, default=None)
@@ -143,6 +145,15 @@ class Exchange:
 def _what_acts_on(axis: str, state: State) -> tuple[tuple[str, Effect], ...]:
     """The effects of an axis, and bodies of any."""
     return tuple((one.axis, one.effect) for one in state.effects if one.axis == axis or isinstance(one.effect, ModelEffect))
+
+
+def _too_small(family: Family, state: State) -> bool:
+    """Whether an effect that errors of the comparison look like explains no more than these, all nominal parameters free."""
+    one = family.chosen
+    if one is None or not one.effect.like_errors:
+        return False
+    left, without = (each.energy(each.held())[one.axis] for each in (state, family.state))
+    return without - left < state.bench.least(one)
 
 
 def _leaves_more(ahead: State, state: State) -> bool:

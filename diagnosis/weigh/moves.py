@@ -93,7 +93,7 @@ class Search:
 
         Of two causes on an axis that overlap, one alone takes what is the other's, and is bent by it for good.
         """
-        able = [one for one in proposals if one.score > 0.0 and one.takes >= state.bench.least(one.effect.axis)]
+        able = [one for one in proposals if one.score > 0.0 and one.takes >= state.bench.least(one.effect)]
         by_axis = [self._best_of_axis([one for one in able if one.effect.axis == axis], state) for axis in self.proposer.kinds]
         found: list[Proposal] = []
         gained = 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import log
@@ -16,11 +17,13 @@ from drivetwin.diagnosis.model.solve import Fit
 from drivetwin.diagnosis.model.system import System, system_of
 from drivetwin.diagnosis.prepare.deflection import axis_of
 from drivetwin.diagnosis.prepare.rows import Column, Rows
+from drivetwin.diagnosis.propose.nominal import Nominal
 from drivetwin.diagnosis.propose.placing import in_order, placed
 from drivetwin.diagnosis.propose.search import Field, Predict, movable_fields
 from drivetwin.diagnosis.weigh.bench import Bench, Felt, Later
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, PlacedEffect
+from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 
@@ -87,9 +90,25 @@ class State:
     @cached_property
     def bare(self) -> System:
         """The system of the nominal parameters alone."""
-        columns = [one.column for one in self.bench.nominals]
+        columns = self._whitened(self.nominal_columns)
         spreads = np.array([one.spread for one in self.bench.nominals])
-        return system_of(self.axes, self._whitened(columns), spreads, self.bench.settings.nominal_freedom)
+        return system_of(self.axes, columns, spreads, self.bench.settings.nominal_freedom)
+
+    @cached_property
+    def nominal_columns(self) -> Sequence[Column]:
+        """What a unit of each nominal parameter costs in the set [N·m or N]."""
+        return [self._in_the_set(one) for one in self.bench.nominals]
+
+    def _in_the_set(self, one: Nominal) -> Column:
+        """A friction gives way and warms as the set has it; what the model says nothing of, and what the set has, does not."""
+        effect = one.off_by(one.spread) if one.told else None
+        taken = any((each.effect.name, each.axis) == (one.effect, one.axis) for each in self.effects)
+        if one.axis is None or not isinstance(effect, FrictionEffect) or taken:
+            return one.column
+        with suppress(UserError):
+            if self._place(one.axis, effect)[1]:
+                return {axis: rows / one.spread for axis, rows in self.felt(one.axis, effect).added.items()}
+        return one.column
 
     @cached_property
     def owners(self) -> tuple[int, ...]:
@@ -99,7 +118,7 @@ class State:
     @cached_property
     def columns(self) -> Sequence[Column]:
         """The system's columns, as they are felt [N·m or N]."""
-        return [*(one.column for one in self.bench.nominals), *(each for felt in self.felts for each in felt.tangents)]
+        return [*self.nominal_columns, *(each for felt in self.felts for each in felt.tangents)]
 
     @cached_property
     def system(self) -> System:
@@ -262,7 +281,7 @@ def _later(ordered: Sequence[PlacedEffect], before: Sequence[AxisDynamics], numb
 
 
 def _bends(effect: AxisEffect) -> bool:
-    return effect.above_level or not effect.scales
+    return effect.on_friction or not effect.scales
 
 
 def _axis_system(bench: Bench, axis: str, known: Colour | AxisSystem, target: Array) -> AxisSystem:

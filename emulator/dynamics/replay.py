@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import ceil, copysign, cos, sin, sqrt
 
 import numpy as np
@@ -34,42 +34,37 @@ _TAKEN_UP = 0.05
 """After a gap was taken up [s], the torque that says so."""
 
 
-def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-    """Motor torque (n,) that an axis with its friction and its transmission costs; joint side, N·m or N.
+@dataclass(frozen=True)
+class Followed:
+    """What an axis does while its motor moves as measured, (n,) each: motor torque [joint side, N·m or N], acceleration of the
+    joint [rad/s² or m/s²], and how far the joint is ahead of its motor, by the gear ratio [rad or m]."""
+
+    torque: NDArray[np.float64]
+    acceleration: NDArray[np.float64]
+    ahead: NDArray[np.float64]
+
+
+def followed(motion: Motion, axis: AxisDynamics) -> Followed:
+    """What an axis with its friction and its transmission costs; computed once while it is asked for again.
 
     A rigid gear of constant ratio: rigid_torque + friction. Else inverse dynamics of the motor, whose motion is measured, and
     forward dynamics of the joint behind it (two-mass system, Spong 1987). Coriolis torque is that at the motor, weight that at
-    the joint, linear in how far it is ahead.
+    the joint, linear in how far it is ahead. Shared, not to be written to.
     """
-    return replayed(motion, axis)[0]
+    return Followed(*motion.kept_lately(axis, lambda same: _followed(same, axis)))
 
 
-def replayed(motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """`motor_torque` (n,), and the acceleration (n,) of the joint meanwhile."""
-    load, acceleration, _ = _followed(motion, axis)
-    return np.asarray(motion.rotor_inertia * motion.acceleration + load), acceleration
-
-
-def deflection(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-    """How far the joint (n,) is ahead of its motor meanwhile, by the gear ratio [rad or m]: what a second encoder sees."""
-    return np.asarray(_followed(motion, axis)[2])
+def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+    """Motor torque (n,) that an axis costs on a measured motion; joint side, N·m or N."""
+    return followed(motion, axis).torque
 
 
 def _followed(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-    """Torque that the load asks of the motor, acceleration and deflection of the joint, (3, n)."""
-    if not axis.transmission.elastic:
-        return _through_a_rigid_gear(motion, axis)
-    return motion.kept_lately(("followed", axis), lambda same: _through_a_spring(same, axis))
-
-
-def needed_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-    """The same of the axis on which effects are tried, computed once while it is asked for again."""
-    return motion.kept_lately(axis, lambda same: motor_torque(same, axis))
-
-
-def needed_acceleration(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-    """Acceleration (n,) of the joint of the axis on which effects are tried, computed once while it is asked for again."""
-    return motion.kept_lately(("joint", axis), lambda same: replayed(same, axis)[1])
+    """The rows of `Followed`, (3, n)."""
+    through = _through_a_spring if axis.transmission.elastic else _through_a_rigid_gear
+    found = through(motion, axis)
+    found[0] += motion.rotor_inertia * motion.acceleration
+    return found
 
 
 def _weight(motion: Motion) -> NDArray[np.float64]:
@@ -103,7 +98,7 @@ def _hangs_at_first(motion: Motion, swing: float) -> tuple[float, float]:
 
 
 def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-    """`_followed`, by virtual work on the joint's motion."""
+    """Torque that the load asks of the motor, acceleration and deflection of the joint, (3, n): by virtual work."""
     joint, ratio = _at_the_joint(motion, axis.transmission, axis.gear_ratio)
     link = _link(motion)
     ahead = joint.position - motion.position
@@ -126,7 +121,7 @@ def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tupl
 
 
 def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-    """`_followed` by a load on a spring, whose motor moves as measured."""
+    """The same of a load on a spring, whose motor moves as measured."""
     begins = _begins(motion, axis)
     if len(begins) == 1:
         return _swung(motion, axis, len(motion.position), *begins[0])

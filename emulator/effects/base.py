@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from drivetwin.emulator.dynamics.replay import needed_acceleration, needed_torque
+from drivetwin.emulator.dynamics.replay import Followed, followed
 from drivetwin.emulator.effects.ground import Ground, Site
 
 FAMILIES = ("friction", "rigid body", "motor and drive", "transmission", "sensing and timing")
@@ -127,6 +127,8 @@ class Effect(ABC):
     """Whether a machine with it and another effect could come to a stop."""
     rings: ClassVar[bool] = False
     """Whether loops tuned without it come near to oscillating: an axis with two such trips."""
+    like_errors: ClassVar[bool] = False
+    """Whether what a comparison of torques errs by looks like it: the times of samples, derivatives, reversals."""
     asked: ClassVar[tuple[str, ...]] = ()
     """What a kind of effects asks of its classes beside this."""
 
@@ -189,8 +191,8 @@ class AxisEffect(Effect):
 
     scales: ClassVar[bool] = True
     """Whether a start's members may be scaled to say how large the effect is; else they are tried as they are."""
-    above_level: ClassVar[bool] = False
-    """Whether a parameter is a whole level of friction, so that what it costs changes with the level before it."""
+    on_friction: ClassVar[bool] = False
+    """Whether it stands on the friction before it: what it costs changes with that."""
 
     @abstractmethod
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
@@ -235,20 +237,19 @@ class ReplayedEffect(AxisEffect):
     """An effect that makes the joint deviate from the measured motion: the replayed axis with it, minus the axis without it."""
 
     @abstractmethod
-    def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Motor torque (n,) that the axis costs with the effect, N·m or N, and acceleration (n,) of its joint."""
-
-    @abstractmethod
-    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        """How much further (n,) the joint is ahead of where the motor's encoder has it [rad or m]."""
+    def replay(self, motion: Motion, axis: AxisDynamics) -> Followed:
+        """What the axis does with the effect while its encoder reads the measured motion (n,)."""
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return self.replay(motion, axis)[0] - needed_torque(motion, axis)
+        return self.replay(motion, axis).torque - followed(motion, axis).torque
 
     def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], Strays]:
-        torque, joint = self.replay(motion, axis)
-        strays = Strays(joint - needed_acceleration(motion, axis), self.deflect(motion, axis))
-        return torque - needed_torque(motion, axis), strays
+        there, without = self.replay(motion, axis), followed(motion, axis)
+        strays = Strays(there.acceleration - without.acceleration, there.ahead - without.ahead)
+        return there.torque - without.torque, strays
+
+    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+        return self.replay(motion, axis).ahead - followed(motion, axis).ahead
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import deflection, needed_acceleration, needed_torque
+from drivetwin.emulator.dynamics.replay import followed
 from drivetwin.emulator.effects.base import TIME, AxisEffect, Exciting, Look, Need, Parameter, Start, Strays
 from drivetwin.emulator.effects.ground import Ground
 
@@ -27,6 +27,7 @@ class Delay(AxisEffect):
     by_motion: ClassVar[str] = "the same moves with higher accelerations and jerks"
     looks: ClassVar[frozenset[Look]] = frozenset({Look.LAG})
     rings: ClassVar[bool] = True
+    like_errors: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("delay", TIME, low=0.0, high=0.05),)
 
     delay: float
@@ -36,16 +37,16 @@ class Delay(AxisEffect):
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         """The torque goes with the axis's own, later position; the other axes were read when they were there."""
-        own = needed_torque(motion, axis) - motion.from_others
+        own = followed(motion, axis).torque - motion.from_others
         return np.asarray(np.interp(motion.time + self.delay, motion.time, own) - own)
 
     def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], Strays]:
-        joint = needed_acceleration(motion, axis)
+        joint = followed(motion, axis).acceleration
         later = np.interp(motion.time + self.delay, motion.time, joint)
         return self.predict(motion, axis), Strays(later - joint, self.deflect(motion, axis))
 
     def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        joint = motion.position + deflection(motion, axis)
+        joint = motion.position + followed(motion, axis).ahead
         return np.interp(motion.time + self.delay, motion.time, joint) - joint
 
     @classmethod

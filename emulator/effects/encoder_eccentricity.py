@@ -9,10 +9,9 @@ from typing import ClassVar
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import deflection, replayed
+from drivetwin.emulator.dynamics.replay import Followed, followed
 from drivetwin.emulator.effects.base import ANGLE, POSITION, Exciting, Look, Need, Parameter, ReplayedEffect, Start
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.waves import amplitude_and_phase
@@ -43,12 +42,10 @@ class EncoderEccentricity(ReplayedEffect):
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, encoder=replace(axis.encoder, eccentricity=self.amplitude, phase=self.phase))
 
-    def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return replayed(self._truth(motion, axis.gear_ratio), axis)
-
-    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+    def replay(self, motion: Motion, axis: AxisDynamics) -> Followed:
         truth = self._truth(motion, axis.gear_ratio)
-        return truth.position - motion.position + deflection(truth, axis) - deflection(motion, axis)
+        there = followed(truth, axis)
+        return replace(there, ahead=there.ahead + truth.position - motion.position)
 
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
         return super().sizes(motion, axis) | {"phase": 1.0}

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from drivetwin.emulator.dynamics.replay import needed_torque
+from drivetwin.emulator.dynamics.replay import motor_torque
 from drivetwin.emulator.effects.base import NUMBER, Exciting, FrictionEffect, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
 
@@ -42,7 +42,7 @@ class LoadFriction(FrictionEffect):
 
         The measured torque would explain itself, the better the larger the coefficient.
         """
-        needed = needed_torque(motion, axis)
+        needed = motor_torque(motion, axis)
         return np.asarray(needed / (1.0 - self.coefficient * np.sign(needed * motion.velocity)) - needed)
 
     @classmethod

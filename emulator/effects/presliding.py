@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import motor_torque, needed_torque
+from drivetwin.emulator.dynamics.replay import motor_torque
 from drivetwin.emulator.effects.base import DAMPING, STIFFNESS, AxisEffect, Exciting, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.waves import travel
@@ -48,7 +48,7 @@ class Presliding(AxisEffect):
         return self._on(axis)
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return motor_torque(motion, self._on(axis)) - needed_torque(motion, axis)
+        return motor_torque(motion, self._on(axis)) - motor_torque(motion, axis)
 
     def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """What gives way over more than twice the largest way of real friction is play or a spring."""

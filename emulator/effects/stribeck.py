@@ -30,7 +30,7 @@ class Stribeck(FrictionEffect):
     shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SLOW_STROKES})
     by_motion: ClassVar[str] = "slow constant-velocity strokes, below a tenth of the top speed"
     looks: ClassVar[frozenset[Look]] = frozenset({Look.LEVEL})
-    above_level: ClassVar[bool] = True
+    on_friction: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("static_torque", TORQUE, low=0.0),
         Parameter("stribeck_velocity", VELOCITY, low=1e-6),

@@ -34,6 +34,7 @@ class TemperatureDrift(FrictionEffect):
     by_motion: ClassVar[str] = "the same strokes from cold until warm"
     by_sensor: ClassVar[str] = "a temperature sensor on the motor or the gear"
     looks: ClassVar[frozenset[Look]] = frozenset({Look.LEVEL})
+    on_friction: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("cold", NUMBER, low=-0.9),
         Parameter("time_constant", TIME, low=1e-3),

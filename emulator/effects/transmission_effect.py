@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import mujoco
-import numpy as np
-from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import deflection, replayed
+from drivetwin.emulator.dynamics.replay import Followed, followed
 from drivetwin.emulator.effects.base import JOINT_ENCODER, ReplayedEffect
 
 
@@ -21,6 +19,7 @@ class TransmissionEffect(ReplayedEffect):
 
     family: ClassVar[str] = "transmission"
     by_sensor: ClassVar[str] = JOINT_ENCODER
+    like_errors: ClassVar[bool] = True
 
     @abstractmethod
     def on(self, axis: AxisDynamics) -> AxisDynamics:
@@ -29,8 +28,5 @@ class TransmissionEffect(ReplayedEffect):
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         return self.on(axis)
 
-    def replay(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return replayed(motion, self.on(axis))
-
-    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return deflection(motion, self.on(axis)) - deflection(motion, axis)
+    def replay(self, motion: Motion, axis: AxisDynamics) -> Followed:
+        return followed(motion, self.on(axis))

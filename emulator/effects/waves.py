@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import needed_torque
+from drivetwin.emulator.dynamics.replay import motor_torque
 
 _BINS = 8192
 _NEIGHBOURS = 65
@@ -45,7 +45,7 @@ def moving(motion: Motion) -> NDArray[np.bool_]:
 
 def unexplained(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """Torque (n,) that the axis, as it is, leaves over of the measured one."""
-    return np.asarray(motion.torque - needed_torque(motion, axis))
+    return np.asarray(motion.torque - motor_torque(motion, axis))
 
 
 def shortest(motion: Motion) -> float:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig_bench import CUTOFF, PERIOD, RESOLUTION, moved, ready, recording
+from rig_bench import CARRIAGE, CUTOFF, GRAVITY, PERIOD, RESOLUTION, moved, ready, recording
 
 from drivetwin.diagnosis.prepare.motion import Run
 from drivetwin.diagnosis.prepare.noise import TIMING, Noise, noise_of
@@ -94,6 +94,16 @@ def test_what_a_model_misses_is_a_share_of_the_torque_and_stands_apart(tmp_path:
     used = run.axes["turn"].torque[run.axes["turn"].used]
     assert told.model_error == pytest.approx(MODEL_ERROR * float(np.sqrt(np.mean(used**2))))
     assert told.floor == pytest.approx(float(np.hypot(told.rms, told.model_error)))
+
+
+def test_the_weight_that_an_axis_holds_makes_no_share_of_that(tmp_path: Path) -> None:
+    """A carriage of 20 N whose motion costs 3 N: by the position that is measured, its weight is exact."""
+    moving = 3.0 * np.sin(2.0 * np.pi * 7.0 * TIME)
+    both = moved(1, SECONDS)
+    torques = {"turn": moving, "lift": CARRIAGE * GRAVITY + moving}
+    run = ready(tmp_path, recording(torques, {axis: at.position for axis, at in both.items()}, noise=0.0)).runs[0]
+    quiet = [noise_of(axis, [run], [np.zeros(len(moving))], MODEL_ERROR, 0.0) for axis in ("turn", "lift")]
+    assert quiet[1].model_error == pytest.approx(quiet[0].model_error, rel=0.02)
 
 
 def test_a_torque_that_steps_is_no_noise(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from plain_bench import COGGING, COULOMB, ORDER, PHASE, SLIDES, STICKS, Machine
+from rig_bench import COULOMB as RIG_COULOMB
 from rig_bench import compared, strokes
 
 from drivetwin.diagnosis.propose.placing import placed
@@ -16,9 +17,11 @@ from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.backlash import Backlash
+from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.presliding import Presliding
 from drivetwin.emulator.effects.stribeck import Stribeck
+from drivetwin.emulator.effects.temperature_drift import TemperatureDrift
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
 
 RIPPLE = TorqueRipple(COGGING, ORDER, PHASE)
@@ -73,3 +76,20 @@ def test_a_slope_of_friction_knows_what_bends_with_it(later: Effect, tmp_path: P
     slope = middle.columns[len(own.nominals)]["turn"]
     assert np.std(by_hand) > 0.0
     np.testing.assert_allclose(slope, by_hand, atol=1e-9 * float(np.abs(by_hand).max()))
+
+
+@pytest.mark.parametrize(
+    "later",
+    [Presliding(2e4, 10.0), Backlash(0.002, 2e4, 10.0), TemperatureDrift(0.6, 12.0)],
+    ids=["presliding", "backlash", "temperature_drift"],
+)
+def test_a_nominal_friction_that_is_off_gives_way_and_warms_as_the_set_has_it(later: Effect, tmp_path: Path) -> None:
+    """Against the difference of what two whole sets cost, the level of friction as modelled and a standard deviation more."""
+    own = bench_of(compared(tmp_path, strokes(1, 20.0)), Settings(), {"turn": True, "lift": True})
+    number = next(k for k, one in enumerate(own.nominals) if (one.effect, one.axis) == ("coulomb", "turn"))
+    spread = own.nominals[number].spread
+    as_modelled, more = state(own, later), state(own, Coulomb(RIG_COULOMB["turn"] + spread), later)
+    by_hand = (as_modelled.target["turn"] - more.target["turn"]) / spread
+    column = as_modelled.columns[number]["turn"]
+    np.testing.assert_allclose(column, by_hand, atol=1e-9 * float(np.abs(by_hand).max()))
+    assert np.std(column - own.nominals[number].column["turn"]) > 0.01 * np.std(column), "in the model it sets in at once"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from drivetwin.emulator.dynamics.replay import motor_torque, needed_torque
+from drivetwin.emulator.dynamics.replay import motor_torque
 
 
 @pytest.fixture
@@ -36,15 +36,15 @@ def test_it_is_made_once(motion: Motion) -> None:
 
 def test_a_changed_motion_keeps_nothing_of_the_former(motion: Motion) -> None:
     axis = AxisDynamics(friction=FrictionLaw(coulomb=1.0, viscous=0.3))
-    needed_torque(motion, axis)
+    motor_torque(motion, axis)
     turned = replace(motion, velocity=-motion.velocity)
-    np.testing.assert_array_equal(needed_torque(turned, axis), motor_torque(turned, axis))
-    assert not np.array_equal(needed_torque(turned, axis), needed_torque(motion, axis))
+    np.testing.assert_array_equal(motor_torque(turned, axis), motor_torque(replace(turned), axis))
+    assert not np.array_equal(motor_torque(turned, axis), motor_torque(motion, axis))
 
 
 def test_each_axis_needs_its_own(motion: Motion) -> None:
     one, other = (AxisDynamics(friction=FrictionLaw(coulomb=coulomb)) for coulomb in (1.0, 2.0))
-    difference = needed_torque(motion, other) - needed_torque(motion, one)
+    difference = motor_torque(motion, other) - motor_torque(motion, one)
     np.testing.assert_allclose(difference, np.sign(motion.velocity))
 
 
