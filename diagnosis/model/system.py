@@ -176,13 +176,9 @@ class System:
 
     def unknown_of(self, axis: str, left: Array, level: float) -> Array:
         """Mean of the unknown's torque (N,), whitened, given what else leaves of the rows."""
-        return np.asarray(self.axes[axis].unknown @ self.unknown_at(axis, left, level))
-
-    def unknown_at(self, axis: str, left: Array, level: float) -> Array:
-        """The mean of the unknown's coefficients (m,), given that."""
         own = self.axes[axis]
         inner = Inner.of(own.gram, self.amplitude[axis][own.component], level)
-        return inner.mean(own.unknown.T @ left)
+        return np.asarray(own.unknown @ inner.mean(own.unknown.T @ left))
 
     def held_out(self, fold_of_block: Mapping[str, Index], folds: int, extra: Sequence[Column], less: Column | None,
                  held: frozenset[int] = frozenset(), near: float = 0.0) -> dict[str, Array]:  # fmt: skip

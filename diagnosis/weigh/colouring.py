@@ -4,17 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
 from drivetwin.diagnosis.model.colour import Colour
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.proposal import Proposal
 from drivetwin.diagnosis.weigh.state import State, colours_of, first_colours, state_of
 from drivetwin.foundation.errors import UserError
-
-Array = NDArray[np.float64]
 
 
 def coloured(found: State, proposals: Sequence[Proposal]) -> State:
@@ -45,22 +40,11 @@ def _costs(found: State, proposals: Sequence[Proposal]) -> list[Column]:
 
 
 def _colours(found: State, costs: Sequence[Column]) -> Mapping[str, Colour]:
-    """Of what the set and some costs beside it leave, the unknown taken off: first at the level of the gap, where nominal
-    parameters that are off stay near the model's, then at the level of what that left.
-    """
-    plain = state_of(found.bench, found.effects, first_colours(found.bench), found.late)
-    first = colours_of(found.bench, _noise(plain, plain, costs))
-    again = state_of(found.bench, found.effects, first, found.late)
-    return colours_of(found.bench, _noise(plain, again, costs))
-
-
-def _noise(plain: State, state: State, costs: Sequence[Column]) -> dict[str, Array]:
-    """What a set and some costs leave on each axis (N,) [N·m or N] by its fit; `plain`: the same set without colour."""
-    columns, bare = ([one.system.whiten(each) for each in costs] for one in (state, plain))
+    """Of what least squares leave, the unknown taken off."""
+    state = state_of(found.bench, found.effects, first_colours(found.bench), found.late)
+    columns = [state.system.whiten(each) for each in costs]
     fit = state.system.fit(columns)
+    level = {axis: own.colour.level for axis, own in state.system.axes.items()}
     left = state.system.residual(fit, columns)
-    found = {}
-    for axis, rows in plain.system.residual(fit, bare).items():
-        unknown = plain.system.axes[axis].unknown @ state.system.unknown_at(axis, left[axis], fit.level[axis])
-        found[axis] = (rows - unknown) * plain.system.axes[axis].colour.level
-    return found
+    noise = {axis: rows - state.system.unknown_of(axis, rows, fit.level[axis]) for axis, rows in left.items()}
+    return colours_of(found.bench, {axis: rows * level[axis] for axis, rows in noise.items()})
