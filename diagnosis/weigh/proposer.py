@@ -70,8 +70,6 @@ class Proposer:
         if begun and known is not None and not kind.several:
             begun = [replace(begun[0], effect=known), *begun[: REFINED - 1]]
         tried = [self._moved(pair.part, one, held) for one in begun[:REFINED]]
-        if not yields(kind):  # nominal parameters that are free may take any part of what it costs, and then stay far off
-            tried += [self._moved(pair.part, one, held | pair.part.patched) for one in begun[:1]]
         whole = [
             replace(one, effect=natural, tried=1)
             for one in tried
