@@ -33,7 +33,8 @@ class Strict:
     """Figures of the answers given with one kind of nominal parameters.
 
     `exact_first`: of singles, the first cause is the true one itself; `alike_first`: it is not, but names the true one among
-    what it cannot be distinguished from; `there_first`: of singles, pairs and fours, the first cause is there, if only as a
+    what it cannot be distinguished from; `beside_the_model`: the first that is no parameter of the model which is off, or is a
+    true one, is one of these two; `there_first`: of singles, pairs and fours, the first cause is there, if only as a
     nuisance. `absent`: of all effects selected, those that are not there. `worse`: of all axes, those whose gap on validation
     motion grew. `covered`: of all parameters told of effects that are there, those whose 90 % interval holds the truth.
     `reliability`: of every cause told, by its probability in tenths, how many are there; `brier` of the same. `share_error`:
@@ -42,6 +43,7 @@ class Strict:
 
     exact_first: Rate
     alike_first: Rate
+    beside_the_model: Rate
     there_first: Rate
     all_four: Rate
     absent: Rate
@@ -89,6 +91,7 @@ def strict(judged: Sequence[Judged]) -> Strict:
     return Strict(
         exact_first=rate(one.first_is_exact for one in single),
         alike_first=rate(one.first_is_true and not one.first_is_exact for one in single),
+        beside_the_model=rate(one.first_beside_the_model_is_true for one in single),
         there_first=rate(one.first_is_there for one in in_library),
         all_four=rate(one.right for one in judged if one.case.kind == "four"),
         absent=rate(chosen not in one.case.there for one in judged for chosen in one.selected),

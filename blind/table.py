@@ -83,6 +83,7 @@ def strict_rows(score: NominalScore) -> list[tuple[str, ...]]:
     named = (
         ("single: the true cause itself first", found.exact_first),
         ("single: first is indistinguishable from it, says so, and is so by the fit", found.alike_first),
+        ("single: the right one first, parameters of the model that are off aside", found.beside_the_model),
         ("first is there, if only as a nuisance", found.there_first),
         ("four axes: all four selected", found.all_four),
         ("selected and not there, of all selected", found.absent),

@@ -135,6 +135,15 @@ def test_a_nuisance_that_comes_first_is_there_but_not_the_answer() -> None:
     assert (found.exact_first, found.there_first) == (Rate(0, 3), Rate(2, 3))
 
 
+def test_parameters_of_the_model_that_are_off_may_come_before_the_right_answer_and_nothing_else_may() -> None:
+    mass, cause_itself, other = cause("payload"), cause("stribeck"), cause("torque_ripple")
+    answers = [report(mass, cause_itself), report(mass, other, cause_itself), report(mass)]
+    assert scored(*(judged(case(STRIBECK), told, "off") for told in answers)).beside_the_model == Rate(1, 3)
+    assert scored(*(judged(case(STRIBECK), told, "exact") for told in answers)).beside_the_model == Rate(0, 3)
+    heavier = case(item("payload", mass=1.0))
+    assert judged(heavier, report(mass, other), "off").first_beside_the_model_is_true
+
+
 def test_a_cause_that_is_answered_by_the_name_of_a_nuisance_is_a_claim_and_another_nuisance_is_none() -> None:
     beside = case(STRIBECK, nuisances=(item("coulomb", share=0.03, coulomb=1.0), item("viscous", share=0.02, viscous=1.0)))
     told = report(cause("coulomb", indistinguishable_from=["stribeck", "viscous"]))
