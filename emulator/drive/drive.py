@@ -82,6 +82,7 @@ class Drive:
         self._mode: Mode | None = None
         self._halted: Mode | None = None
         self._scaling_is_old = True
+        self._revision = -1
         self._is_limited = servo.state.cell("limited")
         self._controlword = 0
         self._unseen: deque[int] = deque(maxlen=UNSEEN)
@@ -108,9 +109,9 @@ class Drive:
         """Decide the demand and the loops of the coming cycle."""
         if self._scaling_is_old:
             self._refresh_scaling()
-        if self._parameters.torque_limits.is_old:
-            self._parameters.torque_limits.refresh()
-        self._supervision.refresh()
+        if self.dictionary.revision.number != self._revision:
+            self._take_parameters()
+        self._supervision.sense()
         self.axis.limit_active = False
         machine = self.machine
         if machine.state not in POWERED:
@@ -139,6 +140,13 @@ class Drive:
         if not self.hardware.encoder_alive:
             self._lose_reference()
         self._supervise()
+
+    def _take_parameters(self) -> None:
+        """Some object has changed since the last cycle: what the loops have of the dictionary's parameters."""
+        self._revision = self.dictionary.revision.number
+        self._parameters.torque_limits.refresh()
+        self._supervision.refresh()
+        self._precontrol.refresh()
 
     # -- motion -------------------------------------------------------------------------------------------------------
 
@@ -256,7 +264,6 @@ class Drive:
         self._unseen.clear()
         self._scaling_is_old = True
         self._probe.reset()
-        self._precontrol.mark()
         self._parameters.load()
 
     # -- the dictionary -----------------------------------------------------------------------------------------------
