@@ -124,7 +124,7 @@ class Plant:
         if self.incidents.rising:
             self.incidents.raise_friction()
         drives = servos.take_cycle()
-        if not mechanism.resistances:
+        if not mechanism.resistances.present:
             self._run(servos, drives, 0, servos.periods)
         else:  # what is written in Python is asked before each step
             for first in range(servos.periods):

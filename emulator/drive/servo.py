@@ -332,11 +332,11 @@ class ServoBank:
 
         Parameters, state, loops, demand (periods, n, 4), noise (periods, n), trace (periods, n).
         """
-        return self._arrays(self.periods)
+        return self.parameters, self.state, self.loops, self.demand, self._noise_rows(self.periods), self.trace
 
     def rehearsal(self) -> tuple[NDArray[Any], ...]:
         """The same for no period at all: nothing is drawn."""
-        return self._arrays(0)
+        return self.parameters, self.state, self.loops, self.demand, self._noise_rows(0), self.trace
 
     def run(self, period: int, motor_position: NDArray[np.float64], motor_torque: NDArray[np.float64]) -> None:
         """Run the loops for one period: read motor positions (n,) [rad], write motor torques (n,) [N·m]."""
@@ -351,9 +351,6 @@ class ServoBank:
             self.length,
         )
         self.trace[period] = self.state["position"]
-
-    def _arrays(self, periods: int) -> tuple[NDArray[Any], ...]:
-        return self.parameters, self.state, self.loops, self.demand, self._noise_rows(periods), self.trace
 
     def _make_room(self, periods: int) -> None:
         axes = len(self.parameters)
