@@ -9,7 +9,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := run
 
-.PHONY: run test suite check tutorial coverage nightly test-long test-vcan interoperability seeds bench panel-load panel-pictures wafer-handler fuzz fuzz-files unbroken soak blind position-only measured sensitivity accept tshark accept-repeats mutants docs lock clean
+.PHONY: run test suite check tutorial coverage nightly test-long test-vcan interoperability seeds bench panel-load panel-pictures wafer-handler fuzz fuzz-files unbroken soak realtime-run blind position-only measured sensitivity accept tshark accept-repeats mutants docs lock clean
 
 run: .venv/.installed
 	$(BIN)/drivetwin identify --machine scara --out out/identify
@@ -104,6 +104,10 @@ unbroken: .venv/.installed
 # Of it the hour of simulated life alone, whose memory has to stay flat; some 15 minutes: out/soak.
 soak: .venv/.installed
 	PYTHONPATH=scripts $(BIN)/python -m unbroken --soak 3600 --kills 0 --no-disks --out out/soak
+
+# Three moving axes at 1 kHz on the wall clock for ten minutes, in two processes; wants a machine that does nothing else.
+realtime-run: .venv/.installed
+	$(BIN)/python scripts/realtime_run.py --out out/realtime-run
 
 # The machine of the published study, link by link through the bus: out/wafer-handler/report.html and wafer-handler.json.
 wafer-handler: .venv/.installed

@@ -91,8 +91,10 @@ class InprocBus(can.BusABC):
             self._peer.poll()
             if self._received:
                 return self._received.popleft()
+            if timeout == 0.0:
+                return None
             pause = self._peer.wait()
-            if pause is None or timeout == 0.0 or (deadline is not None and time.monotonic() >= deadline):
+            if pause is None or (deadline is not None and time.monotonic() >= deadline):
                 return None
             time.sleep(pause)
 

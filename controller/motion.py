@@ -205,25 +205,33 @@ def stream(
     velocity = offsets.velocity if offsets is not None else None
     if velocity is not None and (deaf := [drive.where() for drive in drives if not drive.takes_velocity_offset]):
         raise UserError(f"{', '.join(deaf)} maps no velocity offset (60B1h): open the session with one")
-    raw_position: list[list[int]] = []
-    raw_torque: list[list[float]] = []
+    raw_position: list[list[int]] = [[] for _ in drives]
+    raw_torque: list[list[float]] = [[] for _ in drives]
+    streamed = list(zip(drives, setpoints, torques, strict=True))
+    sampled = list(zip(drives, raw_position, raw_torque, strict=True))
     for row in range(len(positions)):
-        for axis, drive in enumerate(drives):
-            drive.setpoint = setpoints[axis][row]
-            drive.torque_offset = torques[axis][row]
-            if velocity is not None:
+        for drive, setpoint, torque in streamed:
+            drive.setpoint = setpoint[row]
+            drive.torque_offset = torque[row]
+        if velocity is not None:
+            for axis, drive in enumerate(drives):
                 drive.velocity_offset = drive.in_units(velocity[row, axis])
         cycle.run()
-        raw_position.append([drive.position for drive in drives])
-        raw_torque.append([drive.torque for drive in drives])
+        for drive, places, forces in sampled:
+            places.append(drive.position)
+            forces.append(drive.torque)
         if progress is not None and row % 100 == 99:
             progress(100)
     for drive in drives:
         drive.velocity_offset = 0
     units = np.array([drive.unit for drive in drives])
     gears = np.array([drive.axis.gear_ratio for drive in drives])
-    shape = (len(positions), len(drives))
-    return Samples(np.array(raw_position, float).reshape(shape) * units, np.array(raw_torque, float).reshape(shape) * gears)
+    return Samples(_rows(raw_position, len(positions)) * units, _rows(raw_torque, len(positions)) * gears)
+
+
+def _rows(columns: Sequence[Sequence[float]], count: int) -> NDArray[np.float64]:
+    """What came of each axis, `count` values, as (count, axes)."""
+    return np.array(columns, dtype=np.float64).reshape(len(columns), count).T.copy()
 
 
 def positions_now(drives: Sequence[DriveNode]) -> NDArray[np.float64]:

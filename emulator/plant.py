@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.assembly import DrivenJoint, working_plant
+from drivetwin.emulator.drive.interpolation import fill_demands
 from drivetwin.emulator.drive.servo import SERVO_PERIOD, ServoBank, filter_share, servo_period
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import PlacedEffect
@@ -60,6 +61,17 @@ def run_periods(  # type: ignore[no-untyped-def]  # record arrays have no static
         time += length
 
 
+@in_place
+def run_cycle(  # type: ignore[no-untyped-def]  # record arrays have no static type
+    courses, first, last, periods, drives, sensors, reading, acting, brakes, time, length, model, data
+) -> None:
+    """As `run_periods`, of which `sensors` are three; before the first one the demand of the `courses` is filled."""
+    if first == 0:
+        fill_demands(courses, drives[3][:periods], length)
+    position, torque, misreadings = sensors
+    run_periods(first, last, periods, drives, position, torque, misreadings, reading, acting, brakes, time, length, model, data)
+
+
 class Plant:
     """The mechanism of one machine, stepped at the servo period.
 
@@ -80,7 +92,7 @@ class Plant:
         self._addresses = self.model._address, self.data._address
         self._warnings = self.data.warning.number[_UNSTABLE[0] : _UNSTABLE[-1] + 1]  # a view of the counters
         self.motor_position, self.motor_torque = self._mechanism.motor_position, self._mechanism.motor_torque
-        self._run_periods: Callable[..., None] | None = None
+        self._run_cycle: Callable[..., None] | None = None
 
     @property
     def time(self) -> float:
@@ -112,7 +124,7 @@ class Plant:
         if self.incidents.rising:
             self.incidents.raise_friction()
         drives = servos.take_cycle()
-        if not mechanism.resistances:
+        if not mechanism.resistances.present:
             self._run(servos, drives, 0, servos.periods)
         else:  # what is written in Python is asked before each step
             for first in range(servos.periods):
@@ -124,12 +136,13 @@ class Plant:
     def _run(self, servos: ServoBank, drives: tuple[NDArray[Any], ...], first: int, last: int) -> None:
         """Servo periods `first` to `last` of a cycle of `drives`, as they have been taken."""
         arguments = (
-            *(first, last, servos.periods, drives, self.motor_position, self.motor_torque, self.incidents.misreadings),
+            *(servos.courses, first, last, servos.periods, drives),
+            (self.motor_position, self.motor_torque, self.incidents.misreadings),
             *(self._mechanism.reading, self._mechanism.acting, servos.brakes, self.data.time, SERVO_PERIOD, *self._addresses),
         )
-        if self._run_periods is None:
-            self._run_periods = settled(run_periods, *arguments)
-        self._run_periods(*arguments)
+        if self._run_cycle is None:
+            self._run_cycle = settled(run_cycle, *arguments)
+        self._run_cycle(*arguments)
 
     def _unstable(self) -> str:
         """What MuJoCo has warned of, and what to do."""

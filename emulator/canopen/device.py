@@ -106,6 +106,7 @@ class Device:
     def add_sync_timeout(self, kind: Variable, time: Variable, lost: Callable[[int], None]) -> None:
         """Supervise SYNC by two objects of the drive type; `lost` gets the error code when it stays away."""
         self._sync_timeout = SyncTimeout(kind, time, self._now, self._alarms, lost)
+        self._connect()
 
     def power_on(self) -> None:
         """Boot: boot-up message, then pre-operational."""
@@ -124,16 +125,11 @@ class Device:
 
     def taker(self, cob_id: int) -> Callable[[bytes], None] | None:
         """What takes the data of frames with this identifier, SYNC included; None where nothing does; until `rewired`."""
-        return self._take_sync if cob_id == self.synchronisation.cob_id else self._handlers.get(cob_id)
+        return self.synchronisation.take if cob_id == self.synchronisation.cob_id else self._handlers.get(cob_id)
 
-    def sync(self, counter: int | None = None) -> None:
-        """A SYNC came, perhaps with a counter: synchronous TPDOs are sampled and sent, then synchronous RPDOs take effect."""
-        self.synchronisation.run(counter)
-        if self._sync_timeout is not None:
-            self._sync_timeout.came()
-
-    def _take_sync(self, data: bytes) -> None:
-        self.sync(data[0] if data else None)
+    def sync(self, data: bytes = b"") -> None:
+        """A SYNC came, perhaps with a counter."""
+        self.synchronisation.take(data)
 
     def tick(self, now: float) -> None:
         """Simulated time has moved to `now` [s]: send what is due by time or by a change of value."""
@@ -230,8 +226,11 @@ class Device:
         if self.nmt.communicating:
             self._handlers |= {REQUEST_COB_ID + self.nmt.node_id: self.sdo.receive, **self.time_stamp.handlers}
         operational = state is NmtState.OPERATIONAL
-        self._connect_rpdos([rpdo for rpdo in self.rpdos if operational and rpdo.parameters.active])
-        self._connect_tpdos([tpdo for tpdo in self.tpdos if operational and tpdo.parameters.active])
+        rpdos = [rpdo for rpdo in self.rpdos if operational and rpdo.parameters.active]
+        tpdos = [tpdo for tpdo in self.tpdos if operational and tpdo.parameters.active]
+        self._connect_rpdos(rpdos)
+        self._connect_tpdos(tpdos)
+        self.synchronisation.acts = self._at_sync(rpdos, tpdos)
         self.rewired()
 
     def _connect_rpdos(self, rpdos: list[Rpdo]) -> None:
@@ -239,14 +238,19 @@ class Device:
             cob_id = rpdo.parameters.cob_id
             earlier = self._handlers.get(cob_id)
             self._handlers[cob_id] = rpdo.receive if earlier is None else _both(earlier, rpdo.receive)
-        self.synchronisation.actuate = tuple(rpdo.take_effect for rpdo in rpdos if rpdo.parameters.synchronous)
 
     def _connect_tpdos(self, tpdos: list[Tpdo]) -> None:
-        self.synchronisation.sample = tuple(tpdo.on_sync for tpdo in tpdos if tpdo.at_sync)
         self._event_driven = tuple(tpdo.tick for tpdo in tpdos if tpdo.at_tick)
         for tpdo in tpdos:
             if tpdo.parameters.remote_allowed:
                 self._remote_handlers[tpdo.parameters.cob_id] = tpdo.request
+
+    def _at_sync(self, rpdos: list[Rpdo], tpdos: list[Tpdo]) -> tuple[Callable[[], None], ...]:
+        """Synchronous TPDOs are sampled and sent, then synchronous RPDOs take effect (CiA 301, 7.2.2.2)."""
+        sample = [tpdo.on_sync for tpdo in tpdos if tpdo.at_sync]
+        actuate = [rpdo.take_effect for rpdo in rpdos if rpdo.parameters.synchronous]
+        watch = [] if self._sync_timeout is None else [self._sync_timeout.came]
+        return (*sample, *actuate, *watch)
 
 
 def _nothing() -> None:

@@ -17,6 +17,20 @@ COMMUNICATION_AREA = range(0x1000, 0x2000)
 
 IDENTITY = 0x1018
 
+COMMANDS = frozenset(
+    (0x1003, 0x1010, 0x1011, 0x6040, 0x6042, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60C1, 0x60FE, 0x60FF)
+)
+"""Writable objects that hold a command or a set-point, not a parameter."""
+
+
+class Revision:
+    """Counts what may have changed a parameter of a dictionary: who computes something from several looks at `number`."""
+
+    __slots__ = ("number",)
+
+    def __init__(self) -> None:
+        self.number = 0
+
 
 class Variable:
     """One entry of the dictionary.
@@ -24,7 +38,8 @@ class Variable:
     `value` is the raw value as stored. `on_read` gives the value where it is not a stored one; `on_write` is asked
     before a value is stored and may raise SdoAbort. `default` is the power-on value, `low` and `high` the profile's
     limits; `node_offset` is what the node-ID is added to where the default follows the node-ID. `is_command`: a value
-    makes the device act on other objects, so that a PDO writes it after the set-points that came with it.
+    makes the device act on other objects, so that a PDO writes it after the set-points that came with it. `revision` is that
+    of the dictionary, which a change of a parameter counts up.
     """
 
     __slots__ = (
@@ -36,11 +51,13 @@ class Variable:
         "high",
         "index",
         "is_command",
+        "is_parameter",
         "low",
         "name",
         "node_offset",
         "on_read",
         "on_write",
+        "revision",
         "rpdo",
         "size",
         "subindex",
@@ -65,6 +82,8 @@ class Variable:
         self.on_read: Callable[[], Value] | None = None
         self.on_write: Callable[[Value], None] | None = None
         self.is_command = False
+        self.is_parameter = entry.index not in COMMANDS
+        self.revision = Revision()
         if self.size is not None:
             least, most = type_range(entry.data_type)
             self._low = least if entry.low is None else entry.low
@@ -87,11 +106,18 @@ class Variable:
         self.check(value)
         if self.on_write is not None:
             self.on_write(value)
+        self.store(value)
+
+    def store(self, value: Value) -> None:
+        """Take a value that is known to be right."""
+        if self.is_parameter and value != self.value:
+            self.revision.number += 1
         self.value = value
 
     def commission(self, value: Value) -> None:
         """Make `value` the stored and the power-on value, as if saved by a commissioning engineer; calls no hook."""
-        self.value = self.default = value
+        self.default = value
+        self.store(value)
 
     def encode(self) -> bytes:
         """The bytes of the value now; one beyond its type is told as the nearest that the type has."""
@@ -142,6 +168,9 @@ class ObjectDictionary:
         self._variables = {(variable.index, variable.subindex): variable for variable in variables}
         self._by_address = {(variable.index, variable.subindex): variable for variable in implicit} | self._variables
         self._indices = frozenset(variable.index for variable in variables)
+        self.revision = Revision()
+        for variable in self._by_address.values():
+            variable.revision = self.revision
 
     @classmethod
     def from_profile(cls, profile: DriveProfile, node_id: int) -> ObjectDictionary:
@@ -191,13 +220,13 @@ class ObjectDictionary:
         """Power-on values in the communication profile area (CiA 301, 7.3.2.2.1)."""
         for variable in self:
             if variable.index in COMMUNICATION_AREA:
-                variable.value = variable.default
+                variable.store(variable.default)
 
     def reset_application(self) -> None:
         """Power-on values in the manufacturer-specific and the standardised device profile area."""
         for variable in self:
             if variable.index not in COMMUNICATION_AREA:
-                variable.value = variable.default
+                variable.store(variable.default)
 
 
 def _default(entry: ObjectEntry, node_id: int) -> Value:

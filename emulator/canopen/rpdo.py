@@ -157,7 +157,10 @@ class Rpdo:
                     variable.check(value)
                 if variable.on_write is not None:
                     variable.on_write(value)
-                variable.value = value
+                if variable.is_parameter:
+                    variable.store(value)
+                else:
+                    variable.value = value
             except SdoAbort as refusal:
                 # a PDO has no answer: the object keeps its value, the others of the frame are taken
                 logger.debug("RPDO %d: %s refused: %s", self._number, value, refusal)

@@ -31,11 +31,6 @@ GROUPS = {
 }
 """What each sub-index of 1010h and 1011h means."""
 
-NO_PARAMETERS = frozenset(
-    (0x1003, STORE, RESTORE, 0x6040, 0x6042, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60C1, 0x60FE, 0x60FF)
-)
-"""Writable objects that hold a command or a set-point, not a parameter: they are not stored."""
-
 
 class Storage:
     """1010h and 1011h of one node. Without a store, and where it cannot be written, they abort with 0606 0000h."""
@@ -110,7 +105,7 @@ def _group(variable: Variable) -> Group:
 
 
 def _is_parameter(variable: Variable) -> bool:
-    return variable.access is Access.RW and variable.on_read is None and variable.index not in NO_PARAMETERS
+    return variable.access is Access.RW and variable.on_read is None and variable.is_parameter
 
 
 def _decoded(variable: Variable, data: bytes) -> Value | None:

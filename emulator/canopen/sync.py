@@ -24,7 +24,7 @@ COUNTER_OVERFLOWS = frozenset((0, *range(2, 241)))
 
 
 class Sync:
-    """SYNC of one node: `sample`, then `actuate`, is what its PDOs do at a SYNC (CiA 301, 7.2.2.2).
+    """SYNC of one node; `acts` is what its services do at each, in this order.
 
     `cob_id` is the CAN-ID of the SYNC that this node listens to, `counter` that of the SYNC which came last, None where it had
     none. `changed` is called after 1007h or the CAN-ID has changed.
@@ -45,8 +45,7 @@ class Sync:
             self._window_length.on_write = self._set_window
         if self._overflow is not None:
             self._overflow.on_write = self._set_overflow
-        self.sample: tuple[Callable[[], None], ...] = ()
-        self.actuate: tuple[Callable[[], None], ...] = ()
+        self.acts: tuple[Callable[[], None], ...] = ()
         self.counter: int | None = None
         self._producer: Producer | None = None
         self._last_sent = 0
@@ -83,17 +82,16 @@ class Sync:
         self._window = self._window_length.number * MICROSECOND if self._window_length is not None else 0.0
         self._counted = self._overflow is not None and self._overflow.number != 0
 
-    def run(self, counter: int | None) -> None:
-        """What the node does at a SYNC: synchronous TPDOs are sampled and sent, then synchronous RPDOs take effect."""
+    def take(self, data: bytes) -> None:
+        """A SYNC came, perhaps with a counter."""
+        counter = data[0] if data else None
         if (counter is None) is self._counted or self._length_is_wrong:
             self._judge_length(counter)
         self.counter = counter
         if self._window:
             self._came = self._now()
-        for send in self.sample:
-            send()
-        for take_effect in self.actuate:
-            take_effect()
+        for act in self.acts:
+            act()
 
     def window_is_open(self) -> bool:
         """Whether a synchronous RPDO that comes now is in time.

@@ -14,6 +14,7 @@ from drivetwin.emulator.canopen.data_types import Value
 from drivetwin.emulator.canopen.emergency import COMMUNICATION
 from drivetwin.emulator.canopen.heartbeat import MILLISECOND
 from drivetwin.emulator.canopen.object_dictionary import Variable
+from drivetwin.emulator.canopen.timing import TOLERANCE
 
 OFF, SYNC = 0, 1
 """Types of supervision."""
@@ -28,18 +29,32 @@ class SyncTimeout:
         self._kind = kind
         self._time = time
         self._now = now
-        self._alarm = alarms.add(lambda _now: lost(COMMUNICATION))
+        self._lost = lost
+        self._due = 0.0
+        self._is_armed = False
+        self._alarm = alarms.add(self._ring)
         kind.on_write = self._set_kind
         time.on_write = lambda _value: self.reset()
 
     def reset(self) -> None:
         """Wait for a first SYNC."""
         self._alarm.stop()
+        self._is_armed = False
 
     def came(self) -> None:
-        """A SYNC came: the next one is due."""
+        """A SYNC came: the next one is due. An alarm that is set already rings too early, and is then set anew."""
         if self._kind.value == SYNC and self._time.value:
-            self._alarm.set(self._now() + int(self._time.value) * MILLISECOND)
+            self._due = self._now() + int(self._time.value) * MILLISECOND
+            if not self._is_armed:
+                self._is_armed = True
+                self._alarm.set(self._due)
+
+    def _ring(self, now: float) -> None:
+        self._is_armed = self._due - TOLERANCE > now
+        if self._is_armed:
+            self._alarm.set(self._due)
+        else:
+            self._lost(COMMUNICATION)
 
     def _set_kind(self, value: Value) -> None:
         if value not in (OFF, SYNC):

@@ -162,7 +162,7 @@ def _move(mechanism: Mechanism, holds: float) -> tuple[Array, Array]:
     wanted = demand()
     seen, asked = np.empty_like(wanted), np.empty_like(wanted)
     loop = np.array([holds / (WHOLE * _SWING), 0.0, 0.0])
-    at_once = 1 if mechanism.resistances else len(wanted)  # what is written in Python is asked before each step
+    at_once = 1 if mechanism.resistances.present else len(wanted)  # what is written in Python is asked before each step
     for first in range(0, len(wanted), at_once):
         mechanism.resistances.evaluate()
         _run(

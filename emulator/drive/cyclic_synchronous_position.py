@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from drivetwin.emulator.drive.interpolation import Interpolator
+from drivetwin.emulator.drive.interpolator import Interpolator
 from drivetwin.emulator.drive.limits import PositionLimits
 from drivetwin.emulator.drive.mode import Axis, Mode
 from drivetwin.emulator.drive.position_range import Rotary
@@ -19,7 +19,7 @@ class CyclicSynchronousPosition(Mode):
 
     def __init__(self, axis: Axis) -> None:
         super().__init__(axis)
-        self._interpolator = Interpolator()
+        self._interpolator = Interpolator(axis.servo)
         self._wanted = 0.0
         self._limits = PositionLimits(axis)
         self._target = axis.dictionary[0x607A]
@@ -34,7 +34,7 @@ class CyclicSynchronousPosition(Mode):
         if servo.takes_setpoints:
             target = axis.scaling.target(float(self._target.value), self._interpolator.setpoint, Rotary.SHORTEST)
             self._wanted = self._limits.clamp(target)
-        self._interpolator.cycle(self._wanted, axis.interpolation, servo.demand, axis.set_point_interval, axis.offsets())
+        self._interpolator.follow(self._wanted, axis.interpolation, axis.set_point_interval, axis.offsets())
         return Loop.POSITION
 
     def status_bits(self) -> int:

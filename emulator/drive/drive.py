@@ -82,6 +82,7 @@ class Drive:
         self._mode: Mode | None = None
         self._halted: Mode | None = None
         self._scaling_is_old = True
+        self._revision = -1
         self._is_limited = servo.state.cell("limited")
         self._controlword = 0
         self._unseen: deque[int] = deque(maxlen=UNSEEN)
@@ -108,9 +109,9 @@ class Drive:
         """Decide the demand and the loops of the coming cycle."""
         if self._scaling_is_old:
             self._refresh_scaling()
-        if self._parameters.torque_limits.is_old:
-            self._parameters.torque_limits.refresh()
-        self._supervision.refresh()
+        if self.dictionary.revision.number != self._revision:
+            self._take_parameters()
+        self._supervision.sense()
         self.axis.limit_active = False
         machine = self.machine
         if machine.state not in POWERED:
@@ -140,25 +141,35 @@ class Drive:
             self._lose_reference()
         self._supervise()
 
+    def _take_parameters(self) -> None:
+        """Some object has changed since the last cycle: what the loops have of the dictionary's parameters."""
+        self._revision = self.dictionary.revision.number
+        self._parameters.torque_limits.refresh()
+        self._supervision.refresh()
+        self._precontrol.refresh()
+
     # -- motion -------------------------------------------------------------------------------------------------------
 
     def _plan_mode(self) -> None:
-        wanted = self._modes.get(int(self._wanted_mode.value))
-        if wanted is not self._mode:
-            resumed = wanted is self._halted
-            self._mode = wanted
-            if wanted is not None:
-                (wanted.resume if resumed else wanted.enter)()
-                for controlword in self._unseen:
-                    wanted.notice(controlword)
+        mode = self._mode
+        if mode is None or mode.code != self._wanted_mode.value:
+            self._mode = mode = self._enter_wanted_mode()
         self._halted = None
         if self._unseen:
             self._unseen.clear()
-        if wanted is None:
+        if mode is None:
             self._run(Way.SLOW_DOWN_RAMP)
         else:
-            self.axis.servo.loop = loop = wanted.plan(self._controlword)
-            self._stops.note(wanted, loop)
+            self.axis.servo.loop = loop = mode.plan(self._controlword)
+            self._stops.note(mode, loop)
+
+    def _enter_wanted_mode(self) -> Mode | None:
+        wanted = self._modes.get(int(self._wanted_mode.value))
+        if wanted is not None:
+            (wanted.resume if wanted is self._halted else wanted.enter)()
+            for controlword in self._unseen:
+                wanted.notice(controlword)
+        return wanted
 
     def _halt(self) -> None:
         self._unseen.clear()
@@ -256,7 +267,6 @@ class Drive:
         self._unseen.clear()
         self._scaling_is_old = True
         self._probe.reset()
-        self._precontrol.mark()
         self._parameters.load()
 
     # -- the dictionary -----------------------------------------------------------------------------------------------
@@ -297,16 +307,15 @@ class Drive:
         return self._mode.code if self._mode is not None else self._wanted_mode.number
 
     def _write_controlword(self, value: Value) -> None:
-        controlword = int(value)
-        was_fault = self.machine.state is State.FAULT
-        before, was_enabled = self._controlword, self.machine.state is State.OPERATION_ENABLED
+        controlword, machine = int(value), self.machine
+        before, was = self._controlword, machine.state
         self._controlword = controlword
-        self.machine.write_controlword(controlword)
-        if self.machine.state is State.OPERATION_ENABLED:
-            self._notice(before if was_enabled else controlword, controlword)
+        machine.write_controlword(controlword)
+        if machine.state is State.OPERATION_ENABLED:
+            self._notice(before if was is State.OPERATION_ENABLED else controlword, controlword)
         else:
             self._unseen.clear()
-        if was_fault and self.machine.state is not State.FAULT:
+        if was is State.FAULT and machine.state is not State.FAULT:
             self._fault_bits = 0
             self.device.emergency.clear()
             if 0x603F in self.dictionary:
@@ -314,9 +323,9 @@ class Drive:
 
     def _notice(self, before: int, controlword: int) -> None:
         """Show the mode a controlword; one that the coming cycle enters then sees all since it was chosen, edges included."""
-        wanted = self._modes.get(int(self._wanted_mode.value))
-        if self._mode is wanted and wanted is not None:
-            wanted.notice(controlword)
+        mode = self._mode
+        if mode is not None and mode.code == self._wanted_mode.value:
+            mode.notice(controlword)
             return
         if not self._unseen:
             self._unseen.append(before)

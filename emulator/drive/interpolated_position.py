@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from drivetwin.emulator.drive.interpolation import Interpolator
+from drivetwin.emulator.drive.interpolator import Interpolator
 from drivetwin.emulator.drive.limits import PositionLimits
 from drivetwin.emulator.drive.mode import Axis, Mode
 from drivetwin.emulator.drive.position_range import Rotary
@@ -19,7 +19,7 @@ class InterpolatedPosition(Mode):
 
     def __init__(self, axis: Axis) -> None:
         super().__init__(axis)
-        self._interpolator = Interpolator()
+        self._interpolator = Interpolator(axis.servo)
         self._limits = PositionLimits(axis)
         self._setpoint = axis.dictionary[0x60C1, 1]
         self._hold = 0.0
@@ -36,7 +36,7 @@ class InterpolatedPosition(Mode):
         self._active = bool(controlword & Controlword.MODE_BIT_4)
         if self._active and servo.takes_setpoints:
             self._hold = self._limits.clamp(axis.scaling.target(float(self._setpoint.value), self._hold, Rotary.SHORTEST))
-        self._interpolator.cycle(self._hold, axis.interpolation, servo.demand, axis.set_point_interval, axis.offsets())
+        self._interpolator.follow(self._hold, axis.interpolation, axis.set_point_interval, axis.offsets())
         return Loop.POSITION
 
     def status_bits(self) -> int:

@@ -32,16 +32,13 @@ class InterpolationTime:
             self._value.on_write = lambda value: self._check(int(value))
         if self._index is not None:
             self._index.on_write = _check_index
-        self._raw: tuple[Value, Value] = (0, 0)
+        self._revision, self._seen = dictionary.revision, -1
         self._periods = 0
 
     def periods(self) -> int:
         """In servo periods; 0 where the drive type has no 60C2h."""
-        if self._value is None:
-            return 0
-        raw = (self._value.value, MILLISECONDS if self._index is None else self._index.value)
-        if raw != self._raw:
-            self._raw = raw
+        if self._revision.number != self._seen and self._value is not None:
+            self._seen = self._revision.number
             self._periods = round(min(self._value.number * 10.0 ** self._power(), LONGEST) / SERVO_PERIOD)
         return self._periods
 

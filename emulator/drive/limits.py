@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from math import inf, pi, sqrt
 
-from drivetwin.emulator.canopen.data_types import Value
 from drivetwin.emulator.canopen.object_dictionary import Variable
 from drivetwin.emulator.drive.axis import Axis
-from drivetwin.emulator.drive.objects import VALUE, before_change, number, optional
+from drivetwin.emulator.drive.objects import number, optional
 from drivetwin.emulator.drive.scaling import Scaling
 from drivetwin.emulator.machine import Motor
 
@@ -25,16 +24,14 @@ class PositionLimits:
     def __init__(self, axis: Axis) -> None:
         self._axis = axis
         self._low, self._high = (_position_limit(axis, sub) for sub in (1, 2))
-        self._variables = [one for one in (self._low, self._high) if one is not None]
-        self._raw: list[Value] = []
+        self._revision, self._seen = axis.dictionary.revision, -1
         self._scaling: Scaling | None = None
         self._bounds = (-inf, inf)
 
     def bounds(self) -> tuple[float, float]:
         """Least and greatest motor angle [rad]; infinite where there is no limit."""
-        raw = list(map(VALUE, self._variables))
-        if raw != self._raw or self._axis.scaling is not self._scaling:
-            self._raw, self._scaling = raw, self._axis.scaling
+        if self._revision.number != self._seen or self._axis.scaling is not self._scaling:
+            self._seen, self._scaling = self._revision.number, self._axis.scaling
             self._bounds = self._read(number(self._low, INT32[0]), number(self._high, INT32[1]))
         return self._bounds
 
@@ -115,23 +112,11 @@ def cap_speed(axis: Axis, speed: float) -> float:
 
 
 class TorqueLimits:
-    """Puts 6072h, 6073h, 60E0h, 60E1h, the drive type's own limit and the motor's peak torque into the loops.
-
-    `is_old`: an object has changed since `refresh`.
-    """
+    """Puts 6072h, 6073h, 60E0h, 60E1h, the drive type's own limit and the motor's peak torque into the loops."""
 
     def __init__(self, axis: Axis, motor: Motor) -> None:
         self._axis = axis
         self._motor = motor
-        self.is_old = True
-        own = axis.role("torque_limit")
-        for index in (0x6072, 0x6073, 0x6075, 0x6076, 0x60E0, 0x60E1):
-            before_change(optional(axis.dictionary, index), self.mark)
-        before_change(own, self.mark)
-
-    def mark(self) -> None:
-        """An object changes: read them anew before the next cycle."""
-        self.is_old = True
 
     def refresh(self) -> None:
         """Write the limits [N·m] into the loops' parameters."""
@@ -142,7 +127,6 @@ class TorqueLimits:
         parameters["torque_limit"] = limit
         parameters["torque_positive"] = self._share(0x60E0)
         parameters["torque_negative"] = self._share(0x60E1)
-        self.is_old = False
 
     def _of_current(self) -> float:
         """Torque [N·m] that the motor has at 6073h, in thousandths of the rated current 6075h [mA]."""

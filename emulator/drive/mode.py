@@ -55,7 +55,7 @@ class Mode(ABC):
 
     @abstractmethod
     def plan(self, controlword: int) -> Loop:
-        """Fill `axis.servo.demand` for the coming cycle; the loops that it needs closed."""
+        """Fill `axis.servo.demand`, or write the set-point to follow, for the coming cycle; the loops that it needs closed."""
 
     def after(self) -> None:
         """The cycle has been run: look at what came of it."""

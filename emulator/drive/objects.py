@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import pi
-from operator import attrgetter
 
 from drivetwin.drive_profiles import DriveProfile
 from drivetwin.drive_profiles.profile import FLOATS
@@ -14,9 +13,6 @@ from drivetwin.emulator.canopen.object_dictionary import ObjectDictionary, Varia
 from drivetwin.emulator.drive.interpolation import Interpolation
 from drivetwin.emulator.drive.servo import SERVO_PERIOD
 from drivetwin.emulator.machine import Axis as MachineAxis
-
-VALUE = attrgetter("value")
-"""Of a variable: whoever looks at several in every cycle maps it over them, at half the price of a comprehension."""
 
 LINEAR_RAMP, JERK_LIMITED_RAMP = 0, 3
 """Values of 6086h that this drive has; it has no sin² ramp (1) and no jerk-free ramp (2)."""
@@ -130,8 +126,8 @@ def link_rated_torque(dictionary: ObjectDictionary, profile: DriveProfile) -> No
     if own is None or own is standard:
         return
     per_unit = 1000.0 * profile.roles["rated_torque"].si_per_unit
-    on_change(own, lambda raw: setattr(standard, "value", saturate(standard.data_type, round(raw * per_unit))))
-    on_change(standard, lambda raw: setattr(own, "value", raw / per_unit))
+    on_change(own, lambda raw: standard.store(saturate(standard.data_type, round(raw * per_unit))))
+    on_change(standard, lambda raw: own.store(raw / per_unit))
 
 
 def per_mille(value: float, rated: float) -> int:

@@ -40,7 +40,6 @@ class LoopParameters:
                 self._axis.servo.parameters[field] = convert(self._machine_values[name])
             else:
                 self._setter(name, field, convert)(float(variable.value))
-        self.torque_limits.mark()
         kind = self._axis.role("interpolation_type")
         self._set_interpolation(float(kind.value) if kind is not None else 0.0)
 

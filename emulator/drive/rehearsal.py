@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.emulator.drive.interpolation import linear_cycle, spline_cycle
+from drivetwin.emulator.drive.interpolation import COURSE, fill_demands
 from drivetwin.emulator.drive.profile_generator import sample_segments
 from drivetwin.emulator.drive.ramp import approach, ramp_cycle
 from drivetwin.emulator.drive.servo import VELOCITY
@@ -13,8 +13,7 @@ from drivetwin.emulator.drive.servo import VELOCITY
 
 def rehearse(demand: NDArray[np.float64]) -> None:
     """Call each function once on a `demand` (n, 4) that lies in memory as those of the modes do; it is zero afterwards."""
-    linear_cycle(0.0, 0.0, 0, 1, 0.0, 0.0, demand)
-    spline_cycle(0.0, 0.0, 0.0, 0.0, 0, 1, 0.0, 0.0, demand)
+    fill_demands(np.zeros(1, dtype=COURSE), demand[:, np.newaxis], 0.0)
     ramp_cycle(0.0, 0.0, 0.0, 0.0, 0.0, demand)
     approach(0.0, 0.0, 0.0, demand[:, VELOCITY])
     sample_segments(np.zeros((1, 5)), 0.0, 0.0, 0.0, demand)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.emulator.drive.interpolation import COURSE, fill_demands
 from drivetwin.foundation.compiled import in_place
 from drivetwin.foundation.enums import quick
 
@@ -217,7 +218,8 @@ class Servo:
 
     Of the coming cycle, and afterwards of the last one: `demand`, a view of (periods, 4): position, velocity, velocity offset,
     torque offset; `periods`, its servo periods; `interval`, those from a SYNC to the next, the cycle being one of them or all;
-    `takes_setpoints`, whether it begins at a SYNC, or runs without any: in between set-points wait.
+    `takes_setpoints`, whether it begins at a SYNC, or runs without any: in between set-points wait. A drive that follows
+    set-points writes its `course` instead of the demand.
     """
 
     demand: NDArray[np.float64]
@@ -228,6 +230,7 @@ class Servo:
     def __init__(self, bank: ServoBank, index: int) -> None:
         self.parameters = Record(bank.parameters, index)
         self.state = Record(bank.state, index)
+        self.course = Record(bank.courses, index)
         self._bank = bank
         self._index = index
         self._loop, self._brake = bank.loops.data[index:], bank.brakes.data[index:]
@@ -258,6 +261,11 @@ class Servo:
     def brake(self, engaged: bool) -> None:
         self._brake[0] = engaged
 
+    def fill_demand(self) -> None:
+        """Turn the course into the demand of the coming cycle now, for who adds to it; nothing where there is none."""
+        only = slice(self._index, self._index + 1)
+        fill_demands(self._bank.courses[only], self._bank.demand[: self.periods, only], self._bank.length)
+
     @property
     def positions(self) -> NDArray[np.float64]:
         """Counted positions of the last cycle, a view of (periods,) [rad]."""
@@ -270,12 +278,13 @@ class ServoBank:
 
     def __init__(self, axes: int, seed: int, length: float = SERVO_PERIOD) -> None:
         """`length` of a servo period [s]."""
-        self._length = length
+        self.length = length
         self._servos: dict[int, Servo] = {}
         self.interval = 0
         self.first = True
         self.parameters = np.zeros(axes, dtype=PARAMETERS)
         self.state = np.zeros(axes, dtype=STATE)
+        self.courses = np.zeros(axes, dtype=COURSE)
         self.loops = np.zeros(axes, dtype=np.int64)
         self.brakes = np.ones(axes, dtype=np.bool_)
         self._make_room(8)
@@ -288,7 +297,7 @@ class ServoBank:
 
     def reset(self, axis: int) -> None:
         """Forget everything of an axis, whose loops are off and whose brake is engaged, as without power."""
-        for values in (self.parameters, self.state, self.loops):
+        for values in (self.parameters, self.state, self.courses, self.loops):
             values[axis] = 0
         self.demand[:, axis] = 0.0
         self.parameters["encoder_alive"][axis] = 1.0
@@ -323,11 +332,11 @@ class ServoBank:
 
         Parameters, state, loops, demand (periods, n, 4), noise (periods, n), trace (periods, n).
         """
-        return self._arrays(self.periods)
+        return self.parameters, self.state, self.loops, self.demand, self._noise_rows(self.periods), self.trace
 
     def rehearsal(self) -> tuple[NDArray[Any], ...]:
         """The same for no period at all: nothing is drawn."""
-        return self._arrays(0)
+        return self.parameters, self.state, self.loops, self.demand, self._noise_rows(0), self.trace
 
     def run(self, period: int, motor_position: NDArray[np.float64], motor_torque: NDArray[np.float64]) -> None:
         """Run the loops for one period: read motor positions (n,) [rad], write motor torques (n,) [N·m]."""
@@ -339,12 +348,9 @@ class ServoBank:
             self._noise_rows(1)[0],
             motor_position,
             motor_torque,
-            self._length,
+            self.length,
         )
         self.trace[period] = self.state["position"]
-
-    def _arrays(self, periods: int) -> tuple[NDArray[Any], ...]:
-        return self.parameters, self.state, self.loops, self.demand, self._noise_rows(periods), self.trace
 
     def _make_room(self, periods: int) -> None:
         axes = len(self.parameters)

@@ -55,6 +55,7 @@ class Stops:
         self._axis = axis
         self._mode: Mode | None = None
         self._way: Way | None = None
+        self._follows_mode = False
         self._standstill = Window()
         self._slowest = inf
         self._waited = 0.0
@@ -82,6 +83,7 @@ class Stops:
     def measure(self) -> None:
         """A stop that follows starts from what the axis does, not from a demand."""
         self._way = None
+        self._follows_mode = False
         self.position, self.velocity = float(self._axis.servo.state["position"]), self._speed()
 
     def note(self, mode: Mode, loop: Loop) -> None:
@@ -91,7 +93,7 @@ class Stops:
             self.measure()
             return
         self._way = None
-        self._note()
+        self._follows_mode = True
 
     def coast(self) -> None:
         """No torque."""
@@ -107,6 +109,7 @@ class Stops:
             return True
         if way is not self._way:
             self._begin(way)
+        self._follows_mode = False
         if way is Way.TORQUE_LIMIT and not self._slow():
             self._brake()
         else:
@@ -114,9 +117,12 @@ class Stops:
         return self.at_rest or self._waited >= PATIENCE
 
     def after(self) -> None:
-        """Look at what the cycle brought: does the axis stand, and if not, does it get slower?"""
+        """Look at what the cycle brought: does the axis stand? Where did the demand end, or does a stop get slower?"""
         speed, cycle = abs(self._actual_velocity[0]), self._axis.servo.periods * SERVO_PERIOD
         self._standstill.look(speed < STANDSTILL, STANDSTILL_TIME, cycle)
+        if self._follows_mode:
+            self._note()
+            return
         ramping = self.velocity != 0.0
         self._waited = 0.0 if ramping or speed < self._slowest else self._waited + cycle
         self._slowest = min(self._slowest, speed)

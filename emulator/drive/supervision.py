@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import inf, nan
 
 from drivetwin.emulator.drive import faults
 from drivetwin.emulator.drive.axis import Axis
 from drivetwin.emulator.drive.faults import Fault
 from drivetwin.emulator.drive.limits import motor_speed_limit
-from drivetwin.emulator.drive.objects import VALUE, number, optional
-from drivetwin.emulator.drive.scaling import Scaling
+from drivetwin.emulator.drive.objects import number, optional
 from drivetwin.emulator.drive.servo import Alarm, filter_share
 from drivetwin.emulator.machine import Motor
 
@@ -42,31 +41,29 @@ class Supervision:
         self._motor = motor
         self._limit = axis.role("following_error_limit")
         self._timeout = optional(axis.dictionary, 0x6066)
-        places = ((0x6080, 0), (0x6095, 1), (0x6095, 2))
-        sources = (self._limit, self._timeout, *(optional(axis.dictionary, *place) for place in places))
-        self._sources = [variable for variable in sources if variable is not None]
         self._alarms = 0
-        self._seen: tuple[object, ...] = ()
-        self._scaling: Scaling | None = None
+        self._scale = nan
         parameters = axis.servo.parameters
         self._position, self._found = axis.servo.state.cell("position"), axis.servo.state.cell("alarms")
+        self._trip, self._alive = parameters.cell("trip_torque"), parameters.cell("encoder_alive")
         parameters["heating"] = 1.0 / motor.rated_torque**2
         parameters["thermal_share"] = filter_share(motor.thermal_time_constant)
 
     def refresh(self) -> None:
-        """Take over thresholds that have changed, before a cycle."""
-        hardware = self._axis.hardware
-        seen = (hardware.current_scale, hardware.encoder_alive, *map(VALUE, self._sources))
-        if seen == self._seen and self._axis.scaling is self._scaling:
-            return
-        self._seen, self._scaling = seen, self._axis.scaling
+        """Write the thresholds that objects give into the loops' parameters."""
         parameters = self._axis.servo.parameters
         parameters["error_limit"] = self._following_error_limit()
         parameters["error_timeout"] = number(self._timeout, 0.0) / 1000.0 + 1e-9
         parameters["speed_limit"] = motor_speed_limit(self._axis)
         parameters["overspeed"] = min(OVERSPEED * motor_speed_limit(self._axis), self._motor.max_speed or inf)
-        parameters["trip_torque"] = TRIP * self._motor.peak_torque / max(hardware.current_scale, 1e-9)
-        parameters["encoder_alive"] = 1.0 if hardware.encoder_alive else 0.0
+
+    def sense(self) -> None:
+        """Let the loops of the coming cycle have the hardware as it is."""
+        hardware = self._axis.hardware
+        self._alive[0] = 1.0 if hardware.encoder_alive else 0.0
+        if hardware.current_scale != self._scale:
+            self._scale = hardware.current_scale
+            self._trip[0] = TRIP * self._motor.peak_torque / max(self._scale, 1e-9)
 
     def alarms(self) -> list[Fault]:
         """Faults that the loops found in the cycle that has passed."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from drivetwin.drive_profiles import Role
 from drivetwin.emulator.canopen.object_dictionary import Variable
 from drivetwin.emulator.drive.axis import Axis
-from drivetwin.emulator.drive.objects import VALUE, before_change, optional
+from drivetwin.emulator.drive.objects import optional
 from drivetwin.emulator.drive.servo import TORQUE_OFFSET, VELOCITY, VELOCITY_OFFSET, Loop
 
 POINTS = 5
@@ -35,35 +35,33 @@ class TorquePrecontrol:
         self._torques = _entries(axis, "friction_torque")
         self._speeds = _entries(axis, "friction_speed")
         self._added = [variable for variable in (self._additive, self._constant) if variable is not None]
-        self._old = True
-        for variable in (*self._torques, *self._speeds, axis.dictionary[0x6076]):
-            before_change(variable, self.mark)
-        self._table: tuple[Array, Array] | None = None
+        self.refresh()
 
-    def mark(self) -> None:
-        """An object of the table changes: read it anew before the next cycle."""
-        self._old = True
+    def refresh(self) -> None:
+        """Read the objects anew."""
+        self._adds = any(variable.value for variable in self._added)
+        used = any(variable.value for variable in (*self._torques, *self._speeds))
+        self._table = self._read() if self._torques and self._speeds and used else None
 
     def add(self) -> None:
         """Act on the demand that is planned, where the loops are closed."""
-        adds = any(map(VALUE, self._added))
-        if not (adds or self._old or self._table is not None):
+        if not self._adds and self._table is None:
             return
         servo = self._axis.servo
         loop = servo.loop
         if loop is Loop.OFF:
             return
-        if adds:
+        servo.fill_demand()
+        if self._adds:
             servo.demand[:, TORQUE_OFFSET] += self._additive_torque()
-        if loop is not Loop.TORQUE and self._refresh() is not None:
+        if loop is not Loop.TORQUE and self._table is not None:
             servo.demand[:, TORQUE_OFFSET] += self.friction(servo.demand[:, VELOCITY] + servo.demand[:, VELOCITY_OFFSET])
 
     def friction(self, speed: Array) -> Array:
         """Torque (n,) [N·m] of demanded motor speeds (n,) [rad/s], one a servo period."""
-        table = self._refresh()
-        if table is None:
+        if self._table is None:
             return np.zeros_like(speed)
-        speeds, torques = table
+        speeds, torques = self._table
         amount = np.abs(speed)
         accelerating = np.diff(amount, prepend=2.0 * amount[0] - amount[min(1, len(amount) - 1)]) > 0.0
         steady = _level(amount, speeds[:ALWAYS_ACTIVE], torques[:ALWAYS_ACTIVE])
@@ -77,15 +75,8 @@ class TorquePrecontrol:
             torque += self._si("friction_constant", self._constant) * self._rated()
         return torque
 
-    def _refresh(self) -> tuple[Array, Array] | None:
-        """Speeds [rad/s] and torques [N·m] of the points (5,), None while all are unused."""
-        if self._old:
-            self._old = False
-            used = any(variable.value for variable in (*self._torques, *self._speeds))
-            self._table = self._read() if self._torques and self._speeds and used else None
-        return self._table
-
     def _read(self) -> tuple[Array, Array]:
+        """Speeds [rad/s] and torques [N·m] of the points (5,)."""
         roles = self._axis.profile.roles
         torques, speeds = (np.array([float(one.value) for one in some]) for some in (self._torques, self._speeds))
         share = roles["friction_torque"].si_per_unit

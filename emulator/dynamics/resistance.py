@@ -31,14 +31,12 @@ def apply_resistances(dofs, torque, applied) -> None:  # type: ignore[no-untyped
 
 
 class Resistances:
-    """Those of the axes that have any; `arrays` for `apply_resistances`, of the state when `evaluate` was called."""
+    """Those of the axes, if any are `present`; `arrays` for `apply_resistances`, of the state when `evaluate` was called."""
 
     def __init__(self, resisting: Sequence[tuple[Resisting, Place]], data: mujoco.MjData) -> None:
         self._resisting, self._data = resisting, data
+        self.present = bool(resisting)
         self.arrays = (np.array([place.dof for _, place in resisting], dtype=np.int64), np.zeros(len(resisting)))
-
-    def __bool__(self) -> bool:
-        return bool(self._resisting)
 
     def evaluate(self) -> None:
         """Their torques at the state in which a step begins."""

@@ -134,7 +134,7 @@ class FaultyWire:
 
     def _hand_over(self, frame: Frame) -> None:
         if frame.cob_id == self.device.sync_cob_id and not frame.remote:
-            self.device.sync(frame.data[0] if frame.data else None)
+            self.device.sync(frame.data)
         else:
             self.device.receive(frame.cob_id, frame.data, frame.remote)
 

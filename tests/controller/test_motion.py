@@ -41,7 +41,7 @@ def test_after_homing_positions_are_those_of_the_joints(profile: str) -> None:
 def test_homing_that_cannot_end_says_which_axis() -> None:
     bench = VirtualBench().up()
     object.__setattr__(bench.virtual.drives[0].axis.switches, "low", -1e9)
-    bench.virtual.drives[0].dictionary[0x22E7].value = 0
+    bench.virtual.drives[0].dictionary[0x22E7].store(0)
     with pytest.raises(UserError, match=r"homing did not end within 0.5 s on axis slide \(node 1\): does the limit"):
         home(bench.cycle, bench.drives, timeout=0.5)
 

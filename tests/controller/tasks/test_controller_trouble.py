@@ -64,7 +64,7 @@ def torque_stays_at_its_limit(machine: VirtualMachine) -> None:
 
 def does_not_watch_its_following_error(strike: Callable[[VirtualMachine], None]) -> Callable[[VirtualMachine], None]:
     def struck(machine: VirtualMachine) -> None:
-        machine.drives[ROTATE].dictionary[0x22E7].value = 0xFFFFFFFF
+        machine.drives[ROTATE].dictionary[0x22E7].store(0xFFFFFFFF)
         strike(machine)
 
     return struck

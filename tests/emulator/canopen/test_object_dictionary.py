@@ -89,3 +89,16 @@ def test_real64_as_another_implementation_encodes_it(value: float) -> None:
     theirs.data_type = int(DataType.R64)
     assert encode(DataType.R64, value) == theirs.encode_raw(value)
     assert decode(DataType.R64, encode(DataType.R64, value)) == value
+
+
+def test_revision_counts_changes_of_parameters_however_they_come() -> None:
+    od = dictionary()
+    seen = od.revision.number
+    od[0x607A].write(1000)
+    assert od.revision.number == seen
+    od[0x6072].write(1234)
+    assert od.revision.number == seen + 1
+    od[0x6072].write(1234)
+    assert od.revision.number == seen + 1
+    od.reset_application()
+    assert od.revision.number > seen + 1

@@ -87,12 +87,16 @@ def test_points_4_and_5_act_only_while_accelerating() -> None:
 def test_a_table_that_is_changed_or_reset_acts_anew() -> None:
     bench, _ = precontrol(x2182_1=10.0)
     table = bench.drive._precontrol
+    bench.sync()
     assert table.friction(np.ones(2)) == pytest.approx(0.04)
     bench.write(0x2182, 20.0, 1)
+    bench.sync()
     assert table.friction(np.ones(2)) == pytest.approx(0.08)
     bench.write(0x6076, 200)
+    bench.sync()
     assert table.friction(np.ones(2)) == pytest.approx(0.04)
     bench.drive.device.receive(0, bytes((0x81, bench.configuration.node_id)))
+    bench.sync()
     assert not table.friction(np.ones(2)).any()
 
 

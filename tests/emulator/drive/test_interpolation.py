@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from drivetwin.emulator.drive.interpolation import Interpolation, Interpolator
-from drivetwin.emulator.drive.servo import SERVO_PERIOD
+from drivetwin.emulator.drive.interpolation import Interpolation
+from drivetwin.emulator.drive.interpolator import Interpolator
+from drivetwin.emulator.drive.servo import SERVO_PERIOD, Servo, ServoBank
 
 PERIODS = 8
 T = PERIODS * SERVO_PERIOD
@@ -15,13 +16,14 @@ T = PERIODS * SERVO_PERIOD
 
 def stream(setpoints: NDArray[np.float64], kind: Interpolation) -> NDArray[np.float64]:
     """Position and velocity demand of every servo period, (n * PERIODS, 2)."""
-    interpolator = Interpolator()
+    servo = Servo(ServoBank(1, seed=0), 0)
+    interpolator = Interpolator(servo)
     interpolator.start_at(float(setpoints[0]))
     rows = []
     for setpoint in setpoints:
-        demand = np.zeros((PERIODS, 4))
-        interpolator.cycle(float(setpoint), kind, demand, PERIODS)
-        rows.append(demand[:, :2])
+        interpolator.follow(float(setpoint), kind, PERIODS)
+        servo.fill_demand()
+        rows.append(servo.demand[:, :2].copy())
     return np.concatenate(rows)
 
 
