@@ -20,11 +20,12 @@ MACHINES = Path(__file__).parent / "machines"
 class Motor(Strict):
     """Motor shaft and power stage.
 
-    Rated and peak torque [N·m], rotor inertia [kg·m²], holding brake torque [N·m] (0: no brake), thermal time constant of
-    the I2t model [s], nominal DC link voltage [V], current at rated torque [A], speed that the rotor bears [rad/s] (None: any).
+    Rated torque [N·m], at least 1 mN·m, the unit of 6076h; peak torque [N·m], rotor inertia [kg·m²], holding brake torque
+    [N·m] (0: no brake), thermal time constant of the I2t model [s], nominal DC link voltage [V], current at rated torque [A],
+    speed that the rotor bears [rad/s] (None: any).
     """
 
-    rated_torque: PositiveFloat
+    rated_torque: float = Field(ge=0.001)
     peak_torque: PositiveFloat
     inertia: PositiveFloat
     holding_brake: float = Field(default=0.0, ge=0.0)
