@@ -49,8 +49,12 @@ RESERVE = 1.3
 """Of the torque that weight and the quickest move need."""
 ROTOR_ACCELERATION = 1e5
 """Of a servo motor's rotor by itself, at peak torque [rad/s²]: an axis that is nearly all friction needs a motor, too."""
-SMALLEST_MOTOR = 0.001
-"""Rated torque [N·m]: 6076h counts in mN·m."""
+SMALLEST_MOTOR, LARGEST_MOTOR = 0.001, 4e6
+"""Rated torque [N·m]: 6076h counts in mN·m, in 32 bits."""
+FASTEST_MOTOR = 1e4
+"""Speed that a motor may have behind its gear [rad/s]."""
+FURTHEST, SHORTEST = 20.0, 1e-5
+"""Positions of an axis, and the room between its ends, at most and at least [rad or m]: 32 bits hold ±21 in units of 1e-8."""
 OVERSIZED = 10.0
 """Most that an axis's motor can give, in torques that it needs: a limit beyond is what files say that know none."""
 PEAK = 3.0
@@ -119,7 +123,7 @@ def new_machine(path: Path, name: str | None, bandwidth: float) -> NewMachine:
     rigid = Model(model, path)
     check_axes_move_alone(rigid, {joint: joint for joint in joints})
     assumed: list[str] = []
-    axes = [_plan(model, joint, robot.speed.get(joint, inf), assumed) for joint in joints]
+    axes = [_plan(path, model, joint, robot.speed.get(joint, inf), assumed) for joint in joints]
     state_motors(spec, set(joints))
     state_springs(spec, model)
     needs = _needs(rigid, axes)
@@ -136,11 +140,15 @@ def new_machine(path: Path, name: str | None, bandwidth: float) -> NewMachine:
     return NewMachine(description, as_mjcf(spec, driven), tuple(assumed))
 
 
-def _plan(model: mujoco.MjModel, joint: str, fastest: float, assumed: list[str]) -> _Axis:
+def _plan(path: Path, model: mujoco.MjModel, joint: str, fastest: float, assumed: list[str]) -> _Axis:
     slide = int(model.joint(joint).type[0]) == int(mujoco.mjtJoint.mjJNT_SLIDE)
-    low, high = _travel(model, joint, slide, assumed)
+    low, high = _travel(path, model, joint, slide, assumed)
     speed = min((high - low) / CROSSING, FASTEST_STROKE if slide else FASTEST_TURN, fastest)
-    return _Axis(joint, slide, (low, high), speed, *_gear(model, joint, slide, assumed))
+    axis = _Axis(joint, slide, (low, high), speed, *_gear(model, joint, slide, assumed))
+    if axis.ratio * speed > FASTEST_MOTOR:
+        turns = f"behind a gear of {axis.ratio:.4g} its motor turns at {axis.ratio * speed:.3g} rad/s"
+        raise UserError(f"{path}: joint {joint!r}: {turns}: correct the gear of its actuator")
+    return axis
 
 
 def _slowed(model: mujoco.MjModel, axis: _Axis, need: _Needs) -> _Axis:
@@ -186,14 +194,19 @@ def _driven(path: Path, model: mujoco.MjModel) -> list[str]:
     return [model.joint(number).name for number in driven]
 
 
-def _travel(model: mujoco.MjModel, joint: str, slide: bool, assumed: list[str]) -> tuple[float, float]:
-    of = model.joint(joint)
+def _travel(path: Path, model: mujoco.MjModel, joint: str, slide: bool, assumed: list[str]) -> tuple[float, float]:
+    of, unit = model.joint(joint), "m" if slide else "rad"
     if model.jnt_limited[of.id]:
         low, high = (float(end) for end in model.jnt_range[of.id])
-        return low, high
+        if not high - low >= SHORTEST:
+            raise UserError(f"{path}: joint {joint!r}: its range, {high - low:g}, is no way that a drive can tell: correct it")
+        within = max(low, -FURTHEST), min(high, FURTHEST)
+        if within != (low, high):
+            assumed.append(f"{joint}: travel {span(*within, unit)}, of the model's range {low:g} to {high:g} {unit}")
+        return within
     half = STROKE if slide else TURN
     middle = float(model.qpos0[of.qposadr[0]])
-    ends = span(middle - half, middle + half, "m" if slide else "rad")
+    ends = span(middle - half, middle + half, unit)
     assumed.append(f"{joint}: travel {ends}, for the model gives it no range")
     return middle - half, middle + half
 
@@ -296,6 +309,9 @@ def _strength(path: Path, model: mujoco.MjModel, axis: _Axis, need: _Needs, assu
     """Peak torque at the joint [N·m or N], and the acceleration that it can give beside the load at steady speed."""
     wanted, steady, unit = axis.speed / SPEEDING, need.steady(axis.speed), axis.units.torque
     needed, limit = _peak(axis, need), _force_limit(model, axis.joint)
+    if needed / axis.ratio > LARGEST_MOTOR:
+        motor = f"it takes a motor of {needed / axis.ratio:.3g} N·m, more than a drive can tell"
+        raise UserError(f"{path}: joint {axis.joint!r}: {motor}: correct its mass, damping or frictionloss")
     if limit == inf:
         return needed, wanted
     if limit > OVERSIZED * needed:

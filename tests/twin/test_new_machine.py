@@ -302,6 +302,27 @@ Change = Callable[[dict[str, Any]], object]
             lambda told: told["axes"]["z"]["drive"]["motor"].update(rated_torque=4e-4),
             "axes.z.drive.motor.rated_torque: Input should be greater than or equal to 0.001",
         ),
+        (
+            lambda told: told["axes"]["z"]["drive"]["motor"].update(peak_torque=float("inf")),
+            "peak_torque: Input should be a fin",
+        ),
+        (lambda told: told["axes"]["z"]["drive"]["motor"].update(peak_torque=0.01), "motor: peak_torque is 0.01, less than"),
+        (lambda told: told["axes"]["z"]["drive"]["motor"].update(rated_torque=1e7), "rated_torque: Input should be less than"),
+        (
+            lambda told: told["axes"]["z"]["drive"]["encoder"].update(increments_per_revolution=2**40),
+            "than or equal to 2147483647",
+        ),
+        (
+            lambda told: told["axes"]["z"]["drive"]["loops"].update(position_gain=400.0),
+            "z.drive.loops.position_gain: 400 1/s is",
+        ),
+        (
+            lambda told: told["axes"]["z"]["motion"].update(max_speed=500.0),
+            "z.motion.max_speed: 500 crosses the travel within a",
+        ),
+        (lambda told: told["axes"]["z"]["motion"].update(travel=[-30.0, 0.1]), "z.motion.travel: -30 to 0.1 is beyond"),
+        (lambda told: told["axes"]["z"]["motion"]["homing"].update(method=99), "homing.method: 99 is none of 6098h"),
+        (lambda told: told.update(groups=[["x"], ["z", "x"]]), "groups: axis 'x' stands in it twice"),
         (lambda told: told["axes"]["z"]["drive"].update(joint="x"), "axes.z.drive: joint belongs beside `drive` and `motion`"),
         (lambda told: told["axes"]["z"]["motion"].update(rest=9.0), "z.motion.rest: 9 is not"),
         (lambda told: told["axes"]["z"]["motion"].update(travel=[0.0, 1.0]), "z.motion.travel: [0.0, 1.0] is not"),
@@ -356,6 +377,61 @@ def test_models_of_which_a_machine_can_be_made_or_not(
     if said is not None:
         assert said in capsys.readouterr().err
         assert not (tmp_path / "made").exists()
+
+
+BAR = """<mujoco><compiler angle="radian"/><worldbody><body name="arm"><joint name="turn" {joint}/>
+<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody><actuator><motor joint="turn" gear="{gear}"/></actuator>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("joint", "gear", "said"),
+    [
+        ('armature="-0.2"', 30, "has a negative armature on body arm: correct it"),
+        ('frictionloss="-0.2"', 30, "has a negative frictionloss on body arm: correct it"),
+        ('damping="-0.2"', 30, "has a negative damping on body arm: correct it"),
+        ('range="0 1e-9"', 30, "joint 'turn': its range, 1e-09, is no way that a drive can tell: correct it"),
+        ("", 1e8, "joint 'turn': behind a gear of 1e+08 its motor turns at 2e+08 rad/s: correct the gear of its actuator"),
+        ('damping="1e12"', 30, "joint 'turn': it takes a motor of 1.73e+11 N·m, more than a drive can tell"),
+    ],
+    ids=["armature", "frictionloss", "damping", "range", "gear", "torque"],
+)
+def test_a_joint_that_no_drive_can_move_is_one_line(
+    joint: str,
+    gear: float,
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    path = tmp_path / "bar.xml"
+    path.write_text(BAR.format(joint=joint, gear=gear), encoding="utf-8")
+    assert run(monkeypatch, "machine", "new", path, "--out", tmp_path / "made", "-q") == 2
+    err = capsys.readouterr().err
+    assert said in err
+    assert f"{path}" in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "made").exists()
+
+
+def test_a_model_of_nothing_has_no_axis(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "nothing.xml"
+    path.write_text("<mujoco/>", encoding="utf-8")
+    assert run(monkeypatch, "machine", "new", path, "--out", tmp_path / "made") == 2
+    assert "nothing.xml: no actuator drives a hinge or a slide" in capsys.readouterr().err
+
+
+def test_travel_is_what_a_drive_can_tell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """32 bits of 10 nrad are ±21 rad; many files give a joint without an end some large range."""
+    path = tmp_path / "bar.xml"
+    path.write_text(BAR.format(joint='range="-1e6 1e6"', gear=30), encoding="utf-8")
+    assert run(monkeypatch, "machine", "new", path, "--out", tmp_path / "made") == 0
+    assert "assumed: turn: travel -20 to 20 rad, of the model's range -1e+06 to 1e+06 rad" in capsys.readouterr().out
+    assert load_machine(str(tmp_path / "made")).axes["turn"].travel == pytest.approx((-18.4, 18.4))
 
 
 def test_more_than_twelve_axes_are_refused(
