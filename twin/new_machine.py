@@ -43,6 +43,8 @@ HINGE_GEAR, SCREW = 50, 0.01
 """Gear of a hinge, and lead of a slide's screw [m a turn], where the model's actuator has none."""
 MOST_BANDWIDTH = 60.0
 """Of a velocity loop in the pose of the least inertia [Hz]: current loop and speed filter bear no more."""
+APART = 2.5
+"""Width of the velocity loop at the largest inertia, in that of the position loop."""
 ROTOR = 0.1
 """Inertia of a rotor at the joint, as a share of the axis's largest, where the model has no armature."""
 RESERVE = 1.3
@@ -263,7 +265,7 @@ def _described(
             "current_sensor": dict(SENSOR),
             "current_loop_time_constant": CURRENT_LAG,
             "loops": {
-                "position_gain": short(width / 2.5),
+                "position_gain": short(width / APART),
                 "velocity_gain": short(width * need.inertia),
                 "integral_time": short(2.0 / width),
                 "velocity_feedforward": 1.0,

@@ -184,6 +184,17 @@ def test_rotor_and_loops_are_by_the_largest_inertia(tmp_path: Path, monkeypatch:
     assert turn.loops.integral_time == pytest.approx(2.0 / level, rel=1e-2)
 
 
+def test_its_bench_allows_what_the_largest_inertia_takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Twice the following error with the boom level, where the loops are slowest: (a + Coulomb / inertia) / (width gain)."""
+    assert run(monkeypatch, "machine", "new", folding(tmp_path), "--out", tmp_path / "made", "-q") == 0
+    turn, known = load_virtual_machine(str(tmp_path / "made")).axes["turn"], load_machine(str(tmp_path / "made")).axes["turn"]
+    level = 1.1 * LEVEL
+    behind = (known.max_acceleration + 1.5 / level) / (turn.loops.velocity_gain / level * turn.loops.position_gain)
+    told = read_bench(tmp_path / "made/bench.yaml").limit("tracking_error")
+    assert isinstance(told, dict)
+    assert told["turn"] == pytest.approx(2.0 * behind, rel=1e-2)
+
+
 def test_an_arm_that_stands_upright_in_its_file_is_identified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every inertia and friction within 3 % of the file's."""
     assert run(monkeypatch, "machine", "new", folding(tmp_path), "--out", tmp_path / "made", "-q") == 0
