@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Iterable
 from enum import StrEnum
 from math import pi
 from pathlib import Path
 from typing import Annotated
 
+import mujoco
 import typer
 import yaml
 from rich.table import Table
@@ -30,6 +32,8 @@ from drivetwin.motion.inverse_dynamics import load_model
 from drivetwin.twin.new_bench import FILE as BENCH
 from drivetwin.twin.new_bench import new_bench
 from drivetwin.twin.new_machine import NewMachine, new_machine
+
+logger = logging.getLogger(__name__)
 
 LATE = 0.5
 """Phase [rad] by which current loop and speed filter may delay a velocity loop at its bandwidth."""
@@ -75,6 +79,7 @@ def machine_command(
             raise UserError(f"--bandwidth {bandwidth:g}: expected 1 to 60 Hz, which loops of 8 kHz can have")
         refuse_foreign(out)
         refuse_to_replace(out, [path])
+        mujoco.set_mju_user_warning(logger.info)  # what matters is among the assumptions; MuJoCo would write a log file here
         made = new_machine(path, name, bandwidth)
         with new_directory(out) as staged:
             _write(made, path, staged)

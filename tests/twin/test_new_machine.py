@@ -486,6 +486,22 @@ def test_a_urdf_is_read_by_its_limits_and_inertias_alone(tmp_path: Path, monkeyp
     assert truth["slide"]["inertia"] == pytest.approx(1.1 * 2.0)
 
 
+def test_what_mujoco_warns_of_is_no_second_word(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Of a range without room it warns on stderr, and writes MUJOCO_LOG.TXT into the folder that the user is in."""
+    path = urdf(tmp_path)
+    text = path.read_text(encoding="utf-8").replace('lower="-1.5" upper="1.5"', 'lower="0" upper="0"')
+    path.write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    mujoco.set_mju_user_warning(None)
+    assert run(monkeypatch, "machine", "new", path, "--out", tmp_path / "made") == 0
+    said = capfd.readouterr()
+    assert said.err == ""
+    assert "assumed: shoulder: travel -3.142 to 3.142 rad, for the model gives it no range" in said.out
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
 def test_a_joint_that_mimics_another_is_no_axis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = urdf(tmp_path)
     mimic = '<mimic joint="shoulder" multiplier="0.1"/></joint></robot>'
