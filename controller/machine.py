@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from functools import partial
 from math import pi
@@ -47,6 +48,14 @@ class Axis(Strict):
     max_speed: PositiveFloat
     max_acceleration: PositiveFloat
     homing: Homing
+
+    @field_validator("travel")
+    @classmethod
+    def _fits_into_32_bits(cls, travel: tuple[float, float]) -> tuple[float, float]:
+        most = POSITION_UNIT * 0x7FFFFFFF
+        if max(abs(end) for end in travel) > most:
+            raise ValueError(f"{travel[0]:g} to {travel[1]:g} is beyond {most:.4g}, the most in 32 bits of {POSITION_UNIT:g}")
+        return travel
 
     @property
     def prismatic(self) -> bool:
@@ -126,6 +135,8 @@ def _of_file(path: Path) -> Machine:
     groups = told.groups or tuple((name,) for name in told.axes)
     if strange := {name for group in groups for name in group} - set(axes):
         raise UserError(f"{path}: groups: there is no axis {sorted(strange)[0]!r}; there are {', '.join(axes)}")
+    if twice := [name for name, count in Counter(name for group in groups for name in group).items() if count > 1]:
+        raise UserError(f"{path}: groups: axis {twice[0]!r} stands in it twice")
     model, places = told.nominal or told.model, {"directory": path.parent, "file": path.name}
     whole = {"machine": told.machine, "model": model, "axes": axes, "groups": groups, **places}
     return checked(path, "", lambda: Machine.model_validate(whole))

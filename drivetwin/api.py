@@ -33,6 +33,7 @@ from drivetwin.identification import identify as identified
 from drivetwin.recording.import_map import read_map
 from drivetwin.recording.importer import import_recording as imported
 from drivetwin.recording.recording import Recording
+from drivetwin.recording.writer import write_recording
 from drivetwin.twin.apply import Applied
 from drivetwin.twin.comparison import Comparison, compared
 from drivetwin.twin.findings import apply_findings
@@ -78,11 +79,19 @@ def emulate(
 
 
 def identify(
-    machine: PathLike, bus: can.BusABC | str, *, profile: str = "servoone", clock: str = "sync", seed: int = 0
+    machine: PathLike,
+    bus: can.BusABC | str,
+    *,
+    profile: str = "servoone",
+    clock: str = "sync",
+    seed: int = 0,
+    recordings: PathLike | None = None,
 ) -> Identification:
     """Friction, inertia and Stribeck curve of every axis: bring-up, homing, strokes and an excitation over `bus`, and a fit.
 
     `bus`: of `emulate`, or the name of one that `drivetwin emulate` offers; `clock`: the emulator's; `seed` of the excitation.
+    `recordings`: a folder in which each recording becomes a folder of its own: `strokes_AXIS`, `excitation_AXIS`, and
+    `validation_AXIS`, which is not fitted. A machine whose axes move in groups has the names of a group, joined by _.
     Every axis is without voltage afterwards. Raises UserError for whatever the bench has to set right, and for a bus that may
     be a real machine: `drivetwin identify` asks before it moves one.
     """
@@ -95,6 +104,10 @@ def identify(
     with scratch() as folder:
         log = folder / "bus.log"
         captured = capture_machine(joined, known, drive_type, PACINGS[clock](), None, seed, Progress(), log)
+    if recordings is not None:
+        for recording in (*captured.recordings, *captured.validation):
+            folder = Path(recordings) / recording.name
+            write_recording(recording, folder, seed=seed, inputs=[known.model_path, known.axes_path])
     return identified(load_model(known.model_path), captured.recordings, captured.validation, FIT)
 
 

@@ -51,6 +51,8 @@ def working_plant(path: Path, drives: Mapping[str, DrivenJoint], period: float) 
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
     for equality in spec.equalities:
         equality.solref, equality.solimp[:3] = (2.0 * period, 1.0), (0.9999, 0.9999, 0.001)
+    for joint in spec.joints:
+        _make_it_stick(joint, period)
     return spec
 
 

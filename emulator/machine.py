@@ -7,7 +7,7 @@ from math import pi
 from pathlib import Path
 from typing import Self
 
-from pydantic import Field, PositiveFloat, PositiveInt, field_validator, model_validator
+from pydantic import Field, PositiveFloat, field_validator, model_validator
 
 from drivetwin.bus.node_ids import check_each_its_own
 from drivetwin.foundation.errors import UserError
@@ -20,11 +20,12 @@ MACHINES = Path(__file__).parent / "machines"
 class Motor(Strict):
     """Motor shaft and power stage.
 
-    Rated and peak torque [N·m], rotor inertia [kg·m²], holding brake torque [N·m] (0: no brake), thermal time constant of
-    the I2t model [s], nominal DC link voltage [V], current at rated torque [A], speed that the rotor bears [rad/s] (None: any).
+    Rated torque [N·m], which 6076h holds in mN·m and 32 bits; peak torque [N·m], at least as much; rotor inertia [kg·m²],
+    holding brake torque [N·m] (0: no brake), thermal time constant of the I2t model [s], nominal DC link voltage [V],
+    current at rated torque [A], speed that the rotor bears [rad/s] (None: any).
     """
 
-    rated_torque: PositiveFloat
+    rated_torque: float = Field(ge=0.001, le=4e6)
     peak_torque: PositiveFloat
     inertia: PositiveFloat
     holding_brake: float = Field(default=0.0, ge=0.0)
@@ -33,11 +34,17 @@ class Motor(Strict):
     rated_current: PositiveFloat = 2.0
     max_speed: PositiveFloat | None = None
 
+    @model_validator(mode="after")
+    def _peaks_above_its_rating(self) -> Self:
+        if self.peak_torque < self.rated_torque:
+            raise ValueError(f"peak_torque is {self.peak_torque:g}, less than rated_torque, {self.rated_torque:g}")
+        return self
+
 
 class Encoder(Strict):
     """Encoder on the motor shaft; its index pulse comes once a turn, at `index_angle` [rad]."""
 
-    increments_per_revolution: PositiveInt
+    increments_per_revolution: int = Field(ge=1, le=0x7FFFFFFF)
     index_angle: float = 0.0
 
 

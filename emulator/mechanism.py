@@ -29,6 +29,7 @@ from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.effects.model_tree import outermost
 from drivetwin.foundation.compiled import in_place
 from drivetwin.foundation.mujoco_calls import stop_clocks
+from drivetwin.motion.coupled_motion import friction_of_followers
 
 
 @in_place
@@ -133,6 +134,20 @@ class Mechanism:
         self.resistances.evaluate()
         act(*self.acting, self.motor_torque, self.brakes, self.data.time)
         mujoco.mj_step(self.model, self.data)
+
+    def friction_laws(self) -> dict[str, FrictionLaw]:
+        """The friction that each axis feels: its joint's, and that of the joints that follow it."""
+        ratios = followers(self.model)[:, self._dofs]
+        theirs = friction_of_followers(self.model, ratios, self._dofs.tolist())
+        return {
+            name: replace(
+                axis.friction,
+                coulomb=axis.friction.coulomb + level,
+                viscous=axis.friction.viscous + slope,
+                static_torque=axis.friction.static_torque + level,
+            )
+            for (name, axis), (level, slope) in zip(self.dynamics.items(), theirs, strict=True)
+        }
 
     def _axis_inertia(self) -> NDArray[np.float64]:
         data = mujoco.MjData(self.model)

@@ -159,8 +159,8 @@ class Plant:
         Told only by the emulator's owner, after a fit; never on the bus.
         """
         return {
-            name: {"inertia": float(self._mechanism.inertia[number]), **told(axis.friction)}
-            for number, (name, axis) in enumerate(self._mechanism.dynamics.items())
+            name: {"inertia": float(inertia), **told(law)}
+            for inertia, (name, law) in zip(self._mechanism.inertia, self._mechanism.friction_laws().items(), strict=True)
         }
 
 

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from drivetwin.foundation.errors import UserError
 
-EXTRA_OF = {"distributed": "fleet", "mcap": "formats", "starlette": "panel", "uvicorn": "panel", "websockets": "panel"}
+EXTRA_OF = {
+    "asammdf": "formats",
+    "distributed": "fleet",
+    "mcap": "formats",
+    "starlette": "panel",
+    "uvicorn": "panel",
+    "websockets": "panel",
+}
 """The extra that brings a library, by the module that is imported."""
 
 

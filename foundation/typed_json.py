@@ -26,4 +26,5 @@ def read_json(kind: type[Model], path: Path, schema: str, written_by: str, *, st
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise UserError(f"{path} is not a valid {schema} file: {where}: {first['msg']}") from None
+        message = first["msg"].removeprefix("Value error, ")
+        raise UserError(f"{path} is not a valid {schema} file: {where}: {message}") from None

@@ -13,9 +13,9 @@ from drivetwin.foundation.text_files import parse_yaml
 
 
 class Strict(BaseModel):
-    """A mapping whose keys are all known."""
+    """A mapping whose keys are all known, and whose numbers are finite."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 Model = TypeVar("Model", bound=Strict)

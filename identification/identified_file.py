@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Self
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, model_validator
 
 from drivetwin.foundation.typed_json import read_json
 from drivetwin.identification.friction_law import FrictionLaw
@@ -26,6 +26,12 @@ class Value(BaseModel):
     value: float = Field(ge=-LARGEST, le=LARGEST)
     unit: str
     ci90: tuple[float, float] | None = None
+
+    @model_validator(mode="after")
+    def _is_within_its_interval(self) -> Self:
+        if self.ci90 is not None and not self.ci90[0] <= self.value <= self.ci90[1]:
+            raise ValueError(f"value is {self.value:g}, outside of its ci90, {self.ci90[0]:g} to {self.ci90[1]:g}")
+        return self
 
 
 class Verdict(BaseModel):

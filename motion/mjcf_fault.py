@@ -20,6 +20,7 @@ _PARSER_SAYS = {
     "PARSING": "an element is not closed, or the file ends too soon",
 }
 """By the name of an error of tinyxml2, which MuJoCo reads XML with."""
+_NOT_NEGATIVE = ("dof_armature", "dof_damping", "dof_frictionloss")
 _FINITE = ("body_mass", "body_inertia", "body_ipos", "dof_armature", "dof_damping", "dof_frictionloss")
 
 
@@ -29,7 +30,7 @@ def fault(path: str) -> str:
         model = mujoco.MjModel.from_xml_path(path)
     except (ValueError, RuntimeError, mujoco.FatalError, MemoryError) as error:
         return f"is not a MuJoCo model: {_in_words(str(error))}"[:LONGEST]
-    return _not_text(model) or _not_finite(model) or _no_torque(model)
+    return _not_text(model) or _not_finite(model) or _negative(model) or _no_torque(model)
 
 
 def _in_words(error: str) -> str:
@@ -54,11 +55,21 @@ def _not_text(model: mujoco.MjModel) -> str:
 
 def _not_finite(model: mujoco.MjModel) -> str:
     for name in _FINITE:
-        values = getattr(model, name).reshape(len(getattr(model, name)), -1)
-        wrong = np.flatnonzero(~np.isfinite(values).all(axis=1))
+        values = getattr(model, name)
+        wrong = np.argwhere(~np.isfinite(values))[:, 0]
         if wrong.size:
             body = int(wrong[0]) if name.startswith("body") else int(model.dof_bodyid[wrong[0]])
             return f"has no finite {name.split('_')[1]} on body {model.body(body).name or body}: correct it"
+    return ""
+
+
+def _negative(model: mujoco.MjModel) -> str:
+    """Of joints: what would push instead of resisting."""
+    for name in _NOT_NEGATIVE:
+        wrong = np.flatnonzero(getattr(model, name) < 0.0)
+        if wrong.size:
+            body = int(model.dof_bodyid[wrong[0]])
+            return f"has a negative {name.split('_')[1]} on body {model.body(body).name or body}: correct it"
     return ""
 
 

@@ -34,10 +34,13 @@ Delay = Annotated[FiniteFloat, BeforeValidator(lambda value: quantity(value, (Ki
 Period = Annotated[PositiveFloat, BeforeValidator(lambda value: quantity(value, (Kind.TIME,)))]
 
 
-class _Strict(BaseModel):
-    """A key that is not known is a spelling mistake, and is told as one."""
+Name = Annotated[str, Field(min_length=1)]
 
-    model_config = ConfigDict(extra="forbid", populate_by_name=True)
+
+class _Strict(BaseModel):
+    """A key that is not known is a spelling mistake, and is told as one; numbers are finite."""
+
+    model_config = ConfigDict(extra="forbid", populate_by_name=True, allow_inf_nan=False)
 
 
 ObjectKey = tuple[int, int]
@@ -85,6 +88,8 @@ class ColumnMap(_Strict):
     def _one_source(self) -> ColumnMap:
         if (self.column is None) == (self.object_ is None):
             raise ValueError("give one of `column` (name or number in a table) and `object` (in a bus log)")
+        if not self.scale:
+            raise ValueError("`scale` is 0, with which every value would be")
         return self
 
 
@@ -198,7 +203,7 @@ class BusLayout(_Strict):
 class ImportMap(_Strict):
     """MAP.yaml. `path` is where it was read from; file names in it are relative to its folder."""
 
-    machine: str
+    machine: Name
     format: str | None = None
     time: TimeMap | None = None
     start_time: StartTime = None
@@ -207,7 +212,7 @@ class ImportMap(_Strict):
     resample: Period | None = None
     gaps: Literal["refuse", "keep"] = "refuse"
     about: dict[str, JsonValue] = {}
-    axes: Annotated[dict[str, AxisMap], Field(min_length=1)]
+    axes: Annotated[dict[Name, AxisMap], Field(min_length=1)]
     path: Path = Field(default=Path("map"), exclude=True)
 
     def beside(self, name: Path) -> Path:

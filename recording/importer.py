@@ -21,6 +21,10 @@ from drivetwin.recording.recording import COLUMNS, AxisInfo, Recording, Recordin
 
 logger = logging.getLogger(__name__)
 
+_FINEST = 1000
+"""Into how many parts a step of a file may be resampled."""
+
+
 def import_recordings(
     files: Sequence[Path],
     import_map: ImportMap,
@@ -118,6 +122,12 @@ def _on_equal_steps(file: Path, signals: Signals, import_map: ImportMap) -> Sign
         logger.warning(
             "%s: resampled from %g to %g s without a filter; what is faster is aliased", file, median, period
         )
+    if period * _FINEST < median:
+        raise UserError(
+            f"{file}: resample: {period:g} s is less than 1/{_FINEST} of the file's step, {median:g} s: give it in seconds"
+        )
+    if period > time[-1] - time[0]:
+        raise UserError(f"{file}: resample: {period:g} s is longer than the file, {time[-1] - time[0]:g} s: give it in seconds")
     grid = time[0] + np.arange(int((time[-1] - time[0]) / period * (1 + 1e-12)) + 1) * period
     columns = {
         axis: {name: np.interp(grid, time, values) for name, values in named.items()}

@@ -22,6 +22,8 @@ def identified_effects(path: Path, found: Identified, model: Model) -> tuple[Pla
     the shaft does not give (`torque_offset`): while an axis slides these are one and the same. Friction of joints that follow
     the axis stays theirs, and is taken off. Raises UserError for values that are no effect.
     """
+    if not found.axes:
+        raise UserError(f"{path}: axes: there is none, so nothing was identified")
     joints = list(found.joints.values())
     dofs = [int(model.given.joint(joint).dofadr[0]) for joint in joints]
     followers = friction_of_followers(model.given, model.ratios(joints), dofs)
@@ -37,6 +39,9 @@ def _of_axis(
 ) -> list[PlacedEffect]:
     given = axis.parameters
     values: dict[str, dict[str, Value]] = {}
+    for key in ("coulomb", "viscous"):
+        if key in given and _is_negative(given[key]):
+            raise UserError(f"{where}: {key} is {given[key].value:g} beyond doubt: friction below 0 would push; record again")
     if "inertia" in given:
         values["inertia"] = {"difference": _less(given["inertia"], model.inertia(axis.joint))}
     values |= _friction(axis, followers)
@@ -80,6 +85,11 @@ def _by_direction(positive: Value, negative: Value) -> tuple[Value, Value]:
 
 def _less(value: Value, other: float, least: float = -np.inf) -> Value:
     return Value(value=max(least, value.value - other), unit=value.unit)
+
+
+def _is_negative(friction: Value) -> bool:
+    """A value a little below 0 is what noise makes of none."""
+    return friction.ci90 is not None and friction.ci90[1] < 0.0
 
 
 def _is_real(offset: Value) -> bool:

@@ -9,6 +9,7 @@ import mujoco
 
 from drivetwin.emulator.machine import Axis, Machine
 from drivetwin.foundation.quantities import short
+from drivetwin.twin.new_machine import APART
 
 FILE = "bench.yaml"
 CONTROLLER = ("{python}", "-m", "drivetwin.controller", "{task_file}", "--bus", "{bus}", "--clock", "{clock}", "--out", "{out}")
@@ -47,7 +48,7 @@ def new_bench(
     """bench/1 of a machine whose folder it stands in, with a communication cycle [s] in which its axes have room.
 
     `motion` and the speed at the edge of the home switch [m/s or rad/s] by axis are the controller's; `model` is the plant,
-    and `truth` its `inertia` and `coulomb` of each axis at the joint.
+    and `truth` its `coulomb` of each axis at the joint; the loops are those of `new_machine`.
     """
     lag = {name: _lag(axis, motion[name], truth[name]) for name, axis in virtual.axes.items()}
     return {
@@ -89,9 +90,9 @@ def new_bench(
 
 
 def _lag(axis: Axis, motion: Motion, truth: Mapping[str, float]) -> float:
-    """Following error at full acceleration against friction [m or rad]."""
-    width = axis.loops.velocity_gain / truth["inertia"]
-    asked = motion.max_acceleration + truth.get("coulomb", 0.0) / truth["inertia"]
+    """Following error at full acceleration against friction [m or rad], at the largest inertia."""
+    width = APART * axis.loops.position_gain
+    asked = motion.max_acceleration + truth.get("coulomb", 0.0) * width / axis.loops.velocity_gain
     return LAG * asked / (width * axis.loops.position_gain)
 
 

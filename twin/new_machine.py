@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import inf, pi
 from pathlib import Path
@@ -17,7 +17,7 @@ from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.machine_file import MOST_AXES
 from drivetwin.foundation.quantities import quantity, short, span
 from drivetwin.identification.result import UNITS, Units
-from drivetwin.motion.coupled_motion import check_axes_move_alone
+from drivetwin.motion.coupled_motion import check_axes_move_alone, friction_of_followers
 from drivetwin.motion.followers import relations_of
 from drivetwin.motion.inverse_dynamics import JointKind, Model
 from drivetwin.motion.model_file import ON_JOINT, as_mjcf, motors_of, state_motors, state_springs
@@ -35,14 +35,30 @@ CROSSING, FASTEST_TURN, FASTEST_STROKE = 0.8, 2.0, 0.5
 """Seconds in which an axis crosses its travel, and the most that it then moves [rad/s, m/s]."""
 SPEEDING = 0.15
 """Seconds to full speed."""
+STOPPING = 0.005
+"""Of the room between the ends, half the way from a limit switch to its end: in it a search for the switch stops."""
+VISCOUS = 0.5
+"""Most of what an actuator has left for motion that viscous friction may take: beyond it, the axis is slower."""
 HINGE_GEAR, SCREW = 50, 0.01
 """Gear of a hinge, and lead of a slide's screw [m a turn], where the model's actuator has none."""
 MOST_BANDWIDTH = 60.0
 """Of a velocity loop in the pose of the least inertia [Hz]: current loop and speed filter bear no more."""
+APART = 2.5
+"""Width of the velocity loop at the largest inertia, in that of the position loop."""
 ROTOR = 0.1
-"""Inertia of a rotor at the joint, as a share of the axis's, where the model has no armature."""
+"""Inertia of a rotor at the joint, as a share of the axis's largest, where the model has no armature."""
 RESERVE = 1.3
 """Of the torque that weight and the quickest move need."""
+ROTOR_ACCELERATION = 1e5
+"""Of a servo motor's rotor by itself, at peak torque [rad/s²]: an axis that is nearly all friction needs a motor, too."""
+SMALLEST_MOTOR, LARGEST_MOTOR = 0.001, 4e6
+"""Rated torque [N·m]: 6076h counts in mN·m, in 32 bits."""
+FASTEST_MOTOR = 1e4
+"""Speed that a motor may have behind its gear [rad/s]."""
+FURTHEST, SHORTEST = 20.0, 1e-5
+"""Positions of an axis, and the room between its ends, at most and at least [rad or m]: 32 bits hold ±21 in units of 1e-8."""
+OVERSIZED = 10.0
+"""Most that an axis's motor can give, in torques that it needs: a limit beyond is what files say that know none."""
 PEAK = 3.0
 """Peak torque of a motor, in rated torques."""
 SENSOR = {"noise": 0.004, "resolution": 0.0005}
@@ -69,6 +85,32 @@ class _Needs:
     level: float
     slope: float
 
+    def steady(self, speed: float) -> float:
+        """Torque at constant speed [N·m or N] in the pose of the greatest weight."""
+        return self.weight + self.level + self.slope * speed
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """An axis before its drive: where and how fast it moves, and motor and output turns with a slide's travel a turn [m]."""
+
+    joint: str
+    slide: bool
+    travel: tuple[float, float]
+    speed: float
+    gear: tuple[int, int]
+    feed: float | None
+
+    @property
+    def ratio(self) -> float:
+        """Motor angle over joint position [1 or rad/m]."""
+        return self.gear[0] / self.gear[1] * 2.0 * pi / (self.feed or 2.0 * pi)
+
+    @property
+    def units(self) -> Units:
+        """Of its quantities."""
+        return UNITS[JointKind.PRISMATIC if self.slide else JointKind.REVOLUTE]
+
 
 def new_machine(path: Path, name: str | None, bandwidth: float) -> NewMachine:
     """A machine of the axes that a model's actuators drive, or of all hinges and slides where there is none, as in a URDF.
@@ -83,29 +125,59 @@ def new_machine(path: Path, name: str | None, bandwidth: float) -> NewMachine:
     rigid = Model(model, path)
     check_axes_move_alone(rigid, {joint: joint for joint in joints})
     assumed: list[str] = []
-    travel = {joint: _travel(model, joint, assumed) for joint in joints}
+    axes = [_plan(path, model, joint, robot.speed.get(joint, inf), assumed) for joint in joints]
     state_motors(spec, set(joints))
     state_springs(spec, model)
-    for joint in joints:
-        _give_rotor(path, spec.joint(joint), rigid.inertia(joint), assumed)
+    needs = _needs(rigid, axes)
+    axes = [_slowed(model, axis, need) for axis, need in zip(axes, needs, strict=True)]
+    for axis, need in zip(axes, needs, strict=True):
+        _give_rotor(path, spec.joint(axis.joint), axis, need, assumed)
     driven = spec.compile()
-    needs = _needs(Model(driven, path), joints, np.array([travel[joint] for joint in joints]))
-    axes = {
-        joint: _axis(path, driven, joint, number, travel[joint], robot.speed.get(joint, inf), need, bandwidth, assumed)
-        for number, (joint, need) in enumerate(zip(joints, needs, strict=True), start=1)
+    described = {
+        axis.joint: _described(path, driven, axis, number, need, bandwidth, assumed)
+        for number, (axis, need) in enumerate(zip(axes, _needs(Model(driven, path), axes), strict=True), start=1)
     }
     own = path.stem if spec.modelname in ("", UNNAMED) else spec.modelname
-    description = {"schema": "machine/1", "machine": name or own, "model": "model.xml", "axes": axes}
+    description = {"schema": "machine/1", "machine": name or own, "model": "model.xml", "axes": described}
     return NewMachine(description, as_mjcf(spec, driven), tuple(assumed))
 
 
-def _give_rotor(path: Path, joint: mujoco.MjsJoint, inertia: float, assumed: list[str]) -> None:
-    if not joint.armature + inertia > 0.0:
+def _plan(path: Path, model: mujoco.MjModel, joint: str, fastest: float, assumed: list[str]) -> _Axis:
+    slide = int(model.joint(joint).type[0]) == int(mujoco.mjtJoint.mjJNT_SLIDE)
+    low, high = _travel(path, model, joint, slide, assumed)
+    speed = min((high - low) / CROSSING, FASTEST_STROKE if slide else FASTEST_TURN, fastest)
+    axis = _Axis(joint, slide, (low, high), speed, *_gear(model, joint, slide, assumed))
+    if axis.ratio * speed > FASTEST_MOTOR:
+        turns = f"behind a gear of {axis.ratio:.4g} its motor turns at {axis.ratio * speed:.3g} rad/s"
+        raise UserError(f"{path}: joint {joint!r}: {turns}: correct the gear of its actuator")
+    return axis
+
+
+def _slowed(model: mujoco.MjModel, axis: _Axis, need: _Needs) -> _Axis:
+    """The axis at the speed that its actuator can keep up against viscous friction, where it holds the axis at all."""
+    left = _force_limit(model, axis.joint) / RESERVE - need.weight - need.level
+    if left <= 0.0 or need.slope * axis.speed <= VISCOUS * left:
+        return axis
+    return replace(axis, speed=VISCOUS * left / need.slope)
+
+
+def _peak(axis: _Axis, need: _Needs) -> float:
+    """Torque at the joint [N·m or N] that takes the axis to its speed in time, and that a motor can be had for."""
+    steady = need.steady(axis.speed)
+    moving = RESERVE * max(steady + need.inertia * axis.speed / SPEEDING, 2.0 * steady)
+    return max(moving, PEAK * SMALLEST_MOTOR * axis.ratio)
+
+
+def _give_rotor(path: Path, joint: mujoco.MjsJoint, axis: _Axis, need: _Needs, assumed: list[str]) -> None:
+    """The rotor of an axis, unless the model has it as armature."""
+    if not joint.armature + need.inertia > 0.0:
         raise UserError(f"{path}: joint {joint.name!r} moves no mass: give the bodies behind it their mass and inertia")
-    if not joint.armature > 0.0:
-        joint.armature = ROTOR * inertia
-        unit = _units(joint.type == mujoco.mjtJoint.mjJNT_SLIDE).inertia
-        assumed.append(f"{joint.name}: armature {quantity(joint.armature, unit, 3)}, {ROTOR:.0%} of the axis's inertia")
+    if joint.armature > 0.0:
+        return
+    share, motors = ROTOR * need.inertia, _peak(axis, need) * axis.ratio / ROTOR_ACCELERATION
+    joint.armature = max(share, motors)
+    why = f"{ROTOR:.0%} of the axis's largest inertia" if share >= motors else "the rotor of a motor of its torque"
+    assumed.append(f"{joint.name}: armature {quantity(joint.armature, axis.units.inertia, 3)}, {why}")
 
 
 def _driven(path: Path, model: mujoco.MjModel) -> list[str]:
@@ -124,69 +196,55 @@ def _driven(path: Path, model: mujoco.MjModel) -> list[str]:
     return [model.joint(number).name for number in driven]
 
 
-def _travel(model: mujoco.MjModel, joint: str, assumed: list[str]) -> tuple[float, float]:
-    of = model.joint(joint)
+def _travel(path: Path, model: mujoco.MjModel, joint: str, slide: bool, assumed: list[str]) -> tuple[float, float]:
+    of, unit = model.joint(joint), "m" if slide else "rad"
     if model.jnt_limited[of.id]:
         low, high = (float(end) for end in model.jnt_range[of.id])
-        return low, high
-    slide = _slides(model, joint)
+        if not high - low >= SHORTEST:
+            raise UserError(f"{path}: joint {joint!r}: its range, {high - low:g}, is no way that a drive can tell: correct it")
+        within = max(low, -FURTHEST), min(high, FURTHEST)
+        if within != (low, high):
+            assumed.append(f"{joint}: travel {span(*within, unit)}, of the model's range {low:g} to {high:g} {unit}")
+        return within
     half = STROKE if slide else TURN
     middle = float(model.qpos0[of.qposadr[0]])
-    ends = span(middle - half, middle + half, "m" if slide else "rad")
+    ends = span(middle - half, middle + half, unit)
     assumed.append(f"{joint}: travel {ends}, for the model gives it no range")
     return middle - half, middle + half
 
 
-def _slides(model: mujoco.MjModel, joint: str) -> bool:
-    return int(model.joint(joint).type[0]) == int(mujoco.mjtJoint.mjJNT_SLIDE)
-
-
-def _units(slide: bool) -> Units:
-    return UNITS[JointKind.PRISMATIC if slide else JointKind.REVOLUTE]
-
-
-def _needs(rigid: Model, joints: Sequence[str], travel: Array) -> list[_Needs]:
+def _needs(rigid: Model, axes: Sequence[_Axis]) -> list[_Needs]:
     """Over qpos0 and poses drawn within the travel."""
-    model = rigid.given
+    model, joints = rigid.given, [axis.joint for axis in axes]
+    travel = np.array([axis.travel for axis in axes])
     home = np.array([[float(model.qpos0[model.joint(joint).qposadr[0]]) for joint in joints]])
     drawn = np.random.default_rng(0).uniform(travel[:, 0], travel[:, 1], (POSES, len(joints)))
     poses = np.vstack([home, drawn])
     still = np.zeros_like(poses)
     weight = rigid.torques(joints, poses, still, still)
+    dofs = [int(model.joint(joint).dofadr[0]) for joint in joints]
+    theirs = friction_of_followers(model, rigid.ratios(joints), dofs)
     found = []
-    for k, joint in enumerate(joints):
+    for k, (dof, (level, slope)) in enumerate(zip(dofs, theirs, strict=True)):
         one = still.copy()
         one[:, k] = 1.0
         inertia = (rigid.torques(joints, poses, still, one) - weight)[:, k]
-        dof = int(model.joint(joint).dofadr[0])
-        friction = float(model.dof_frictionloss[dof]), float(model.dof_damping[dof])
+        friction = float(model.dof_frictionloss[dof]) + level, float(model.dof_damping[dof]) + slope
         found.append(_Needs(float(inertia.max()), float(inertia.min()), float(np.abs(weight[:, k]).max()), *friction))
     return found
 
 
-def _axis(
-    path: Path,
-    model: mujoco.MjModel,
-    joint: str,
-    number: int,
-    travel: tuple[float, float],
-    fastest: float,
-    need: _Needs,
-    bandwidth: float,
-    assumed: list[str],
+def _described(
+    path: Path, model: mujoco.MjModel, axis: _Axis, number: int, need: _Needs, bandwidth: float, assumed: list[str]
 ) -> dict[str, Any]:
     """One entry of `axes`."""
-    low, high = travel
-    room, slide = high - low, _slides(model, joint)
-    speed = min(room / CROSSING, FASTEST_STROKE if slide else FASTEST_TURN, fastest)
-    gear, feed = _gear(model, joint, slide, assumed)
-    ratio = gear[0] / gear[1] * 2.0 * pi / (feed or 2.0 * pi)
-    steady = need.weight + need.level + need.slope * speed
-    peak, acceleration = _strength(path, model, joint, steady, need.inertia, speed)
-    units = _units(slide)
+    joint, units, ratio, (low, high) = axis.joint, axis.units, axis.ratio, axis.travel
+    room, speed = high - low, axis.speed
+    peak, acceleration = _strength(path, model, axis, need, assumed)
     moved = f"speed {quantity(speed, units.velocity, 3)}, acceleration {quantity(acceleration, f'{units.velocity}²', 3)}"
-    assumed.append(f"{joint}: {moved}; velocity loop of {bandwidth:g} Hz at its largest inertia")
-    width = 2.0 * pi * bandwidth
+    reached = min(bandwidth, MOST_BANDWIDTH * need.least_inertia / need.inertia)
+    assumed.append(f"{joint}: {moved}; velocity loop of {reached:.3g} Hz at its largest inertia")
+    width, slowing = 2.0 * pi * reached, 0.3 * acceleration
     switches = {"negative": low + 0.01 * room, "positive": high - 0.01 * room}
     rest = float(model.qpos0[model.joint(joint).qposadr[0]])
     motors = motors_of(model, model.joint(joint).id)
@@ -194,11 +252,11 @@ def _axis(
         "node_id": number,
         "joint": joint,
         "actuator": motors[0] if motors else joint,
-        "gear": list(gear),
-        **({"feed": feed} if feed else {}),
+        "gear": list(axis.gear),
+        **({"feed": axis.feed} if axis.feed else {}),
         "drive": {
             "motor": {
-                "rated_torque": short(max(peak / PEAK, RESERVE * steady) / ratio),
+                "rated_torque": short(max(peak / PEAK, RESERVE * need.steady(speed)) / ratio),
                 "peak_torque": short(peak / ratio),
                 "inertia": float(model.dof_armature[model.joint(joint).dofadr[0]] / ratio**2),
                 "holding_brake": short(1.5 * need.weight / ratio),
@@ -207,8 +265,8 @@ def _axis(
             "current_sensor": dict(SENSOR),
             "current_loop_time_constant": CURRENT_LAG,
             "loops": {
-                "position_gain": short(width / 2.5),
-                "velocity_gain": short(min(width * need.inertia, 2.0 * pi * MOST_BANDWIDTH * need.least_inertia)),
+                "position_gain": short(width / APART),
+                "velocity_gain": short(width * need.inertia),
                 "integral_time": short(2.0 / width),
                 "velocity_feedforward": 1.0,
                 "velocity_filter_hz": FILTER_HZ,
@@ -225,9 +283,9 @@ def _axis(
             "homing": {
                 "method": 17,
                 "switch_position": switches["negative"],
-                "search_speed": short(0.25 * speed),
+                "search_speed": short(min(0.25 * speed, (2.0 * STOPPING * room * slowing) ** 0.5)),
                 "edge_speed": short(0.03 * speed),
-                "acceleration": short(0.3 * acceleration),
+                "acceleration": short(slowing),
             },
         },
     }
@@ -249,22 +307,32 @@ def _gear(model: mujoco.MjModel, joint: str, slide: bool, assumed: list[str]) ->
     return (HINGE_GEAR, 1), None
 
 
-def _strength(
-    path: Path, model: mujoco.MjModel, joint: str, steady: float, inertia: float, speed: float
-) -> tuple[float, float]:
+def _strength(path: Path, model: mujoco.MjModel, axis: _Axis, need: _Needs, assumed: list[str]) -> tuple[float, float]:
     """Peak torque at the joint [N·m or N], and the acceleration that it can give beside the load at steady speed."""
-    wanted = speed / SPEEDING
-    limit = _force_limit(model, joint)
+    wanted, steady, unit = axis.speed / SPEEDING, need.steady(axis.speed), axis.units.torque
+    needed, limit = _peak(axis, need), _force_limit(model, axis.joint)
+    if needed / axis.ratio > LARGEST_MOTOR:
+        motor = f"it takes a motor of {needed / axis.ratio:.3g} N·m, more than a drive can tell"
+        raise UserError(f"{path}: joint {axis.joint!r}: {motor}: correct its mass, damping or frictionloss")
     if limit == inf:
-        return RESERVE * max(steady + inertia * wanted, 2.0 * steady), wanted
+        return needed, wanted
+    if limit > OVERSIZED * needed:
+        beyond = f"the model's limit, {quantity(limit, unit, 3)}, is far beyond"
+        torque = quantity(OVERSIZED * needed, unit, 3)
+        assumed.append(f"{axis.joint}: peak torque {torque}, {OVERSIZED:g} times what it needs: {beyond}")
+        return OVERSIZED * needed, wanted
     left = limit / RESERVE - steady
     if left <= 0.0:
-        unit = _units(_slides(model, joint)).torque
         raise UserError(
-            f"{path}: joint {joint!r}: its actuator gives {quantity(limit, unit, 3)} at most, and weight and friction take "
-            f"{quantity(steady, unit, 3)} in some pose: correct the actuator's range, or the joint's"
+            f"{path}: joint {axis.joint!r}: its actuator gives {quantity(limit, unit, 3)} at most, and weight and friction "
+            f"take {quantity(steady, unit, 3)} in some pose: correct the actuator's range, or the joint's"
         )
-    return limit, min(wanted, left / inertia)
+    if limit < PEAK * SMALLEST_MOTOR * axis.ratio:
+        raise UserError(
+            f"{path}: joint {axis.joint!r}: its actuator gives {quantity(limit, unit, 3)} at most, and behind a gear of "
+            f"{axis.ratio:.4g} that is a motor of less than 1 mN·m, the unit of 6076h: correct the actuator's range or gear"
+        )
+    return limit, min(wanted, left / need.inertia)
 
 
 def _force_limit(model: mujoco.MjModel, joint: str) -> float:

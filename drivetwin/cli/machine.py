@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import logging
+from collections.abc import Iterable
 from enum import StrEnum
 from math import pi
 from pathlib import Path
 from typing import Annotated
 
+import mujoco
 import typer
 import yaml
 from rich.table import Table
@@ -16,6 +19,7 @@ from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.controller.machine import Machine as Known
 from drivetwin.controller.machine import load_machine
 from drivetwin.controller.session import Streaming, roomy
+from drivetwin.emulator.drive.homing_methods import METHODS
 from drivetwin.emulator.effects import read_effects
 from drivetwin.emulator.machine import Axis, Machine
 from drivetwin.emulator.machine import load_machine as load_virtual_machine
@@ -29,8 +33,12 @@ from drivetwin.twin.new_bench import FILE as BENCH
 from drivetwin.twin.new_bench import new_bench
 from drivetwin.twin.new_machine import NewMachine, new_machine
 
+logger = logging.getLogger(__name__)
+
 LATE = 0.5
 """Phase [rad] by which current loop and speed filter may delay a velocity loop at its bandwidth."""
+CYCLE = 0.001
+"""Shortest cycle in which set-points come [s]."""
 BENCH_CYCLE = 0.002
 """Shortest cycle of an acceptance [s]: heartbeats and SDO take their share of the bus besides."""
 NEGATIVE_SWITCH, POSITIVE_SWITCH = (1, 17), (2, 18)
@@ -71,6 +79,7 @@ def machine_command(
             raise UserError(f"--bandwidth {bandwidth:g}: expected 1 to 60 Hz, which loops of 8 kHz can have")
         refuse_foreign(out)
         refuse_to_replace(out, [path])
+        mujoco.set_mju_user_warning(logger.info)  # what matters is among the assumptions; MuJoCo would write a log file here
         made = new_machine(path, name, bandwidth)
         with new_directory(out) as staged:
             _write(made, path, staged)
@@ -135,6 +144,12 @@ def _check_places(at: str, axis: Axis, known: Known) -> None:
     ):
         if not ends[0] <= value <= ends[1]:
             raise UserError(f"{at}.{key}: {value:g} is not between {ends[0]:g} and {ends[1]:g}")
+    if motion.max_speed * CYCLE > motion.travel[1] - motion.travel[0]:
+        raise UserError(
+            f"{at}.motion.max_speed: {motion.max_speed:g} crosses the travel within a cycle of 1 ms: in m/s, rad/s?"
+        )
+    if motion.homing.method not in METHODS and not -128 <= motion.homing.method < 0:
+        raise UserError(f"{at}.motion.homing.method: {motion.homing.method} is none of 6098h; there are {_numbers(METHODS)}")
     for methods, end in ((NEGATIVE_SWITCH, low), (POSITIVE_SWITCH, high)):
         if motion.homing.method in methods and abs(motion.homing.switch_position - end) > 0.01 * (high - low):
             raise UserError(
@@ -144,13 +159,21 @@ def _check_places(at: str, axis: Axis, known: Known) -> None:
 
 
 def _check_loops(at: str, axis: Axis, inertia: float) -> None:
-    width = axis.loops.velocity_gain / inertia
+    loops, width = axis.loops, axis.loops.velocity_gain / inertia
+    if loops.position_gain > width:
+        raise UserError(
+            f"{at}.drive.loops.position_gain: {loops.position_gain:g} 1/s is faster than the velocity loop, {width:.3g} 1/s"
+        )
     late = axis.current_loop_time_constant + 1.0 / (2.0 * pi * axis.loops.velocity_filter_hz)
     if width * late > LATE:
         raise UserError(
             f"{at}.drive.loops.velocity_gain: {axis.loops.velocity_gain:g} on an inertia of {inertia:.3g} is a loop of "
             f"{width / 2.0 / pi:.3g} Hz, which current loop and speed filter make unstable; {LATE / late * inertia:.3g} at most"
         )
+
+
+def _numbers(methods: Iterable[int]) -> str:
+    return ", ".join(map(str, sorted(methods)))
 
 
 def _table(virtual: Machine, known: Known, inertia: dict[str, float]) -> Table:

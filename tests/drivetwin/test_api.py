@@ -14,6 +14,7 @@ import pytest
 
 import drivetwin
 from drivetwin.foundation.errors import UserError
+from drivetwin.recording.reader import read_recording
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo, Samples
 from drivetwin.recording.writer import write_recording
 
@@ -73,9 +74,12 @@ def test_identify_finds_what_only_the_plant_knows(tmp_path: Path) -> None:
     truth = tmp_path / "truth.json"
     truth.write_text(json.dumps({"schema": "effects/1", "effects": effects}), encoding="utf-8")
     with drivetwin.emulate("stage", truth=truth) as emulation:
-        law = drivetwin.identify("stage", emulation.bus).axes["slide"].law
+        law = drivetwin.identify("stage", emulation.bus, recordings=tmp_path / "kept").axes["slide"].law
     assert law.coulomb == pytest.approx(31.7, rel=0.02)
     assert law.viscous == pytest.approx(118.0, rel=0.02)
+    kept = [read_recording(folder) for folder in sorted((tmp_path / "kept").iterdir())]
+    assert [recording.name for (recording,) in kept] == ["excitation_slide", "strokes_slide", "validation_slide"]
+    assert all({"position", "torque", "position_demand"} <= set(recording.columns["slide"]) for (recording,) in kept)
 
 
 def test_identify_moves_no_real_machine() -> None:

@@ -269,6 +269,10 @@ def _axis(**column: Any) -> dict[str, Any]:
         ({"time": {"column": "t", "unit": "rad"}}, r"'rad' is not a unit for time"),
         ({"resample": "3 kg"}, r"resample: 'kg' in '3 kg' is not a unit allowed here; one of: s, ms"),
         ({"path": "x"}, r"path: unknown key"),
+        ({"machine": ""}, r"machine: String should have at least 1 character"),
+        ({"time": {"period": float("inf")}}, r"time\.period: Input should be a finite number"),
+        (_axis(scale=0), r"columns\.velocity: `scale` is 0, with which every value would be"),
+        (_axis(offset=float("nan")), r"columns\.velocity\.offset: Input should be a finite number"),
     ],
 )
 def test_a_wrong_map_is_told_by_key(change: dict[str, Any], message: str, tmp_path: Path) -> None:
@@ -277,6 +281,21 @@ def test_a_wrong_map_is_told_by_key(change: dict[str, Any], message: str, tmp_pa
     with pytest.raises(UserError, match=message) as refused:
         read_map(file)
     assert str(refused.value).startswith(str(file))
+
+
+@pytest.mark.parametrize(
+    ("period", "message"),
+    [
+        (1e-12, r"resample: 1e-12 s is less than 1/1000 of the file's step, 0\.001 s"),
+        (5.0, r"resample: 5 s is longer than the file, 0\.009 s"),
+    ],
+)
+def test_resampling_that_makes_no_recording(period: float, message: str, tmp_path: Path) -> None:
+    """A period in another unit than s; the first asked for 10 TB."""
+    file = tmp_path / "scope.csv"
+    file.write_text("t;M;n\n" + "\n".join(f"{row};1;2" for row in range(10)) + "\n")
+    with pytest.raises(UserError, match=message):
+        import_recording(file, mapped(resample=period))
 
 
 def test_a_map_that_is_no_map(tmp_path: Path) -> None:

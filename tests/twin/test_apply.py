@@ -64,6 +64,13 @@ def effects(*entries: tuple[str, str, dict[str, tuple[float, str]]]) -> dict[str
     }
 
 
+def viscous(value: float, low: float, high: float) -> dict[str, Any]:
+    """identified.json of the elbow with an interval."""
+    told = {"value": value, "unit": "N·m·s/rad", "ci90": [low, high]}
+    axes = {"elbow": {"joint": "elbow", "parameters": {"viscous": told}}}
+    return {"schema": "identified/1", "machine": "arm", "axes": axes}
+
+
 def inertia(model: Path, joint: str) -> float:
     """Diagonal of MuJoCo's mass matrix at qpos0."""
     compiled = mujoco.MjModel.from_xml_path(str(model))
@@ -207,6 +214,9 @@ def test_an_axis_may_be_on_a_joint_of_another_name(arm: Path, monkeypatch: pytes
             (),
             "is not a valid identified/1 file: axes.elbow.joint: Field required",
         ),
+        ({"schema": "identified/1", "machine": "arm", "axes": {}}, (), "axes: there is none, so nothing was identified"),
+        (viscous(-3.0, -3.1, -2.9), (), "axes.elbow: viscous is -3 beyond doubt: friction below 0 would push"),
+        (viscous(-3.0, 0.1, 0.2), (), "viscous: value is -3, outside of its ci90, 0.1 to 0.2"),
     ],
 )
 def test_what_cannot_be_written_is_one_line_and_no_file(
