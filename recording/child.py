@@ -57,6 +57,7 @@ def mdf(file: Path) -> Arrays:
     """
     from asammdf import MDF  # noqa: PLC0415  # an extra
 
+    content: Any  # its groups have no static type
     with MDF(file) as content:
         masters = content.masters_db
         every = [
