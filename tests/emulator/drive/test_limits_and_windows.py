@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import struct
+
+import can
 import pytest
 from drive_bench import CYCLIC, INTERPOLATED, PROFILE_VELOCITY, START, DriveBench
 
@@ -111,6 +114,24 @@ def test_torque_limits_of_each_direction(index: int, sign: int, other: int) -> N
     bench.write(0x6072, 80)
     bench.sync(2)
     assert abs(bench.read(0x6074)) == 80
+
+
+def test_a_torque_limit_that_comes_by_pdo_holds_from_the_next_cycle_on() -> None:
+    """6072h mapped into RPDO 4, with each frame another value."""
+    bench = velocity_bench()
+    identifier = 0x500 + bench.configuration.node_id
+    for index, subindex, value in ((0x1403, 1, 1 << 31 | identifier), (0x1603, 0, 0), (0x1603, 1, 0x6072_0010), (0x1603, 0, 1)):
+        bench.write(index, value, subindex)
+    bench.write(0x1403, 1, 2)
+    bench.write(0x1403, identifier, 1)
+    bench.virtual.receive(can.Message(arbitration_id=0, data=b"\x01\x00", is_extended_id=False))
+    for ramp in (0x6083, 0x6084):
+        bench.write(ramp, bench.units(1e4))
+    bench.write(0x60FF, bench.units(100.0))
+    for limit in (90, 60):
+        bench.virtual.receive(can.Message(arbitration_id=identifier, data=struct.pack("<H", limit), is_extended_id=False))
+        bench.sync(3)
+        assert abs(bench.read(0x6074)) == limit
 
 
 def test_velocity_window_and_time() -> None:
