@@ -4,14 +4,7 @@ from __future__ import annotations
 
 from drivetwin.foundation.errors import UserError
 
-EXTRA_OF = {
-    "asammdf": "formats",
-    "distributed": "fleet",
-    "mcap": "formats",
-    "starlette": "panel",
-    "uvicorn": "panel",
-    "websockets": "panel",
-}
+EXTRA_OF = {"distributed": "fleet", "mcap": "formats", "starlette": "panel", "uvicorn": "panel", "websockets": "panel"}
 """The extra that brings a library, by the module that is imported."""
 
 

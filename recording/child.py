@@ -51,34 +51,7 @@ def bus_log(file: Path) -> Arrays:
     }
 
 
-def mdf(file: Path) -> Arrays:
-    """Every numeric channel of an MDF file, masters left out: `names`, `units` (k,), `start` of the time as ISO text, and of
-    channel I `values I` (n,) at `time I` (n,) [s]; samples that the file says are invalid are left out.
-    """
-    from asammdf import MDF  # noqa: PLC0415  # an extra
-
-    content: Any  # its groups have no static type
-    with MDF(file) as content:
-        masters = content.masters_db
-        every = [
-            (None, number, index)
-            for number, group in enumerate(content.groups)
-            for index in range(len(group.channels))
-            if masters.get(number) != index
-        ]
-        read = content.select(every, ignore_value2text_conversions=True, validate=True, copy_master=False)
-        signals = [signal for signal in read if signal.samples.ndim == 1 and signal.samples.dtype.kind in "buif"]
-        found = {
-            "names": np.array([signal.name for signal in signals], dtype=np.str_),
-            "units": np.array([signal.unit for signal in signals], dtype=np.str_),
-            "start": np.array(content.start_time.isoformat()),
-        }
-    for number, signal in enumerate(signals):
-        found |= {f"values {number}": signal.samples, f"time {number}": signal.timestamps}
-    return found
-
-
-READERS: dict[str, Callable[[Path], Arrays]] = {"matlab": matlab, "bus": bus_log, "mdf": mdf}
+READERS: dict[str, Callable[[Path], Arrays]] = {"matlab": matlab, "bus": bus_log}
 
 
 def _vectors(prefix: str, value: Any) -> Iterator[tuple[str, np.ndarray[Any, Any]]]:

@@ -339,7 +339,9 @@ class ServoBank:
         return self.parameters, self.state, self.loops, self.demand, self._noise_rows(0), self.trace
 
     def run(self, period: int, motor_position: NDArray[np.float64], motor_torque: NDArray[np.float64]) -> None:
-        """Run the loops for one period: read motor positions (n,) [rad], write motor torques (n,) [N·m]."""
+        """Run the loops for one period of the cycle: read motor positions (n,) [rad], write motor torques (n,) [N·m]."""
+        if period == 0:
+            fill_demands(self.courses, self.demand[: self.periods], self.length)
         servo_period(
             self.parameters,
             self.state,
