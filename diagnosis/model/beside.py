@@ -73,10 +73,10 @@ class Inner:
             return amplitude
         inverse = linalg.lapack.dpotri(self.factor, lower=1)[0]
         known = 1.0 - self.level**2 * np.diag(inverse)
-        told = np.bincount(component, known, len(amplitude))
+        told = np.maximum(np.bincount(component, known, len(amplitude)), 0.0)
         squares = np.bincount(component, mean**2, len(amplitude))
-        found = np.sqrt(squares / np.maximum(told, 1e-12))
-        for _ in range(NEWTON):  # of told a² + a³ / misfit = squares, which is convex: from above
+        found = np.minimum(np.sqrt(squares / np.maximum(told, 1e-300)), np.cbrt(squares * misfit))
+        for _ in range(NEWTON):  # of told a² + a³ / misfit = squares, which is convex: from above, for neither is more
             slope = 2.0 * told * found + 3.0 * found**2 / misfit + 1e-300
             found = found - (told * found**2 + found**3 / misfit - squares) / slope
         return np.asarray(np.maximum(found, NEXT_TO_NONE * misfit))

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from rig_bench import PERIOD, compared, strokes
 
+from drivetwin.diagnosis.model.beside import Inner
 from drivetwin.diagnosis.model.unknown import Component, by_quantity, components
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.report.result import Array
@@ -104,3 +105,10 @@ def test_what_it_goes_with_is_told_most_first_and_from_a_tenth_on() -> None:
     assert by_quantity({"time": 0.05, "velocity": 0.6, "position": 0.35}) == ["velocity", "position"]
     assert by_quantity({"time": 0.0}) == []
     assert by_quantity({}) == []
+
+
+def test_an_amplitude_of_which_rows_tell_nothing_is_as_large_as_its_prior_has_it() -> None:
+    """told a² + a³ / misfit = squares with nothing told: a = (squares misfit)^(1/3), and not what steps from afar come to."""
+    inner = Inner.of(1e-30 * np.eye(1), np.ones(1), 1.0)
+    found = inner.tuned(np.zeros(1, dtype=np.intp), np.array([5.0]), np.ones(1), 0.01)
+    assert found == pytest.approx([(25.0 * 0.01) ** (1.0 / 3.0)], rel=1e-6)
