@@ -18,6 +18,7 @@ from drivetwin.diagnosis.report.build import build
 from drivetwin.diagnosis.report.gaps import gaps_of
 from drivetwin.diagnosis.report.prediction import Patch
 from drivetwin.diagnosis.report.result import Diagnosis
+from drivetwin.diagnosis.report.zeros import placed_by
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.averaging import believed, preferred, weighed
@@ -76,8 +77,9 @@ def diagnose(
     found = search.run()
     progress("probabilities", 0.8)
     first = refitted(found.state, heavier(found.state))
-    read = ready.aligned(found.state.lateness(), found.state.apart())
-    systematic = gaps_of(read, Patch(in_order(first.effects), first.heavier), settings).systematic()
+    patch = Patch(in_order(first.effects), first.heavier)
+    read = placed_by(ready.aligned(found.state.lateness(), found.state.apart()), patch)
+    systematic = gaps_of(read, patch, settings).systematic()
     answers = [weighed(family, systematic, settings) for family in found.families]
     state, answers = preferred(found.state, answers)
     state, off = corrected(believed(state, answers), proposer)
@@ -90,4 +92,5 @@ def diagnose(
     ]
     progress("gap, shares, shrink", 0.9)
     values = refitted(state, heavier(state))
+    ready = placed_by(ready, Patch(in_order(values.effects), values.heavier))
     return build(ready, values, answers, drives, settings, tables)

@@ -15,6 +15,7 @@ from scipy.interpolate import CubicSpline
 from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
 from drivetwin.diagnosis.prepare.channel import earlier, step_of, torque_of, unchanged
 from drivetwin.diagnosis.prepare.deflection import deflection
+from drivetwin.diagnosis.prepare.positions import moved
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects import AxisEffect
@@ -190,6 +191,16 @@ class Run:
         """How what is compared of the measured torque changes (n,), where it is read `late` [s] earlier."""
         change = earlier(own.torque, late, self.period) - own.torque
         return np.asarray(change - self._held_change(own, late))
+
+    def placed(self, zeros: Mapping[str, float]) -> Run:
+        """The recording with the position of some axes counted from other zeros [rad or m], which the model does not feel."""
+        axes = {
+            name: replace(own, motion=replace(own.motion, position=own.motion.position + zeros.get(name, 0.0)))
+            for name, own in self.axes.items()
+        }
+        position = self.kinematics.position + [zeros.get(name, 0.0) for name in self.axes]
+        kinematics = replace(self.kinematics, position=position)
+        return replace(self, recording=moved(self.recording, zeros), kinematics=kinematics, axes=axes)
 
     def aligned(self, late: Mapping[str, float]) -> Run:
         """The recording with the torque of some axes read `late` [s] earlier."""

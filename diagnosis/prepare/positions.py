@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -34,10 +34,14 @@ MOVED = 1e-4
 
 @dataclass(frozen=True)
 class Placed:
-    """Recordings in the model's coordinates as far as that can be told, and what a reader needs to know of it."""
+    """Recordings in the model's coordinates as far as that can be told, and what a reader needs to know of it.
+
+    `adrift`: by recording, relative axes whose zero the model's torque does not tell.
+    """
 
     recordings: tuple[Recording, ...]
     notes: tuple[str, ...]
+    adrift: Mapping[str, tuple[str, ...]]
 
 
 def positions(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz: float) -> Placed:
@@ -46,19 +50,20 @@ def positions(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz
     absolute = [recording for recording in recordings if not relative[recording.name]]
     left_out = [recording.name for recording in recordings if relative[recording.name]]
     if not left_out:
-        return Placed(tuple(recordings), ())
+        return Placed(tuple(recordings), (), {})
     if _seconds(absolute) >= ENOUGH * _seconds(recordings):
         note = f"{', '.join(left_out)}: left out, for the position is relative; {len(absolute)} with an absolute one are used."
-        return Placed(tuple(absolute), (note,))
-    placed, notes = [], []
+        return Placed(tuple(absolute), (note,), {})
+    placed, notes, adrift = [], [], {}
     for recording in recordings:
         found = _zeros(simulation, recording, relative[recording.name], cutoff_hz)
-        placed.append(_moved(recording, found) if found else recording)
+        placed.append(moved(recording, found) if found else recording)
+        adrift[recording.name] = tuple(axis for axis in relative[recording.name] if axis not in found)
         unit = {axis: "m" if simulation.slides(axis) else "rad" for axis in found}
         if found:
             told = ", ".join(f"{axis} {value:+.3g} {unit[axis]}" for axis, value in found.items())
             notes.append(f"{recording.name}: the position is relative; by the model's torque its zero is at {told}.")
-    return Placed(tuple(placed), tuple(notes))
+    return Placed(tuple(placed), tuple(notes), adrift)
 
 
 def relative_axes(recording: Recording) -> tuple[str, ...]:
@@ -70,7 +75,8 @@ def _seconds(recordings: Sequence[Recording]) -> float:
     return sum(len(one.time) * one.info.sample_period for one in recordings)
 
 
-def _moved(recording: Recording, zeros: dict[str, float]) -> Recording:
+def moved(recording: Recording, zeros: Mapping[str, float]) -> Recording:
+    """A recording whose position on some axes counts from another zero [rad or m]."""
     columns = {
         axis: {
             name: values + zeros[axis] if axis in zeros and name in ("position", "position_demand") else values
@@ -89,7 +95,7 @@ def _zeros(simulation: Simulation, recording: Recording, axes: Sequence[str], cu
     seen = _Seen.of(simulation, recording, min(SLOW_HZ, cutoff_hz))
     names = list(simulation.axes)
     told = [names.index(axis) for axis in axes]
-    bounds = {k: _range(simulation, names[k], seen.kinematics.position[:, k]) for k in told}
+    bounds = {k: zeros_within(simulation, names[k], seen.kinematics.position[:, k]) for k in told}
     told = [k for k in told if seen.depends_on(k, bounds[k])]
     if not told:
         return {}
@@ -119,7 +125,7 @@ def _with(zeros: Array, k: int, value: float) -> Array:
     return changed
 
 
-def _range(simulation: Simulation, axis: str, position: Array) -> tuple[float, float]:
+def zeros_within(simulation: Simulation, axis: str, position: Array) -> tuple[float, float]:
     """Zeros that keep the motion within the joint's range; a whole turn, or ten times the travel, of a joint without one."""
     joint = simulation.model.joint(simulation.drives[axis].joint)
     if joint.limited[0]:

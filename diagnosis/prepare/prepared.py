@@ -25,7 +25,8 @@ class Prepared:
     """What is fitted (`runs`, `rows`) and what is not (`checks`); `held_back`: they are of the same recordings.
 
     `standstill` [rad/s or m/s]: of each axis, the middle one of its recordings'. `notes`: what a reader needs to
-    know of what was used. `apart` [s]: by how much torque and position of each axis still differ in time, once that is known.
+    know of what was used. `adrift`: by name of a validation recording, axes whose position has a zero that nothing tells yet.
+    `apart` [s]: by how much torque and position of each axis still differ in time, once that is known.
     """
 
     simulation: Simulation
@@ -38,6 +39,7 @@ class Prepared:
     testable: Mapping[str, Testable]
     held_back: bool
     notes: tuple[str, ...]
+    adrift: Mapping[str, tuple[str, ...]]
     apart: Mapping[str, float] = field(default_factory=dict)
 
     def aligned(self, late: Mapping[str, float], apart: Mapping[str, float]) -> Prepared:
@@ -82,4 +84,4 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     asked = {axis: testable(rows, axis, absolute[axis], law_holds(runs, axis), unrecorded.get(axis)) for axis in twin.axes}
     middle = {axis: sorted(each[axis] for each in standstill)[len(standstill) // 2] for axis in twin.axes}
     told = (*notes(unrecorded), *fit_at.notes, *check_at.notes)
-    return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, told)
+    return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, told, check_at.adrift)

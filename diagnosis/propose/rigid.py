@@ -7,7 +7,7 @@ ratio r costs J times a quadratic in r. So ten and three evaluations tell all of
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,8 +52,7 @@ def polynomial(rows: Rows, axis: str, kind: type[ModelEffect]) -> Polynomial | N
 def rigid_starts(system: System, axis: str, known: Polynomial, held: frozenset[int]) -> list[Begun]:
     """The starts of an effect on the rigid bodies, best first, sized by least squares; those that cost the same once."""
     found: list[tuple[Begun, dict[str, Array]]] = []
-    shapes = _shapes(known.kind)
-    for shape in shapes:
+    for shape in _shapes(known.kind):
         column = known.column(_made(known.kind, 1.0, shape))
         if not any(np.abs(part).max(initial=0.0) > 1e-9 for part in column.values()):
             continue
@@ -61,12 +60,12 @@ def rigid_starts(system: System, axis: str, known: Polynomial, held: frozenset[i
         size = float(fit.coefficients[-1])
         if size > 0.0:
             scaled = {name: size * part for name, part in column.items()}
-            found.append((Begun(axis, _made(known.kind, size, shape), fit.evidence, len(shapes)), scaled))
+            found.append((Begun(axis, _made(known.kind, size, shape), fit.evidence, 1), scaled))
     kept: list[tuple[Begun, dict[str, Array]]] = []
     for begun, column in sorted(found, key=lambda one: -one[0].evidence):
         if not any(_same(column, other) for _, other in kept):
             kept.append((begun, column))
-    return [begun for begun, _ in kept]
+    return [replace(begun, tried=len(kept)) for begun, _ in kept]
 
 
 def _same(one: dict[str, Array], other: dict[str, Array]) -> bool:

@@ -26,19 +26,21 @@ USUAL = 0.003
 """By which a torque is usually late at most [s]: an average over some milliseconds, a current filter of 50 Hz."""
 
 
-def aligned(state: State, beside: Sequence[Column] = ()) -> State:
-    """The set with the torque of each axis read as much earlier as the evidence wants, from where it is read now.
+def aligned(state: State, beside: Sequence[Column] = (), axis: str | None = None) -> State:
+    """The set with the torque of each axis, or of one, read as much earlier as the evidence wants, from where it is read now.
 
     `beside`: further free columns, whitened. A torque that comes early is not read later: that is a position that comes late,
     an effect of the library, beside which no torque is late. Nor is one read so that more is left: a wave that is not in the
     set yet is no delay.
     """
     delayed = {one.axis for one in state.effects if isinstance(one.effect, Delay)}
-    late = {axis: 0.0 if axis in delayed else _best(state, axis, beside) for axis in state.rows.axes}
-    if all(each == state.late.get(axis, 0.0) for axis, each in late.items()):
+    asked = state.rows.axes if axis is None else (axis,)
+    late = {one: 0.0 if one in delayed else _best(state, one, beside) for one in asked}
+    if all(each == state.late.get(one, 0.0) for one, each in late.items()):
         return state
-    found, most = state.read(late), state.bench.settings.least_share
-    worse = {axis: state.late.get(axis, 0.0) for axis in late if found.left[axis] > state.left[axis] + most}
+    late, most = {**state.late, **late}, state.bench.settings.least_share
+    found = state.read(late)
+    worse = {one: state.late.get(one, 0.0) for one in asked if found.left[one] > state.left[one] + most}
     return state.read(late | worse) if worse else found
 
 

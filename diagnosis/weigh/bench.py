@@ -30,6 +30,9 @@ LATELY = 32
 HELD = 400
 """Felt effects that a bench remembers: those of a few sets, one after the other."""
 
+NO_SLOPE = 1e-9
+"""Of the steepest slope of an effect, below which another is rounding."""
+
 
 @dataclass(frozen=True)
 class Felt:
@@ -58,17 +61,25 @@ class Felt:
 
     @cached_property
     def movable(self) -> Sequence[Field]:
-        """Its parameters that may move."""
-        wide = self.bench.settings.wide_step
-        movable = movable_fields(self.effect, self.bench.rows.motion[self.axis], self.dynamics, wide)
-        if self.later:  # what yields has steps, over which a slope is a wide difference
-            movable = [replace(each, difference=wide) for each in movable]
-        return movable
+        """Its parameters that may move; of a body only those that anything hangs on: where a load rides on a slide does not."""
+        fields = self._fields
+        if not isinstance(self.effect, ModelEffect):
+            return fields
+        heights = [_highest(slope) for slope in tangents(self.effect, fields, self._with_later)]
+        return [field for field, height in zip(fields, heights, strict=True) if height > NO_SLOPE * max(heights)]
 
     @cached_property
     def tangents(self) -> Sequence[Column]:
         """Its slope by each of them, in steps that matter to it [N·m or N], with what it does to the later."""
         return tangents(self.effect, self.movable, self._with_later)
+
+    @property
+    def _fields(self) -> list[Field]:
+        wide = self.bench.settings.wide_step
+        fields = movable_fields(self.effect, self.bench.rows.motion[self.axis], self.dynamics, wide)
+        if self.later:  # what yields has steps, over which a slope is a wide difference
+            fields = [replace(each, difference=wide) for each in fields]
+        return fields
 
     def _cost(self, effect: Effect) -> Column:
         return self.bench.column(PlacedEffect(self.axis, effect, {}), self.dynamics)
@@ -81,6 +92,10 @@ class Felt:
             for axis, rows in self.bench.column(PlacedEffect(self.axis, one, {}), changed).items():
                 found[axis] = found[axis] + rows if axis in found else rows
         return found
+
+
+def _highest(column: Column) -> float:
+    return max((float(np.abs(rows).max(initial=0.0)) for rows in column.values()), default=0.0)
 
 
 @dataclass(frozen=True)

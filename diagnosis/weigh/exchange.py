@@ -12,7 +12,7 @@ from drivetwin.diagnosis.progress import Progress
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.propose.search import Begun
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
-from drivetwin.diagnosis.weigh.pair import Pair
+from drivetwin.diagnosis.weigh.pair import Pair, that_moves
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_kind
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State
@@ -73,7 +73,7 @@ class Exchange:
         rivals = self.rivals.get((one.effect.name, one.axis))
         others = [*self.proposer.proposals(beside, [one.axis], rivals), *self._simpler(beside.whole, one)]
         own = [replace(known, settled=pair.whole)] if known is not None else []
-        nothing = beside.settled(beside.whole.effects, BRIEF)
+        nothing = beside.settled(beside.whole.effects, BRIEF, that_moves(one))
         return Family(one, nothing, [*own, *self._in_place(beside, others, known)])
 
     def _better(self, family: Family, state: State) -> State | None:
@@ -114,7 +114,7 @@ class Exchange:
     def _settled(self, beside: Pair, one: Proposal) -> Proposal | None:
         """A proposal with its set settled, and less what that has made needless; None where that makes no mechanism."""
         try:
-            state = beside.settled((*beside.whole.effects, one.effect), BRIEF)
+            state = beside.settled((*beside.whole.effects, one.effect), BRIEF, that_moves(one.effect))
         except UserError:
             return None
         return replace(one, settled=self._leaner(state, one.effect))

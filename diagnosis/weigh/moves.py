@@ -12,7 +12,17 @@ from drivetwin.diagnosis.progress import Progress
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.exchange import Exchange
 from drivetwin.diagnosis.weigh.pair import Pair, empty
-from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Found, Proposal, largest, makes_sense, rivals_of, same_kind
+from drivetwin.diagnosis.weigh.proposal import (
+    CLEARLY,
+    RIVAL,
+    Family,
+    Found,
+    Proposal,
+    largest,
+    makes_sense,
+    rivals_of,
+    same_kind,
+)
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import NEARBY, State
 from drivetwin.diagnosis.weigh.yielding import best_together, level_that_yields, settled_on, simpler, yields
@@ -104,7 +114,10 @@ class Search:
         return found
 
     def _best_of_axis(self, able: Sequence[Proposal], state: State) -> tuple[float, list[Proposal]]:
-        """The best of the largest proposals of one axis, or the best two together, one of them large; and their gain [nats]."""
+        """The best of the largest proposals of one axis, and its gain [nats]; or the best two together, one of them large.
+
+        These where they gain a good part more: what gains little beside another is found once that is there.
+        """
         if not able:
             return -np.inf, []
         best = sorted(largest(able, self.proposer.bench.settings.large), key=lambda one: -one.score)[:TOGETHER]
@@ -113,7 +126,8 @@ class Search:
         scores = side_by_side(lambda two: self._of_all(state, two), pairs)
         able_pairs = [(score, two) for score, two in zip(scores, pairs, strict=True) if makes_sense(state, two)]
         score, two = max(able_pairs, key=lambda one: one[0], default=(-np.inf, []))
-        return (score, two) if score > best[0].score + CLEARLY else (best[0].score, best[:1])
+        alone = best[0].score
+        return (score, two) if score > alone + max(CLEARLY, RIVAL * alone) else (alone, best[:1])
 
     def _of_all(self, state: State, several: Sequence[Proposal]) -> float:
         """What a set gains by several effects, the torque of each as if the others were not there [nats]."""
@@ -135,9 +149,7 @@ class Search:
                 return self.dropped(less, newest)
         return pair
 
-    def with_yielding_friction(
-        self, before: Pair, ahead: State, proposals: Sequence[Proposal], axes: Collection[str]
-    ) -> State:
+    def with_yielding_friction(self, before: Pair, ahead: State, proposals: Sequence[Proposal], axes: Collection[str]) -> State:
         """A set one step on, or what is better where a level of friction was added: another level, and how it yields."""
         for axis in axes:
             known = {(one.effect.name, one.axis) for one in before.whole.effects}
@@ -154,7 +166,7 @@ class Search:
             others = [one for one in ahead.effects if all(one is not each for each in added)]
             for kind in kinds:
                 begun = level_that_yields(before.part.of(others), axis, levels, kind)
-                found = settled_on(before.whole.of(begun.effects)) if begun is not None else None
+                found = settled_on(before.whole.of(begun.effects), axis=axis) if begun is not None else None
                 if found is not None and found.reached > ahead.reached + CLEARLY:
                     ahead = found
         return ahead
@@ -167,7 +179,7 @@ class Search:
             found = [one for kind in others if (one := best_together(pair.part, axis, kind)) is not None]
             able = [one for one in found if one.reached > pair.part.reached + log(self.proposer.tried(axis))]
             able += [each for one in able for each in simpler(one, axis, others)]
-            wholes = [settled_on(pair.whole.of(one.effects)) for one in able]
+            wholes = [settled_on(pair.whole.of(one.effects), axis=axis) for one in able]
             best = max(wholes, key=lambda one: one.reached, default=None)
             if best is None or best.reached < pair.whole.reached + log(self.proposer.tried(axis)) + CLEARLY:
                 continue

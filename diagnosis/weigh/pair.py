@@ -12,7 +12,7 @@ from drivetwin.diagnosis.weigh.colouring import coloured, read_anew
 from drivetwin.diagnosis.weigh.proposal import Proposal
 from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import STEPS, settled_on
-from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.effects import ModelEffect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
 
@@ -30,22 +30,22 @@ class Pair:
         """
         rest = [each for each in self.whole.effects if each is not one]
         try:
-            whole = aligned(self.whole.of(rest))
+            whole = aligned(self.whole.of(rest), axis=that_moves(one))
             return Pair(whole, self.part.of(rest).read(whole.late))
         except UserError:
             return None
 
-    def settled(self, effects: Sequence[PlacedEffect], steps: int = STEPS) -> State:
+    def settled(self, effects: Sequence[PlacedEffect], steps: int = STEPS, axis: str | None = None) -> State:
         """Another set, moved to where the evidence gains no more: on the part, and the rest of its way on all rows.
 
-        Raises UserError where it makes no mechanism.
+        `axis`: only effects of one axis move. Raises UserError where it makes no mechanism.
         """
         begun = self.whole.of(effects)
         if self.part.bench is not self.whole.bench:
             with suppress(UserError):
-                ahead = self.whole.of(settled_on(self.part.of(effects), steps).effects)
+                ahead = self.whole.of(settled_on(self.part.of(effects), steps, axis).effects)
                 begun = max(begun, ahead, key=lambda one: one.reached)
-        return settled_on(begun, steps)
+        return settled_on(begun, steps, axis)
 
     def as_noise_is(self, found: State, proposals: Sequence[Proposal]) -> Pair:
         """Another set, the noise coloured as what is left by it and by everything that could be asked beside it."""
@@ -54,6 +54,11 @@ class Pair:
             return Pair(whole, whole)
         part = state_of(self.part.bench, found.effects, first_colours(self.part.bench), whole.late)
         return Pair(whole, coloured(part, proposals))
+
+
+def that_moves(one: PlacedEffect) -> str | None:
+    """The axis whose effects have to move where an effect comes or goes; None, which is all, where it is a body's."""
+    return None if isinstance(one.effect, ModelEffect) else one.axis
 
 
 def empty(bench: Bench, part: Bench) -> Pair:

@@ -131,6 +131,7 @@ def _deviations(state: State, bodies: Collection[int]) -> list[dict[str, float]]
     found = []
     for number, one in enumerate(state.effects):
         own_columns = [k for k, owner in enumerate(state.owners) if owner == number]
-        fields = state.fields(one.axis, one.effect)
-        found.append({field.name: float(spread[k]) * field.size for field, k in zip(fields, own_columns, strict=True)})
+        told = zip(state.moving(number), own_columns, strict=True)
+        nothing = {field.name: np.inf for field in state.fields(one.axis, one.effect)}
+        found.append(nothing | {field.name: float(spread[k]) * field.size for field, k in told})
     return found

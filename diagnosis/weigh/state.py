@@ -200,6 +200,11 @@ class State:
         """An effect's parameters as a search moves them on top of the set."""
         return movable_fields(effect, self.rows.motion[axis], self.dynamics[axis], self.bench.settings.wide_step)
 
+    def moving(self, number: int) -> list[Field]:
+        """The parameters of an effect of the set, by its number, that anything hangs on: one of the system's columns each."""
+        one, names = self.effects[number], {each.name for each in self.felts[number].movable}
+        return [each for each in self.fields(one.axis, one.effect) if each.name in names]
+
     def felt(self, axis: str, effect: Effect) -> Felt:
         """An effect on top of the set. Raises UserError where nothing can follow it."""
         return self.bench.felt(axis, effect, *self._place(axis, effect))
@@ -331,7 +336,7 @@ def moved_by_fit(state: State, fit: Fit, share: float, axis: str | None = None) 
             found.append(one)
             continue
         values = {}
-        for movable, k in zip(state.fields(one.axis, one.effect), at, strict=True):
+        for movable, k in zip(state.moving(number), at, strict=True):
             value = float(getattr(one.effect, movable.name))
             step = share * float(np.clip(fit.coefficients[k], -FARTHEST, FARTHEST)) * movable.size
             values[movable.name] = float(np.clip(value + step, movable.low, movable.high))

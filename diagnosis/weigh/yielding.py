@@ -41,7 +41,7 @@ def best_together(state: State, axis: str, kind: type[Effect]) -> State | None:
     tried = side_by_side(lambda effect: _state(state, (*state.effects, placed(state.rows, axis, effect))), starts)
     begun = [one for one in tried if one is not None]
     begun.sort(key=lambda one: -one.reached)
-    found = side_by_side(settled_on, begun[:STARTS])
+    found = side_by_side(lambda one: settled_on(one, axis=axis), begun[:STARTS])
     return max(found, key=lambda one: one.reached, default=None)
 
 
@@ -61,7 +61,7 @@ def level_that_yields(state: State, axis: str, levels: Sequence[Effect], kind: t
         return [one for one in tried if one is not None]
 
     each = [max(tried, key=lambda one: one.reached) for level in levels if (tried := begun(level))]
-    return max(side_by_side(settled_on, each), key=lambda one: one.reached, default=None)
+    return max(side_by_side(lambda one: settled_on(one, axis=axis), each), key=lambda one: one.reached, default=None)
 
 
 def simpler(state: State, axis: str, kinds: Sequence[type[Effect]]) -> list[State]:
@@ -83,17 +83,19 @@ def reduced(effect: Effect, kinds: Sequence[type[Effect]]) -> list[Effect]:
     return [kind(**{name: getattr(effect, name) for name in own}) for kind, own in told.items() if own < names]
 
 
-def settled_on(state: State, steps: int = STEPS) -> State:
+def settled_on(state: State, steps: int = STEPS, axis: str | None = None) -> State:
     """The set a few Gauss-Newton steps on, all parameters together, as far as the evidence gains; its torque read anew where
     these have come to an end.
+
+    `axis`: only effects of one axis move, and only its torque is read anew; nominal parameters are free everywhere.
     """
-    state = aligned(state)
+    state = aligned(state, axis=axis)
     for _ in range(steps):
-        ahead = step_ahead(state)
+        ahead = step_ahead(state) if axis is None else _best_step(state, axis)
         gained = ahead.reached - state.reached if ahead is not None else 0.0
         state = ahead if ahead is not None else state
         if gained < ENOUGH:
-            read = aligned(state)
+            read = aligned(state, axis=axis)
             if read is state:
                 break
             state = read

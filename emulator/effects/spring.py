@@ -16,6 +16,9 @@ from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.model_tree import as_written
 from drivetwin.emulator.effects.waves import travel
 
+FARTHEST = 10.0
+"""Travels from the middle of a motion, at which a spring rests at most: one farther away pulls alike everywhere, an offset."""
+
 
 @dataclass(frozen=True)
 class Spring(StaticEffect):
@@ -49,13 +52,17 @@ class Spring(StaticEffect):
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
         return super().sizes(motion, axis) | {"rest": max(abs(self.rest), travel(motion))}
 
+    def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
+        middle, far = float(np.mean(motion.position)), FARTHEST * travel(motion)
+        return super().bounds(motion, axis) | {"rest": (middle - far, middle + far)}
+
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         middle, way = float(np.mean(motion.position)), travel(motion)
 
         def compose(found: Sequence[float]) -> Spring | None:
-            stiffness = found[0] + found[1]
-            return cls(stiffness, middle + (found[0] - found[1]) * way / stiffness) if stiffness > 0.0 else None
+            stiffness, pull = found[0] + found[1], (found[0] - found[1]) * way
+            return cls(stiffness, middle + pull / stiffness) if abs(pull) < FARTHEST * way * stiffness else None
 
         return [Start((cls(1.0, middle + way), cls(1.0, middle - way)), compose)]
 

@@ -12,9 +12,12 @@ from drivetwin.diagnosis.prepare.positions import positions
 from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.prepare.simulation import simulation
 from drivetwin.diagnosis.propose.placing import placed
+from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
+from drivetwin.diagnosis.report.zeros import placed_by
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.state import first_colours, state_of
+from drivetwin.emulator.effects.position_friction import PositionFriction
 from drivetwin.emulator.effects.torque_offset import TorqueOffset
 from drivetwin.recording.recording import Recording, RecordingInfo
 
@@ -107,3 +110,29 @@ def test_a_relative_validation_has_the_gap_of_an_absolute_one(tmp_path: Path) ->
     wrong = replace(moved, info=held.info.model_copy(update={"axes": {"swing": told}}))
     own = prepared(model(tmp_path), [fitted], [wrong], Settings()).checks[0].axes["swing"]
     assert np.sqrt(np.mean((own.torque - own.base)[own.used] ** 2)) > 0.2
+
+
+@pytest.mark.parametrize("zero", [-1.0, 0.3])
+def test_a_validation_without_a_zero_is_placed_by_what_was_found(zero: float, tmp_path: Path) -> None:
+    """Nothing hangs on this pendulum, so its model tells no zero; friction that has waves over the position does."""
+    waves = PositionFriction(0.2, 0.9, 0.4)
+
+    def rubbing(name: str, at: float | None, seed: int) -> Recording:
+        plain = swinging(name, at, seed, weight=0.0)
+        own = plain.columns["swing"]
+        joint = own["position"] + (at or 0.0)
+        more = 0.2 * np.sin(2.0 * np.pi * joint / 0.9 + 0.4) * np.sign(np.gradient(joint))
+        return replace(plain, columns={"swing": {**own, "torque": own["torque"] + more}})
+
+    training, validation = [rubbing("one", None, 1)], [rubbing("two", zero, 2)]
+    ready = prepared(model(tmp_path, gravity=0.0), training, validation, Settings())
+    assert ready.adrift == {"two": ("swing",)}
+    patch = Patch((placed(ready.rows, "swing", waves),))
+    found = placed_by(ready, patch)
+    gaps = [gap_rms([predict(each.simulation, each.checks[0], patch)], "swing", "after") for each in (ready, found)]
+    assert gaps[1] < 0.2 * gaps[0]
+    moved = found.checks[0].axes["swing"].motion.position - ready.checks[0].axes["swing"].motion.position
+    waves_off = (moved - zero) / 0.9
+    np.testing.assert_allclose(waves_off, np.round(waves_off), atol=0.02, err_msg="a whole wave farther is as good")
+    assert "two: the position is relative; by what was found its zero is at swing" in found.notes[-1]
+    assert placed_by(ready, Patch()).checks == ready.checks, "nothing was found that depends on it"

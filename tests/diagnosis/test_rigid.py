@@ -7,10 +7,14 @@ import pytest
 from rig_bench import ARM, GRAVITY, compared, strokes
 
 from drivetwin.diagnosis.prepare.rows import Rows
-from drivetwin.diagnosis.propose.rigid import Polynomial, polynomial
+from drivetwin.diagnosis.propose.rigid import Polynomial, polynomial, rigid_starts
 from drivetwin.diagnosis.report.result import Array
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.bench import bench_of
+from drivetwin.diagnosis.weigh.state import first_colours, state_of
 from drivetwin.emulator.effects.coupling import Coupling
 from drivetwin.emulator.effects.payload import Payload
+from drivetwin.emulator.effects.spring import Spring
 
 RNG = np.random.default_rng(3)
 PAYLOADS = [Payload(RNG.uniform(0.1, 3.0), *RNG.uniform(-0.7, 0.7, 3)) for _ in range(4)]
@@ -76,3 +80,32 @@ def test_a_coupling_costs_both_axes(rows: Rows, acceleration: dict[str, dict[str
 
 def test_the_first_axis_of_a_chain_has_nothing_to_be_coupled_with(rows: Rows) -> None:
     assert polynomial(rows, "turn", Coupling) is None
+
+
+def test_how_high_a_load_rides_on_a_lift_is_no_parameter(rows: Rows) -> None:
+    bench = bench_of(rows, Settings(), {"turn": True, "lift": True})
+    load = bench.felt("lift", Payload(0.8, ARM, -0.4, 2.0), rows.simulation.dynamics(())["lift"])
+    assert [field.name for field in load.movable] == ["mass", "x", "y"]
+    assert len(load.tangents) == 3
+
+
+def test_only_loads_that_cost_something_else_were_tried(rows: Rows) -> None:
+    """Of 13 places that a load may have, those above and below the first cost what that one does."""
+    bench = bench_of(rows, Settings(), {"turn": True, "lift": True})
+    empty = state_of(bench, [], first_colours(bench), {})
+    starts = rigid_starts(empty.frugal, "lift", known(rows, "lift", Payload), frozenset())
+    assert {start.tried for start in starts} == {len(starts)}
+    assert len(starts) <= 9
+
+
+def test_a_spring_that_pulls_alike_everywhere_is_none(rows: Rows) -> None:
+    """Two springs that rest a travel to either side: equal ones are one in the middle, nearly opposite ones an offset."""
+    motion = rows.motion["lift"]
+    (start,) = Spring.starts(motion, rows.simulation.dynamics(())["lift"])
+    middle = start.compose([3.0, 3.0])
+    assert isinstance(middle, Spring)
+    assert middle.rest == pytest.approx(float(np.mean(motion.position)))
+    assert start.compose([3.0, -2.0]) is not None
+    assert start.compose([3.0, -2.9]) is None
+    low, high = middle.bounds(motion, rows.simulation.dynamics(())["lift"])["rest"]
+    assert low < motion.position.min() < motion.position.max() < high
