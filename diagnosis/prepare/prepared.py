@@ -12,6 +12,7 @@ from drivetwin.diagnosis.prepare.drive_law import law_holds
 from drivetwin.diagnosis.prepare.hold_back import hold_back
 from drivetwin.diagnosis.prepare.motion import Run, begins, prepare, standstill_of
 from drivetwin.diagnosis.prepare.positions import positions
+from drivetwin.diagnosis.prepare.rates import fast_enough
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.prepare.simulation import Simulation, simulation
 from drivetwin.diagnosis.prepare.testable import Testable, is_absolute, testable
@@ -59,6 +60,7 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     twin = simulation(model, training[0].info.axes)
     whole = completed(model, twin, training, validation, settings.nominal_spread)
     training, validation, unrecorded = whole.training, whole.validation, whole.asked
+    validation, slow = fast_enough(training, validation)
     cutoff = settings.cutoff_hz or chosen_cutoff([*training, *validation])
     fit_at, check_at = positions(twin, training, cutoff), positions(twin, validation, cutoff)
     training, validation = fit_at.recordings, check_at.recordings
@@ -83,5 +85,5 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     absolute = {axis: is_absolute(runs, axis) for axis in twin.axes}
     asked = {axis: testable(rows, axis, absolute[axis], law_holds(runs, axis), unrecorded.get(axis)) for axis in twin.axes}
     middle = {axis: sorted(each[axis] for each in standstill)[len(standstill) // 2] for axis in twin.axes}
-    told = (*notes(unrecorded), *fit_at.notes, *check_at.notes)
+    told = (*notes(unrecorded), *slow, *fit_at.notes, *check_at.notes)
     return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, told, check_at.adrift)

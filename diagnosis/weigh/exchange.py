@@ -57,7 +57,7 @@ class Exchange:
                 pair, changed = pair.as_noise_is(better, proposals), True
                 continue
             others = [each for each in family.proposals if each.settled is pair.whole or not same_kind(each.effect, one)]
-            self._families[beside] = replace(family, proposals=others)
+            self._families[beside] = replace(family, proposals=[*others, *self._hidden(pair, one, others)])
             families.append(self._families[beside])
         return pair, families, changed
 
@@ -75,6 +75,22 @@ class Exchange:
         own = [replace(known, settled=pair.whole)] if known is not None else []
         nothing = beside.settled(beside.whole.effects, BRIEF, that_moves(one))
         return Family(one, nothing, [*own, *self._in_place(beside, others, known)])
+
+    def _hidden(self, pair: Pair, one: PlacedEffect, known: Sequence[Proposal]) -> list[Proposal]:
+        """What else than an effect of the model's own parameters could stand in its place, these as the model has them.
+
+        Where they are free, they take what a rival would explain: the mass of a lift takes a friction that differs with the
+        direction.
+        """
+        own = next((each for each in known if each.settled is pair.whole), None)
+        beside = pair.without(one) if one.effect.of_model else None
+        if beside is None or own is None:
+            return []
+        for number in pair.whole.held() - beside.whole.held():
+            beside = Pair(beside.whole.holding(number), beside.part.holding(number))
+        asked = self.proposer.proposals(beside, [one.axis], self.rivals.get((one.effect.name, one.axis)))
+        there = {each.effect.effect.name for each in known}
+        return self._in_place(beside, [each for each in asked if each.effect.effect.name not in there], own)
 
     def _better(self, family: Family, state: State) -> State | None:
         """The set without an effect, or with another in its place, where that is better and leaves no more of the gap."""

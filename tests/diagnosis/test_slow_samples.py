@@ -8,6 +8,7 @@ import numpy as np
 from rig_bench import COULOMB, GEAR, TURNING, VISCOUS, Swing, lift_torque, turn_torque, written_model
 
 from drivetwin.diagnosis.prepare.prepared import prepared
+from drivetwin.diagnosis.prepare.rates import fast_enough
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.recording.recording import Recording, RecordingInfo
 
@@ -48,3 +49,26 @@ def test_a_reversal_between_two_samples_is_no_gap(tmp_path: Path) -> None:
     jerk = np.gradient(swing.acceleration, PERIOD)
     smooth = LATE * float(np.sqrt(np.mean((TURNING * jerk + VISCOUS["turn"] * swing.acceleration) ** 2)))
     assert np.abs(gap).max() < 0.2 * COULOMB["turn"] + 2.0 * smooth
+
+
+def sampled(name: str, period: float, seconds: float = 10.0) -> Recording:
+    axes = {"turn": {"joint": "turn", "actuator": "turn", "gear_ratio": GEAR}}
+    info = RecordingInfo.model_validate({"schema": "recording/1", "machine": "column", "sample_period": period, "axes": axes})
+    time = np.arange(round(seconds / period)) * period
+    return Recording(name, info, time, {"turn": {"position": np.sin(time), "torque": np.cos(time)}})
+
+
+def test_a_validation_too_slow_for_what_is_fitted_is_left_out_and_said() -> None:
+    fitted = [sampled("a", 0.001), sampled("b", 0.0005)]
+    slow, fast = sampled("slow", 0.008), sampled("fast", 0.004)
+    kept, told = fast_enough(fitted, [slow, fast])
+    assert [one.name for one in kept] == ["fast"]
+    assert told == ("slow (125 Hz): left out of the validation, for what is fitted was sampled at 1000 Hz or faster.",)
+
+
+def test_slow_validation_stays_where_little_else_is_there_or_the_fit_is_as_slow() -> None:
+    slow, short = sampled("slow", 0.008), sampled("short", 0.001, 2.0)
+    assert fast_enough([sampled("a", 0.001)], [slow, short]) == ([slow, short], ())
+    assert fast_enough([sampled("a", 0.001)], [slow]) == ([slow], ())
+    assert fast_enough([sampled("a", 0.001), sampled("b", 0.008)], [slow, short]) == ([slow, short], ())
+    assert fast_enough([sampled("a", 0.001)], []) == ([], ())
