@@ -1,7 +1,7 @@
 """Validation recordings that are sampled too slowly to show what was fitted: left out where others are enough.
 
-The torque of a wave or an impact that a fast recording shows lies above half the sample rate of a slow one. There it appears at a
-frequency that it has not, and the motion between two samples is not known: a right effect leaves more than none.
+The torque of a wave or an impact that a fast recording shows lies above half the sample rate of a slow one. There it appears at
+another frequency, and the motion between two samples is not known: a right effect leaves more than none.
 """
 
 from __future__ import annotations
