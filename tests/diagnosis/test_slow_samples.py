@@ -54,7 +54,7 @@ def test_a_reversal_between_two_samples_is_no_gap(tmp_path: Path) -> None:
 def sampled(name: str, period: float, seconds: float = 10.0) -> Recording:
     axes = {"turn": {"joint": "turn", "actuator": "turn", "gear_ratio": GEAR}}
     info = RecordingInfo.model_validate({"schema": "recording/1", "machine": "column", "sample_period": period, "axes": axes})
-    time = np.arange(round(seconds / period)) * period
+    time = np.arange(round(seconds / period), dtype=np.float64) * period
     return Recording(name, info, time, {"turn": {"position": np.sin(time), "torque": np.cos(time)}})
 
 
