@@ -15,7 +15,7 @@ from drivetwin.diagnosis.propose.search import BRIEFLY, ONE_STEP, REFINED, REFIN
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.bench import Bench
 from drivetwin.diagnosis.weigh.pair import Pair
-from drivetwin.diagnosis.weigh.proposal import RIVAL, Proposal
+from drivetwin.diagnosis.weigh.proposal import Proposal
 from drivetwin.diagnosis.weigh.state import NEARBY, State
 from drivetwin.diagnosis.weigh.yielding import yields
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect
@@ -53,12 +53,8 @@ class Proposer:
         taken = {(one.effect.name, one.axis) for one in pair.whole.effects}
         asked = [(axis, kind) for axis, kind in asked if kind.several or (kind.name, axis) not in taken]
         asked = [(axis, kind) for axis, kind in asked if kind is not Delay or pair.whole.late.get(axis, 0.0) == 0.0]
-        found = [one for one in side_by_side(lambda one: self._proposed(pair, *one), asked) if one is not None]
-        if self.part is self.bench:
-            return found
-        best = {axis: max((one.score for one in found if one.effect.axis == axis), default=0.0) for axis in self.kinds}
-        able = [one.score > RIVAL * best[one.effect.axis] for one in found]
-        return side_by_side(lambda k: self._on_all_rows(pair, found[k]) if able[k] else found[k], range(len(found)))
+        found = side_by_side(lambda one: self._proposed(pair, *one), asked)
+        return [one for one in found if one is not None]
 
     def again(self, proposals: Sequence[Proposal], state: State) -> list[Proposal]:
         """Proposals on axes where nothing has changed, as they stand beside the set that is there now."""
@@ -67,7 +63,7 @@ class Proposer:
         return [one for one in found if one is not None]
 
     def _proposed(self, pair: Pair, axis: str, kind: type[Effect]) -> Proposal | None:
-        """Sought on a part of the rows, judged on all."""
+        """Sought on a part of the rows, judged on all, and there moved the rest of its way."""
         held = pair.part.held(kind.name, axis)
         begun = self._begun(pair.part, axis, kind, held)
         known = self._best.get((axis, kind.name))
@@ -83,16 +79,11 @@ class Proposer:
         judged = [(found, one) for one in tried if (found := self.evaluated(pair.whole, one)) is not None]
         if not judged:
             return None
-        best, _ = max(judged, key=lambda each: each[0].score)
+        best, one = max(judged, key=lambda each: each[0].score)
+        if self.part is not self.bench:
+            again = self._moved(pair.whole, replace(one, effect=best.effect.effect), held, BRIEFLY)
+            best = max(best, self.evaluated(pair.whole, again) or best, key=lambda each: each.score)
         self._best[axis, kind.name] = best.effect.effect
-        return best
-
-    def _on_all_rows(self, pair: Pair, one: Proposal) -> Proposal:
-        """A proposal moved the rest of its way, on all rows."""
-        axis, effect = one.effect.axis, one.effect.effect
-        moved = self._moved(pair.whole, Begun(axis, effect, 0.0, one.tried), one.held, BRIEFLY)
-        best = max(one, self.evaluated(pair.whole, moved) or one, key=lambda each: each.score)
-        self._best[axis, effect.name] = best.effect.effect
         return best
 
     def _begun(self, state: State, axis: str, kind: type[Effect], held: frozenset[int]) -> list[Begun]:
