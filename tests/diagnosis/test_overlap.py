@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from plain_bench import Machine
+from rig_bench import diagnosed, strokes
 
 from drivetwin.recording.recording import Recording
 
@@ -41,3 +43,15 @@ def test_a_wave_of_one_speed_is_named_as_all_that_it_may_be() -> None:
     first = found.causes[0]
     assert first.probability > 0.9
     assert {first.effect, *first.indistinguishable_from} >= {"torque_ripple", "position_friction"}
+
+
+def test_a_constant_torque_on_a_lift_is_no_certain_payload(tmp_path: Path) -> None:
+    """A mass that is a little off, a friction that differs with the direction and an offset of the torque are one torque."""
+
+    def pulled(seed: int, name: str) -> Recording:
+        return strokes(seed, 20.0, {"lift": lambda at: np.full_like(at.velocity, 2.0)}, name)
+
+    found = diagnosed(tmp_path, pulled)
+    first = next(cause for cause in found.causes if cause.axis == "lift")
+    assert {first.effect, *first.indistinguishable_from} >= {"payload", "torque_offset", "coulomb_asymmetry"}
+    assert found.after_rms["lift"] < 0.2 * found.axes["lift"].gap_rms
