@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from drivetwin.diagnosis.prepare.channel import torque_of
+from drivetwin.diagnosis.prepare.rates import ENOUGH, seconds
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
 from drivetwin.motion.axis_motion import measured_position
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, zero_phase
@@ -18,8 +19,6 @@ from drivetwin.recording.recording import Recording
 
 Array = NDArray[np.float64]
 
-ENOUGH = 1.0 / 3.0
-"""Share of the recorded time that absolute recordings must hold, for the relative ones to be left out."""
 PLACES = 24
 """Zeros that are tried over an axis's range, before the best is moved."""
 SAMPLES = 1500
@@ -51,7 +50,7 @@ def positions(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz
     left_out = [recording.name for recording in recordings if relative[recording.name]]
     if not left_out:
         return Placed(tuple(recordings), (), {})
-    if _seconds(absolute) >= ENOUGH * _seconds(recordings):
+    if seconds(absolute) >= ENOUGH * seconds(recordings):
         note = f"{', '.join(left_out)}: left out, for the position is relative; {len(absolute)} with an absolute one are used."
         return Placed(tuple(absolute), (note,), {})
     placed, notes, adrift = [], [], {}
@@ -69,10 +68,6 @@ def positions(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz
 def relative_axes(recording: Recording) -> tuple[str, ...]:
     """Axes whose position has a zero of the recording's own."""
     return tuple(axis for axis, info in recording.info.axes.items() if info.position_relative)
-
-
-def _seconds(recordings: Sequence[Recording]) -> float:
-    return sum(len(one.time) * one.info.sample_period for one in recordings)
 
 
 def moved(recording: Recording, zeros: Mapping[str, float]) -> Recording:

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from drivetwin.recording.recording import Recording
 
 SLOWER = 4.0
-"""Of the sample periods of what is fitted, the longest, times which one is too long: an octave less is in the filter's band."""
+"""Times the longest sample period of what is fitted, above which a validation recording is too slow."""
 ENOUGH = 1.0 / 3.0
-"""Share of the recorded time that the others must hold."""
+"""Share of the recorded time that the others must hold where recordings are left out."""
 
 
 def fast_enough(fitted: Sequence[Recording], validation: Sequence[Recording]) -> tuple[list[Recording], tuple[str, ...]]:
@@ -21,12 +21,13 @@ def fast_enough(fitted: Sequence[Recording], validation: Sequence[Recording]) ->
     longest = SLOWER * max(one.info.sample_period for one in fitted)
     kept = [one for one in validation if one.info.sample_period <= longest]
     slow = [one for one in validation if one.info.sample_period > longest]
-    if not slow or _seconds(kept) < ENOUGH * _seconds(validation):
+    if not slow or seconds(kept) < ENOUGH * seconds(validation):
         return list(validation), ()
     rates = ", ".join(f"{one.name} ({1.0 / one.info.sample_period:g} Hz)" for one in slow)
     slowest = SLOWER / longest
     return kept, (f"{rates}: left out of the validation, for what is fitted was sampled at {slowest:g} Hz or faster.",)
 
 
-def _seconds(recordings: Sequence[Recording]) -> float:
+def seconds(recordings: Sequence[Recording]) -> float:
+    """Recorded time of all together [s]."""
     return sum(len(one.time) * one.info.sample_period for one in recordings)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import shutil
 from math import pi
 from pathlib import Path
 
 import mujoco
 import pytest
-from new_machine_bench import PEAK_Z, ROTOR_Z, gantry, made_gantry, run
+from new_machine_bench import PEAK_Z, ROTOR_Z, gantry, run
 
 from drivetwin.controller.machine import load_machine
 from drivetwin.emulator.effects import read_effects
@@ -17,16 +16,6 @@ from drivetwin.emulator.machine import load_machine as load_virtual_machine
 from drivetwin.emulator.plant import Plant
 from drivetwin.hil_tests.bench import read_bench
 from drivetwin.hil_tests.suite import CASES, find_cases
-
-
-@pytest.fixture(scope="module")
-def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return made_gantry(tmp_path_factory.mktemp("gantry"))
-
-
-@pytest.fixture
-def made(made_once: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copytree(made_once, tmp_path / "made"))
 
 
 def test_both_halves_are_of_the_model(made: Path) -> None:

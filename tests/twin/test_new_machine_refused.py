@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
-from new_machine_bench import finger, gantry, made_gantry, run
+from new_machine_bench import finger, gantry, run
 
 from drivetwin.controller.machine import load_machine
-
-
-@pytest.fixture(scope="module")
-def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return made_gantry(tmp_path_factory.mktemp("gantry"))
-
-
-@pytest.fixture
-def made(made_once: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copytree(made_once, tmp_path / "made"))
 
 
 def test_an_actuator_too_weak_for_the_bus_is_refused(
