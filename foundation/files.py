@@ -28,10 +28,17 @@ class DiskError(UserError):
         super().__init__(f"{path} cannot be written {reason}")
         self.path, self.reason = path, reason
 
+    def __reduce__(self) -> tuple[type[DiskError], tuple[Path, str]]:
+        """For the process that waits for the one that wrote."""
+        return DiskError, (self.path, self.reason)
+
 
 @contextmanager
-def _told_of(path: Path) -> Iterator[None]:
-    """What keeps the block from writing is told as being about `path`, unless it names something else. Raises DiskError."""
+def told_of(path: Path) -> Iterator[None]:
+    """What keeps the block from writing is told as being about `path`, unless it names something else. Raises DiskError.
+
+    For a folder that grows while its command runs; one that appears whole is a `new_directory`.
+    """
     folder = path.parent
     try:
         yield
@@ -77,7 +84,7 @@ def new_file(path: Path) -> Iterator[Path]:
     if path.exists() and not path.is_file():
         raise UserError(f"{path} is not a regular file: --out names a file to write, choose another")
     path.parent.mkdir(parents=True, exist_ok=True)
-    with _told_of(path):
+    with told_of(path):
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=path.suffix)
         os.close(handle)
         part = Path(name)
@@ -100,7 +107,7 @@ def new_directory(path: Path) -> Iterator[Path]:
     refuse_foreign(path)
     missing = [parent for parent in path.parents if not parent.exists()]
     path.parent.mkdir(parents=True, exist_ok=True)
-    with _told_of(path), held_directory(path.parent, f".{path.name}.", ".part") as part:
+    with told_of(path), held_directory(path.parent, f".{path.name}.", ".part") as part:
         try:
             yield part
             (part / _MARK).touch()
@@ -167,7 +174,7 @@ def own_directory(path: Path) -> None:
     Raises UserError as `refuse_foreign`.
     """
     refuse_foreign(path)
-    with _told_of(path):
+    with told_of(path):
         path.mkdir(parents=True, exist_ok=True)
         (path / _MARK).touch()
 

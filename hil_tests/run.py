@@ -16,6 +16,7 @@ from drivetwin.foundation.arithmetic import children_compute_alike
 from drivetwin.foundation.children import tied_processes
 from drivetwin.foundation.collector import without_collector
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.files import told_of
 from drivetwin.hil_tests.bench import EMBEDDED, Bench
 from drivetwin.hil_tests.folder import write_case
 from drivetwin.hil_tests.judge import judge, not_run, skipped
@@ -51,12 +52,13 @@ def run_one(bench: Bench, scenario: Scenario, folder: Path) -> CaseResult:
 
 def _run_once(bench: Bench, scenario: Scenario, folder: Path) -> CaseResult:
     shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
     began = time.monotonic()
-    with without_collector():  # what is noted grows to hundreds of thousands of objects
-        evidence = STANDS[bench.drives](bench, scenario, folder)
-    result = judge(scenario, evidence, folder, time.monotonic() - began)
-    write_case(result, evidence, folder)
+    with told_of(folder):
+        folder.mkdir(parents=True)
+        with without_collector():  # what is noted grows to hundreds of thousands of objects
+            evidence = STANDS[bench.drives](bench, scenario, folder)
+        result = judge(scenario, evidence, folder, time.monotonic() - began)
+        write_case(result, evidence, folder)
     return result
 
 

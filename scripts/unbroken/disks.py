@@ -8,7 +8,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from unbroken.kills import DRIVETWIN, Victim
@@ -26,11 +26,15 @@ def can_mount() -> bool:
 
 @dataclass(frozen=True)
 class Refusal:
-    """How a command ended whose disk took no more: exit status, stderr, and what stands on the disk afterwards."""
+    """How a command ended whose disk took no more: exit status, stderr, and what stands on the disk afterwards.
+
+    `resumes`: what is left is what the next run goes on with.
+    """
 
     status: int
     said: str
     left: tuple[str, ...]
+    resumes: bool = False
 
     def broken(self) -> str | None:
         """What is wrong with it, if it failed."""
@@ -38,13 +42,13 @@ class Refusal:
             return None
         if self.status != 2 or self.said.count("\n") != 1 or not self.said.startswith("drivetwin: "):
             return f"exit status {self.status}: {self.said[-300:]}"
-        return f"left behind: {', '.join(self.left)}" if self.left else None
+        return f"left behind: {', '.join(self.left)}" if self.left and not self.resumes else None
 
 
 def on_a_small_disk(victim: Victim, options: str, folder: Path) -> Refusal:
     """The command with its OUT on a tmpfs of these mount options, such as size=64k or ro, mounted at the empty `folder`."""
     words = [word.replace("OUT", str(folder / "out")) for word in victim.words]
-    return _within(options, folder, [*DRIVETWIN, *words])
+    return replace(_within(options, folder, [*DRIVETWIN, *words]), resumes=victim.resumes)
 
 
 def _within(options: str, folder: Path, command: Sequence[str]) -> Refusal:

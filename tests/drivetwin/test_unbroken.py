@@ -102,3 +102,18 @@ def test_a_disk_that_takes_no_more_ends_in_one_line(options: str, said: str, tmp
     assert (end.status, end.left, end.broken()) == (2, (), None)
     assert said in end.said
     assert on_a_small_disk(EDS, "size=1m", disk).left == ("out",)
+
+
+ACCEPT = ["accept", "--bench", "hil_tests/benches/scara.yaml", "--select", "01_boot.node_missing", "--quiet", "--out", "OUT"]
+
+
+@pytest.mark.parametrize("options", ["size=4k", "size=64k"])
+def test_an_acceptance_on_a_full_disk_names_the_disk(options: str, tmp_path: Path) -> None:
+    if not can_mount():
+        pytest.skip("this user cannot mount a small disk (unshare -rm mount)")
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    end = on_a_small_disk(Victim("accept", ACCEPT, (), resumes=True), options, disk)
+    assert (end.status, end.broken()) == (2, None)
+    assert f"{disk}/out" in end.said
+    assert "(No space left on device): make room" in end.said

@@ -6,6 +6,7 @@ import errno
 import hashlib
 import json
 import os
+import pickle
 import shutil
 import tempfile
 from collections.abc import Callable
@@ -15,7 +16,15 @@ from pathlib import Path
 import pytest
 
 from drivetwin.foundation.errors import UserError
-from drivetwin.foundation.files import new_directory, new_file, provenance, refuse_foreign, refuse_to_replace, write_json
+from drivetwin.foundation.files import (
+    DiskError,
+    new_directory,
+    new_file,
+    provenance,
+    refuse_foreign,
+    refuse_to_replace,
+    write_json,
+)
 
 
 class TroubleError(Exception):
@@ -185,3 +194,10 @@ def test_an_output_that_vanishes_meanwhile_is_told(
     with pytest.raises(UserError, match=r"made/out cannot be written: its folder was removed meanwhile"):
         late()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_disk_that_is_full_is_told_across_processes(tmp_path: Path) -> None:
+    """What one process of several raises is pickled; an error that cannot be read back ends the whole pool."""
+    told = DiskError(tmp_path / "out", "(No space left on device): make room there")
+    again = pickle.loads(pickle.dumps(told))  # noqa: S301  # its own bytes
+    assert (str(again), again.path, again.reason) == (str(told), told.path, told.reason)
