@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from threading import Lock
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 Key = TypeVar("Key", bound=Hashable)
 Value = TypeVar("Value")
@@ -25,6 +25,18 @@ class Lately(Generic[Key, Value]):
         value = made() if known is None else known
         with self._lock:
             self._values[key] = value
-            for oldest in list(self._values)[:-most]:
-                del self._values[oldest]
+            while len(self._values) > most:
+                del self._values[next(iter(self._values))]
         return value
+
+
+@dataclass(frozen=True)
+class OfSame:
+    """What was made of the same objects lately, by their identity: arrays are not compared, and nobody writes to them."""
+
+    _made: Lately[tuple[int, ...], tuple[tuple[object, ...], Any]] = field(init=False, repr=False, default_factory=Lately)
+
+    def get(self, objects: tuple[object, ...], made: Callable[[], Value], most: int) -> Value:
+        """What is made of some objects, which live on as long as that is kept; `most`: how many are kept."""
+        found: Value = self._made.get(tuple(map(id, objects)), lambda: (objects, made()), most)[1]
+        return found

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +25,13 @@ from drivetwin.diagnosis.model.prior import Prior
 from drivetwin.diagnosis.model.projector import Projector
 from drivetwin.diagnosis.model.solve import Fit, Resting, solved
 from drivetwin.diagnosis.prepare.rows import Column
+from drivetwin.foundation.lately import OfSame
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+REMEMBERED = 3
+"""Sets of columns of an axis whose products are remembered."""
 FREEDOM = 4.0
 """Degrees of freedom of the t distribution of a stretch that was held out: what Lange, Little and Taylor (1989) recommend."""
 
@@ -47,11 +50,19 @@ def system_of(
     spreads: Array,
     freedom: float = np.inf,
     near: Array | None = None,
+    lately: OfSame | None = None,
 ) -> System:
-    """The system of columns, whitened, with their priors, the unknown as large as it usually is; `near`: none by default."""
+    """The system of columns, whitened, with their priors, the unknown as large as it usually is; `near`: none by default.
+
+    `lately`: where products of the same columns are remembered: most trials change those of one axis.
+    """
     near = np.zeros(len(columns)) if near is None else near
-    matrices = {axis: _matrix(axis, columns, 0, own.target) for axis, own in axes.items()}
-    products = {axis: _products(own, matrices[axis]) for axis, own in axes.items()}
+    lately = lately or OfSame()
+    matrices, products = {}, {}
+    for axis, own in axes.items():
+        acting = [(k, column[axis]) for k, column in enumerate(columns) if axis in column]
+        same = (own, *(each for pair in acting for each in pair))
+        matrices[axis], products[axis] = lately.get(same, partial(_matrix_of, axis, own, columns), REMEMBERED * len(axes))
     return System(axes, columns, spreads, {axis: own.usual for axis, own in axes.items()}, matrices, products, freedom, near)
 
 
@@ -246,5 +257,6 @@ def _matrix(axis: str, columns: Sequence[Column], first: int, target: Array) -> 
     return Matrix(rows, np.array(at, dtype=np.intp) + first)
 
 
-def _products(own: AxisSystem, matrix: Matrix) -> Products:
-    return Products(matrix.rows.T @ matrix.rows, own.unknown.T @ matrix.rows, matrix.index)
+def _matrix_of(axis: str, own: AxisSystem, columns: Sequence[Column]) -> tuple[Matrix, Products]:
+    matrix = _matrix(axis, columns, 0, own.target)
+    return matrix, Products(matrix.rows.T @ matrix.rows, own.unknown.T @ matrix.rows, matrix.index)

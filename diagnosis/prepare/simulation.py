@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import copy
 import logging
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import Effect, PlacedEffect
 from drivetwin.emulator.effects.model_tree import free_name, outermost
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.lately import Lately
 from drivetwin.motion.coupled_motion import check_axes_move_alone, friction_of_followers
 from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.motion.model_file import motors_of, named_model, working_spec
@@ -26,6 +27,9 @@ from drivetwin.recording.recording import AxisInfo
 Array = NDArray[np.float64]
 
 logger = logging.getLogger(__name__)
+
+ASSEMBLED = 512
+"""Axes with some effects that are remembered: a search asks for those of a few sets again and again."""
 
 ASIDE = 1e-4
 """Step of a position [rad or m], over which a torque is differentiated."""
@@ -57,6 +61,7 @@ class Simulation:
 
     path: Path
     drives: Mapping[str, DrivenJoint]
+    _assembled: Lately[Hashable, AxisDynamics] = field(init=False, repr=False, compare=False, default_factory=Lately)
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -94,13 +99,20 @@ class Simulation:
         """Index of the axis's joint in qvel."""
         return int(self.model.joint(self.drives[axis].joint).dofadr[0])
 
-    def dynamics(self, effects: tuple[PlacedEffect, ...] = ()) -> dict[str, AxisDynamics]:
+    def dynamics(self, effects: Sequence[PlacedEffect] = ()) -> dict[str, AxisDynamics]:
         """What each axis is with the effects, and with what follows it. Raises UserError where it cannot have one."""
-        assembled = assemble(self.spec(), self.drives, effects)
-        return {
-            axis: replace(each, friction=_with(each.friction, *more))
-            for (axis, each), more in zip(assembled.items(), self._friction_of_followers, strict=True)
-        }
+        return {axis: self.dynamics_of(axis, effects) for axis in self.axes}
+
+    def dynamics_of(self, axis: str, effects: Sequence[PlacedEffect]) -> AxisDynamics:
+        """The same of one axis: its own effects alone say what it is, each on top of those before it."""
+        own = tuple(one for one in effects if one.axis == axis)
+        key = axis, tuple((one.effect, *one.units.items()) for one in own)
+        return self._assembled.get(key, lambda: self._assemble(axis, own), ASSEMBLED)
+
+    def _assemble(self, axis: str, effects: tuple[PlacedEffect, ...]) -> AxisDynamics:
+        alone = assemble(self.spec(), {axis: self.drives[axis]}, effects)[axis]
+        more = self._friction_of_followers[self.axes.index(axis)]
+        return replace(alone, friction=_with(alone.friction, *more))
 
     def home_inertia(self) -> dict[str, float]:
         """d torque / d acceleration of each axis at qpos0, motor included [kg·m² or kg]."""

@@ -19,7 +19,7 @@ from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, ModelEffect, PlacedEffect, library
 from drivetwin.foundation.errors import UserError
-from drivetwin.foundation.lately import Lately
+from drivetwin.foundation.lately import Lately, OfSame
 
 Array = NDArray[np.float64]
 Later = tuple[tuple[AxisEffect, AxisDynamics], ...]
@@ -113,6 +113,8 @@ class Bench:
     _felt: dict[Hashable, Felt] = field(init=False, repr=False, default_factory=dict)
     _beginnings: dict[tuple[str, type[AxisEffect]], Beginnings] = field(init=False, repr=False, default_factory=dict)
     _lately: Lately[tuple[str, Effect, AxisDynamics], Column] = field(init=False, repr=False, default_factory=Lately)
+    lately: OfSame = field(init=False, repr=False, default_factory=OfSame)
+    """What of the systems of sets is remembered: a trial changes one axis, and the others stay as they are."""
 
     def felt(self, axis: str, effect: Effect, dynamics: AxisDynamics, later: Later = ()) -> Felt:
         """An effect on top of those before it, remembered: sets that follow each other have most of their effects in common."""
@@ -127,8 +129,8 @@ class Bench:
 
     def before(self, ordered: tuple[PlacedEffect, ...]) -> list[AxisDynamics]:
         """The axis of each effect of a set with those before it."""
-        dynamics = self.rows.simulation.dynamics
-        return [dynamics(ordered[:number])[one.axis] for number, one in enumerate(ordered)]
+        dynamics = self.rows.simulation.dynamics_of
+        return [dynamics(one.axis, ordered[:number]) for number, one in enumerate(ordered)]
 
     def beginnings(self, axis: str, kind: type[AxisEffect], dynamics: AxisDynamics) -> Beginnings:
         """Where a search for a kind begins on an axis, remembered until what it stands on changes."""
@@ -143,8 +145,9 @@ class Bench:
             return self.rows.target[axis]
         found = self._earlier.get((axis, late))
         if found is None:
-            found = self._earlier[axis, late] = self.rows.rows(axis, lambda run, own: run.earlier(own, late))
-        return self.rows.target[axis] + found
+            change = self.rows.rows(axis, lambda run, own: run.earlier(own, late))
+            found = self._earlier[axis, late] = self.rows.target[axis] + change
+        return found
 
     def least(self, one: PlacedEffect) -> float:
         """Share of an axis's gap energy that an effect must take to be named: of a large gap, what the comparison errs by; and

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from math import log
 
 import numpy as np
@@ -33,6 +33,10 @@ NEARBY = 1.0 / FARTHEST**2
 """Of a tangent, the inverse square of the same: what only a parameter farther away explains is no evidence for this one."""
 NEAR = 0.02
 """Of its deviation, by which a parameter may miss the best one: the evidence feels the square of it."""
+REMEMBERED = 3
+"""Systems of an axis that are remembered: of what stands there, and of the last trials."""
+WHITENED, FELT = 128, 64
+"""Columns that are remembered, whitened, and nominal parameters as a set bends them."""
 NO_TORQUE = 1e-12
 """Below which a torque counts as none [N·m or N]: of an axis without rows, or whose torque is 0."""
 
@@ -92,7 +96,7 @@ class State:
         """The system of the nominal parameters alone."""
         columns = self._whitened(self.nominal_columns)
         spreads = np.array([one.spread for one in self.bench.nominals])
-        return system_of(self.axes, columns, spreads, self.bench.settings.nominal_freedom)
+        return system_of(self.axes, columns, spreads, self.bench.settings.nominal_freedom, lately=self.bench.lately)
 
     @cached_property
     def nominal_columns(self) -> Sequence[Column]:
@@ -107,7 +111,8 @@ class State:
             return one.column
         with suppress(UserError):
             if self._place(one.axis, effect)[1]:
-                return {axis: rows / one.spread for axis, rows in self.felt(one.axis, effect).added.items()}
+                felt = self.felt(one.axis, effect)
+                return self.bench.lately.get((one, felt), lambda: _of_one(felt.added, one.spread), FELT)
         return one.column
 
     @cached_property
@@ -127,11 +132,15 @@ class State:
         near = np.concatenate([np.zeros(len(self.bench.nominals)), np.full(len(self.owners), NEARBY)])
         whitened = [*self.bare.columns, *self._whitened(self.columns[len(self.bench.nominals) :])]
         spreads = np.concatenate([self.bare.spreads, tangents])
-        system = system_of(self.axes, whitened, spreads, self.bench.settings.nominal_freedom, near)
+        system = system_of(self.axes, whitened, spreads, self.bench.settings.nominal_freedom, near, self.bench.lately)
         return system.tuned(self.held())
 
     def _whitened(self, columns: Sequence[Column]) -> list[Column]:
-        return [{axis: self.axes[axis].colour.whiten(rows) for axis, rows in column.items()} for column in columns]
+        return [{axis: self._white(axis, rows) for axis, rows in column.items()} for column in columns]
+
+    def _white(self, axis: str, rows: Array) -> Array:
+        colour = self.axes[axis].colour
+        return self.bench.lately.get((colour, rows), lambda: colour.whiten(rows), WHITENED)
 
     @cached_property
     def fit(self) -> Fit:
@@ -221,7 +230,7 @@ class State:
             number = next(k for k, one in enumerate(ordered) if one.effect is effect)
             before = self.bench.before(self.effects)
             later = _later(ordered, [*before[:number], self.dynamics[axis], *before[number:]], number)
-            under = self.rows.simulation.dynamics(self.effects[:number])[axis] if later else self.dynamics[axis]
+            under = self.rows.simulation.dynamics_of(axis, self.effects[:number]) if later else self.dynamics[axis]
             self._places[key] = under, later
         return self._places[key]
 
@@ -260,16 +269,37 @@ def state_of(
 ) -> State:
     """The set's system, in given colours or in those of another set's. Raises UserError where the effects make no mechanism."""
     ordered = in_order(effects)
-    target = {axis: bench.target(axis, late.get(axis, 0.0)).copy() for axis in bench.rows.compared}
     bench.rows.simulation.dynamics(ordered)
     before = bench.before(ordered)
-    felts = []
-    for number, one in enumerate(ordered):
-        felts.append(bench.felt(one.axis, one.effect, before[number], _later(ordered, before, number)))
-        for axis, rows in felts[-1].cost.items():
-            target[axis] = target[axis] - rows
-    axes = {axis: _axis_system(bench, axis, colours[axis], target[axis]) for axis in bench.rows.compared}
+    felts = [
+        bench.felt(one.axis, one.effect, before[number], _later(ordered, before, number)) for number, one in enumerate(ordered)
+    ]
+    target, axes = {}, {}
+    for axis in bench.rows.compared:
+        needed = bench.target(axis, late.get(axis, 0.0))
+        costs = tuple(felt.cost[axis] for felt in felts if axis in felt.cost)
+        same = _colour(colours[axis]), needed, *costs
+        made = partial(_explained, bench, axis, colours[axis], needed, costs)
+        target[axis], axes[axis] = bench.lately.get(same, made, REMEMBERED * len(bench.rows.compared))
     return State(bench, ordered, tuple(felts), axes, target, late, exact)
+
+
+def _explained(
+    bench: Bench, axis: str, known: Colour | AxisSystem, needed: Array, costs: Sequence[Array]
+) -> tuple[Array, AxisSystem]:
+    """What effects leave of a torque, and the system of the axis with it."""
+    target = needed.copy()
+    for rows in costs:
+        target -= rows
+    return target, _axis_system(bench, axis, known, target)
+
+
+def _colour(known: Colour | AxisSystem) -> Colour:
+    return known.colour if isinstance(known, AxisSystem) else known
+
+
+def _of_one(column: Column, amount: float) -> Column:
+    return {axis: rows / amount for axis, rows in column.items()}
 
 
 def _later(ordered: Sequence[PlacedEffect], before: Sequence[AxisDynamics], number: int) -> Later:

@@ -36,7 +36,7 @@ def best_together(state: State, axis: str, kind: type[Effect]) -> State | None:
     """The set with one more effect that yields, moved together with those of its axis; None where no start can be followed."""
     assert issubclass(kind, AxisEffect)
     alone = [one for one in state.effects if not (one.axis == axis and yields(type(one.effect)))]
-    dynamics = state.rows.simulation.dynamics(tuple(alone))[axis]
+    dynamics = state.rows.simulation.dynamics_of(axis, alone)
     starts = [start.members[0] for start in kind.starts(state.rows.motion[axis], dynamics)]
     tried = side_by_side(lambda effect: _state(state, (*state.effects, placed(state.rows, axis, effect))), starts)
     begun = [one for one in tried if one is not None]

@@ -199,5 +199,5 @@ def test_an_output_that_vanishes_meanwhile_is_told(
 def test_a_disk_that_is_full_is_told_across_processes(tmp_path: Path) -> None:
     """What one process of several raises is pickled; an error that cannot be read back ends the whole pool."""
     told = DiskError(tmp_path / "out", "(No space left on device): make room there")
-    again = pickle.loads(pickle.dumps(told))  # noqa: S301  # its own bytes
+    again = pickle.loads(pickle.dumps(told))  # its own bytes
     assert (str(again), again.path, again.reason) == (str(told), told.path, told.reason)
