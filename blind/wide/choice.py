@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from drivetwin.blind.case import Kind
-from drivetwin.blind.wide.effects import LIBRARY
-from drivetwin.blind.wide.families import FAMILIES
+from drivetwin.blind.wide.effects import LIBRARY, suits
+from drivetwin.blind.wide.families import FAMILIES, draw_family
 from drivetwin.blind.wide.foreign import FOREIGN
-from drivetwin.blind.wide.machines import Draw
+from drivetwin.blind.wide.machines import Draw, Machine
 from drivetwin.blind.wide.robots import ROBOTS, robot_files
 from drivetwin.foundation.errors import UserError
 
@@ -23,6 +23,8 @@ WEIGHTS = {"rotary": 1.0, "pendulum": 1.0, "linear": 1.0, "lift": 0.8, "gantry":
 """How often a family is drawn; 0.6 for those that are not named, 3 for public robots together."""
 
 FOUR = 4
+SEEN = 8
+"""Machines of a family that show which effects it can have: what differs between them is a coin that is tossed."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,8 @@ class Choice:
 def choice(only: Sequence[str] = (), without: Sequence[str] = (), robots: Path | None = None) -> Choice:
     """What is left of all families and effects; `only` keeps what it names of each kind of name that it names at all.
 
-    Raises UserError for a name that there is not, or where nothing is left of a kind.
+    Effects that no machine of these families can have are left out. Raises UserError for a name that there is not, where
+    nothing is left of a kind, and for an effect in `only` that none of the families can have.
     """
     groups = (tuple(FAMILIES) + ((ROBOTS,) if robots else ()), tuple(LIBRARY), tuple(FOREIGN))
     known = {name for group in groups for name in group}
@@ -52,13 +55,35 @@ def choice(only: Sequence[str] = (), without: Sequence[str] = (), robots: Path |
         if not left:
             raise UserError(f"nothing is left to draw of {', '.join(group)}; name fewer families or effects")
         kept.append(left)
-    return Choice(kept[0], kept[1], kept[2], robots)
+    machines = _some(kept[0])
+    able = [tuple(name for name in names if _can_have(name, machines)) for names in kept[1:]]
+    refused = [name for names, left in zip(kept[1:], able, strict=True) for name in names if name not in left]
+    if asked := [name for name in refused if name in only]:
+        raise UserError(f"no machine of {', '.join(kept[0])} can have {', '.join(asked)}; allow more families")
+    return Choice(kept[0], able[0], able[1], robots)
+
+
+def _some(families: Sequence[str]) -> list[Machine] | None:
+    """Some machines of each family, which show what they can have; None with public robots, which may have anything."""
+    if ROBOTS in families:
+        return None
+    return [draw_family(np.random.default_rng(number), name) for name in families for number in range(SEEN)]
+
+
+def _can_have(effect: str, machines: Sequence[Machine] | None) -> bool:
+    return machines is None or any(suits(effect, one, axis) for one in machines for axis in range(len(one.links)))
 
 
 def plans(draw: Draw, count: int, allowed: Choice) -> list[tuple[Kind, tuple[str, ...]]]:
-    """Kind of each case and its effects; singles, pairs and foreign ones go round their lists."""
+    """Kind of each case and its effects; singles, pairs and foreign ones go round their lists.
+
+    Where no family has four axes, the cases that would need them have one cause.
+    """
     effects, foreign = _round(draw, allowed.effects), _round(draw, allowed.foreign)
     counts = {kind: int(share * count + 0.5) for kind, share in SHARES.items()}
+    machines = _some(allowed.families)
+    if machines is not None and all(len(one.links) < FOUR for one in machines):
+        counts["four"] = 0
     counts["single"] = count - sum(counts.values())
     drawn: list[tuple[Kind, tuple[str, ...]]] = []
     for kind, number in counts.items():

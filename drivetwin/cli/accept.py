@@ -104,9 +104,10 @@ def accept_command(
         results = _run(console, telling, chosen, scenarios, out, jobs or os.cpu_count() or 1)
         acceptance = Acceptance(chosen, tuple(results), digest([one.folder for one in results if one.folder is not None]))
         trend = None if before is None else compare(acceptance, before)
-        write_results(acceptance, out / "results.json", [chosen.path, *(scenario.path for scenario in scenarios)])
         write_junit(acceptance, junit or out / "junit.xml", Path.cwd(), trend)
         write_report(acceptance, page, trend)
+        # the last of all: an OUT that has it is complete
+        write_results(acceptance, out / "results.json", [chosen.path, *(scenario.path for scenario in scenarios)])
         _tell(console, acceptance, trend, page)
         if json_:
             print((out / "results.json").read_text(encoding="utf-8"), end="", flush=True)

@@ -58,6 +58,16 @@ def test_a_controller_that_does_nothing_is_rejected_and_the_requirement_named(tm
     assert (tmp_path / "out" / "cases" / "04_moves.to_and_fro" / "bus.log").exists()
 
 
+def test_results_are_the_last_that_is_written(tmp_path: Path) -> None:
+    """So a folder that has them is complete: here the page cannot be written."""
+    bench, page = bench_file(tmp_path, REFERENCE), tmp_path / "page"
+    page.mkdir()
+    done = accept(bench, tmp_path / "out", "--select", "01_boot.configured", "--html", page)
+    assert done.status == 2
+    assert f"{page} is not a regular file" in done.err
+    assert not (tmp_path / "out" / "results.json").exists()
+
+
 def test_nothing_of_a_run_that_is_killed_lives_on(tmp_path: Path) -> None:
     """Two cases at once, each with a controller that waits for good."""
     waits = ["{python}", "-c", "import time; time.sleep(600)"]

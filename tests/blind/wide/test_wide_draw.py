@@ -90,6 +90,18 @@ def items(case: WideCase) -> list[Item]:
     return found
 
 
+def test_machines_of_one_axis_have_what_one_axis_can_have() -> None:
+    one_axis = ("rotary", "pendulum", "linear", "lift")
+    allowed = choice(one_axis)
+    assert set(choice().effects) - set(allowed.effects) == {"coupling"}, "with what, without another axis"
+    planned = plans(np.random.default_rng(0), 64, allowed)
+    assert len(planned) == 64
+    assert "four" not in {kind for kind, _ in planned}
+    assert "four" in {kind for kind, _ in plans(np.random.default_rng(0), 64, choice(("scara",)))}
+    with pytest.raises(UserError, match="no machine of linear can have gravity; allow more families"):
+        choice(("linear", "gravity"))
+
+
 def test_sizes_and_shares_are_told(cases: tuple[WideCase, ...]) -> None:
     for case in cases:
         for cause in items(case):
