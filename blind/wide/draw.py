@@ -112,8 +112,8 @@ def _placed(draw: Draw, machine: Machine, kind: Kind, effects: tuple[str, ...]) 
 
 
 def _drawn(draw: Draw, world: World, kind: Kind, placed: list[tuple[str, int]]) -> WideCase | None:
-    """A case, but for its names; None where an axis hardly moves, drives swing, a cause stays too small or hidden, or what is
-    beside it grows as large.
+    """A case, but for its names; None where an axis hardly moves, drives swing, a cause stays too small or hidden, what is
+    beside it grows as large, or a play is a spring by another name.
 
     Causes are sized along the validation plans, presliding and nuisances along the motion that is recorded with the causes: a
     channel's low-pass costs more there than along the plan.
@@ -137,7 +137,14 @@ def _drawn(draw: Draw, world: World, kind: Kind, placed: list[tuple[str, int]]) 
     if moved is None:
         return None
     case = _weighed(moved[0], kind, causes, nuisances, moved[1])
-    return case if all(item.size <= _LOUD * scales[world.names.index(item.axis)] for item in case.beside) else None
+    loud = any(item.size > _LOUD * scales[world.names.index(item.axis)] for item in case.beside)
+    return None if loud or any(is_a_spring(item, case.levels[item.axis]) for item in case.causes) else case
+
+
+def is_a_spring(cause: Cause, level: Level) -> bool:
+    """Whether it is a play that gives way by less than its flanks do under the torque of its axis."""
+    told = cause.parameters
+    return cause.effect == "backlash" and told["gap"] < level.torque / told["stiffness"]
 
 
 def _scales(world: World, causes: Items, recorded: list[Recorded]) -> Array:
