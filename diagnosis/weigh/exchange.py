@@ -164,12 +164,14 @@ def _what_acts_on(axis: str, state: State) -> tuple[tuple[str, Effect], ...]:
 
 
 def _too_small(family: Family, state: State) -> bool:
-    """Whether an effect that errors of the comparison look like explains no more than these, all nominal parameters free."""
+    """Whether an effect that errors of the comparison look like explains no more than these, all nominal parameters free; or
+    one that its own axis has to feel explains nothing there.
+    """
     one = family.chosen
-    if one is None or not one.effect.like_errors:
+    if one is None or not (one.effect.like_errors or one.effect.felt_at_home):
         return False
     left, without = (each.energy(each.held())[one.axis] for each in (state, family.state))
-    return without - left < state.bench.least(one)
+    return without - left < (state.bench.least(one) if one.effect.like_errors else state.bench.settings.least_share)
 
 
 def _leaves_more(ahead: State, state: State) -> bool:

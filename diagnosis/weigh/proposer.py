@@ -130,7 +130,7 @@ class Proposer:
         return replace(one, effect=effect)
 
     def evaluated(self, state: State, one: Begun, free: int | None = None) -> Proposal | None:
-        """What a set gains by an effect; None where it makes no mechanism there, or costs nothing.
+        """What a set gains by an effect; None where it makes no mechanism there, costs nothing, or is another axis's effect.
 
         `free`: how many of its parameters are, the first ones; all, if not told.
         """
@@ -147,6 +147,8 @@ class Proposer:
         fit = state.system.fit_tuned(tangent, less, held, NEARBY)
         left = state.energy(state.patched, tangents, felt.added)
         taken = {axis: state.left[axis] - left[axis] for axis in felt.added}
+        if one.effect.felt_at_home and taken.get(one.axis, 0.0) < self.bench.settings.least_share:
+            return None
         share = max(part for axis, part in taken.items() if is_torque(axis))
         gain = fit.evidence - state.fit.evidence
         rare = one.effect.unlikely(state.rows.motion[one.axis], state.dynamics[one.axis])

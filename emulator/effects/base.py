@@ -129,6 +129,8 @@ class Effect(ABC):
     """Whether loops tuned without it come near to oscillating: an axis with two such trips."""
     like_errors: ClassVar[bool] = False
     """Whether what a comparison of torques errs by looks like it: the times of samples, derivatives, reversals."""
+    felt_at_home: ClassVar[bool] = False
+    """Whether its own axis has to feel it: what only the axis before it feels is an effect of that one."""
     asked: ClassVar[tuple[str, ...]] = ()
     """What a kind of effects asks of its classes beside this."""
 

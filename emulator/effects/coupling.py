@@ -27,6 +27,7 @@ class Coupling(ModelEffect):
     needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
     shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SHORT_MOVES})
     by_poses: ClassVar[bool] = True
+    felt_at_home: ClassVar[bool] = True
     by_motion: ClassVar[str] = "moves of the one axis while the other holds, then both together"
     looks: ClassVar[frozenset[Look]] = frozenset({Look.INERTIA})
     shapes: ClassVar[tuple[float, ...]] = (1.0, -1.0, 0.3, -0.3, 3.0, -3.0)

@@ -24,7 +24,9 @@ from drivetwin.diagnosis.weigh.yielding import reduced
 from drivetwin.emulator.effects import AxisEffect, Effect
 from drivetwin.emulator.effects.backlash import Backlash
 from drivetwin.emulator.effects.coulomb import Coulomb
+from drivetwin.emulator.effects.coupling import Coupling
 from drivetwin.emulator.effects.elasticity import Elasticity
+from drivetwin.emulator.effects.inertia import Inertia
 from drivetwin.emulator.effects.presliding import Presliding
 from drivetwin.emulator.effects.temperature_drift import TemperatureDrift
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
@@ -111,6 +113,23 @@ def test_what_says_no_more_than_it_costs_is_taken_out(tmp_path: Path) -> None:
     assert [type(one.effect) for one in pair.whole.effects] == [TorqueRipple]
     assert family.chosen is not None
     assert isinstance(family.chosen.effect, TorqueRipple)
+
+
+def heavier(at: Swing) -> Array:
+    return 0.3 * at.acceleration
+
+
+def test_an_inertia_of_the_axis_before_is_no_coupling(tmp_path: Path) -> None:
+    """A rotor of no inertia that turns 100 times with the axis before is that axis's inertia by another name."""
+    made = ready(tmp_path, *(strokes(seed, seconds, {"turn": heavier}) for seed, seconds in ((1, 20.0), (2, 4.0))))
+    bench = bench_of(made.rows, Settings(), made.absolute)
+    proposer = Proposer(bench, bench, {"turn": [Inertia], "lift": [Coupling]}, {})
+    empty = state_of(bench, (), first_colours(bench), {})
+    assert [one.effect.effect.name for one in proposer.proposals(Pair(empty, empty))] == ["inertia"]
+    state = state_of(bench, (placed(bench.rows, "lift", Coupling(0.3e-4, 100.0)),), first_colours(bench), {})
+    pair, _, changed = Exchange(proposer, {}, lambda _what, _share: None).exchanged(Pair(state, state), [])
+    assert changed
+    assert pair.whole.effects == ()
 
 
 def test_play_that_closes_is_a_spring() -> None:
