@@ -113,7 +113,8 @@ def _drive_matters(rows: Rows, one: DriveFound, settings: Settings) -> bool:
 
 
 def worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
-    """Without effects and bodies that close less than a share of the gap on motion that was not fitted, the worst first.
+    """Without effects and bodies that close less than a share of the gap on motion that was not fitted, the worst first; and
+    without those by which an axis has a gap that is larger by such a share: none pays for another.
 
     An effect that this motion asks for much less than the fitted one must close that share there, and do no harm here. Those of
     the drive are no matter of the motion, and the torque that they do not give hides no other.
@@ -127,29 +128,32 @@ def worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
             (one, replace(patch, effects=tuple(each for each in patch.effects if each is not one))) for one in patch.effects
         ]
         rests += [(None, replace(patch, heavier=None))] if patch.heavier else []
-        whole = unseen(patch)
-        losses = [unseen(rest) - whole for _, rest in rests]
+        whole, without = unseen(patch), [unseen(rest) for _, rest in rests]
+        losses = [float(np.sum(left) - np.sum(whole)) for left in without]
         for k, (one, rest) in enumerate(rests):
             if one in seldom and losses[k] >= 0.0:
-                losses[k] = fitted(rest) - fitted(patch)
+                losses[k] = float(np.sum(fitted(rest)) - np.sum(fitted(patch)))
         worst = int(np.argmin(losses))
-        if losses[worst] > least_share and whole <= before:
-            break
+        if losses[worst] > least_share and np.sum(whole) <= np.sum(before):
+            harmed = int(np.argmax(whole - before))
+            worst = int(np.argmin([left[harmed] for left in without]))
+            if whole[harmed] - before[harmed] <= least_share or without[worst][harmed] >= whole[harmed]:
+                break
         patch = rests[worst][1]
     return replace(patch, effects=in_order([*patch.effects, *drives]))
 
 
-def _left_of(ready: Prepared, runs: Sequence[Run]) -> Callable[[Patch], float]:
-    """From a patch to the energy that it leaves on some motion, over the gap's of each axis; infinite for no mechanism."""
+def _left_of(ready: Prepared, runs: Sequence[Run]) -> Callable[[Patch], Array]:
+    """From a patch to the energy that it leaves of each axis's gap on some motion (k,); infinite for no mechanism."""
     as_it_stands = [predict(ready.simulation, run, Patch()) for run in runs]
     sizes = {axis: max(gap_rms(as_it_stands, axis), 1e-300) for axis in ready.simulation.axes}
 
-    def left(patch: Patch) -> float:
+    def left(patch: Patch) -> Array:
         try:
             told = [predict(ready.simulation, run, patch) for run in runs]
         except UserError:
-            return np.inf
-        return sum((gap_rms(told, axis, "after") / size) ** 2 for axis, size in sizes.items())
+            return np.full(len(sizes), np.inf)
+        return np.array([(gap_rms(told, axis, "after") / size) ** 2 for axis, size in sizes.items()])
 
     return left
 

@@ -25,6 +25,16 @@ def test_two_effects_that_need_each_other_and_do_harm_together_are_left_out(tmp_
     assert worth_a_name(made, patch, 0.01).effects == ()
 
 
+@pytest.mark.parametrize(("turns", "kept"), [(-0.2, True), (0.2, False)])
+def test_no_axis_pays_for_another(turns: float, kept: bool, tmp_path: Path) -> None:
+    """A heavier carriage closes the gap of the lift. It adds to that of a turn which has less inertia than its model."""
+    more = {"lift": lambda at: 0.1 * CARRIAGE * (GRAVITY + at.acceleration), "turn": lambda at: -turns * at.acceleration}
+    made = ready(tmp_path, strokes(1, 8.0, more))
+    carriage = max(made.simulation.moving_bodies())
+    patch = Patch((), {carriage: 0.1})
+    assert worth_a_name(made, patch, 0.01).heavier == (patch.heavier if kept else None)
+
+
 @pytest.mark.parametrize(
     ("share", "lags", "resists"), [(0.03, 0.170, 0.01), (0.5, 0.01, 0.0013)], ids=["small gap", "large gap"]
 )
