@@ -50,19 +50,19 @@ def system_of(
     spreads: Array,
     freedom: float = np.inf,
     near: Array | None = None,
-    lately: OfSame | None = None,
+    known: OfSame | None = None,
 ) -> System:
     """The system of columns, whitened, with their priors, the unknown as large as it usually is; `near`: none by default.
 
-    `lately`: where products of the same columns are remembered: most trials change those of one axis.
+    `known`: where products of the same columns are remembered: most trials change those of one axis.
     """
     near = np.zeros(len(columns)) if near is None else near
-    lately = lately or OfSame()
+    known = known or OfSame()
     matrices, products = {}, {}
     for axis, own in axes.items():
         acting = [(k, column[axis]) for k, column in enumerate(columns) if axis in column]
         same = (own, *(each for pair in acting for each in pair))
-        matrices[axis], products[axis] = lately.get(same, partial(_matrix_of, axis, own, columns), REMEMBERED * len(axes))
+        matrices[axis], products[axis] = known.get(same, partial(_matrix_of, axis, own, columns), REMEMBERED * len(axes))
     return System(axes, columns, spreads, {axis: own.usual for axis, own in axes.items()}, matrices, products, freedom, near)
 
 

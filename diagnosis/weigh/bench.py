@@ -113,8 +113,14 @@ class Bench:
     _felt: dict[Hashable, Felt] = field(init=False, repr=False, default_factory=dict)
     _beginnings: dict[tuple[str, type[AxisEffect]], Beginnings] = field(init=False, repr=False, default_factory=dict)
     _lately: Lately[tuple[str, Effect, AxisDynamics], Column] = field(init=False, repr=False, default_factory=Lately)
-    lately: OfSame = field(init=False, repr=False, default_factory=OfSame)
-    """What of the systems of sets is remembered: a trial changes one axis, and the others stay as they are."""
+    explained: OfSame = field(init=False, repr=False, default_factory=OfSame)
+    """Systems of axes, by what their effects cost: a trial changes one axis, and the others stay as they are."""
+    whitened: OfSame = field(init=False, repr=False, default_factory=OfSame)
+    """Columns, by their colour."""
+    bent: OfSame = field(init=False, repr=False, default_factory=OfSame)
+    """Nominal parameters, as a set bends them."""
+    products: OfSame = field(init=False, repr=False, default_factory=OfSame)
+    """Of the columns of an axis."""
 
     def felt(self, axis: str, effect: Effect, dynamics: AxisDynamics, later: Later = ()) -> Felt:
         """An effect on top of those before it, remembered: sets that follow each other have most of their effects in common."""

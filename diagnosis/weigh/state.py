@@ -96,7 +96,7 @@ class State:
         """The system of the nominal parameters alone."""
         columns = self._whitened(self.nominal_columns)
         spreads = np.array([one.spread for one in self.bench.nominals])
-        return system_of(self.axes, columns, spreads, self.bench.settings.nominal_freedom, lately=self.bench.lately)
+        return system_of(self.axes, columns, spreads, self.bench.settings.nominal_freedom, known=self.bench.products)
 
     @cached_property
     def nominal_columns(self) -> Sequence[Column]:
@@ -112,7 +112,7 @@ class State:
         with suppress(UserError):
             if self._place(one.axis, effect)[1]:
                 felt = self.felt(one.axis, effect)
-                return self.bench.lately.get((one, felt), lambda: _of_one(felt.added, one.spread), FELT)
+                return self.bench.bent.get((one, felt), lambda: _of_one(felt.added, one.spread), FELT)
         return one.column
 
     @cached_property
@@ -132,7 +132,7 @@ class State:
         near = np.concatenate([np.zeros(len(self.bench.nominals)), np.full(len(self.owners), NEARBY)])
         whitened = [*self.bare.columns, *self._whitened(self.columns[len(self.bench.nominals) :])]
         spreads = np.concatenate([self.bare.spreads, tangents])
-        system = system_of(self.axes, whitened, spreads, self.bench.settings.nominal_freedom, near, self.bench.lately)
+        system = system_of(self.axes, whitened, spreads, self.bench.settings.nominal_freedom, near, self.bench.products)
         return system.tuned(self.held())
 
     def _whitened(self, columns: Sequence[Column]) -> list[Column]:
@@ -140,7 +140,7 @@ class State:
 
     def _white(self, axis: str, rows: Array) -> Array:
         colour = self.axes[axis].colour
-        return self.bench.lately.get((colour, rows), lambda: colour.whiten(rows), WHITENED)
+        return self.bench.whitened.get((colour, rows), lambda: colour.whiten(rows), WHITENED)
 
     @cached_property
     def fit(self) -> Fit:
@@ -280,7 +280,7 @@ def state_of(
         costs = tuple(felt.cost[axis] for felt in felts if axis in felt.cost)
         same = _colour(colours[axis]), needed, *costs
         made = partial(_explained, bench, axis, colours[axis], needed, costs)
-        target[axis], axes[axis] = bench.lately.get(same, made, REMEMBERED * len(bench.rows.compared))
+        target[axis], axes[axis] = bench.explained.get(same, made, REMEMBERED * len(bench.rows.compared))
     return State(bench, ordered, tuple(felts), axes, target, late, exact)
 
 
