@@ -8,8 +8,8 @@ import pytest
 from rig_bench import CARRIAGE, GRAVITY, as_modelled, compared, moved, ready, strokes
 
 from drivetwin.diagnosis.propose.placing import placed
-from drivetwin.diagnosis.report.build import worth_a_name
 from drivetwin.diagnosis.report.prediction import Patch
+from drivetwin.diagnosis.report.worth import worth_a_name
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry

@@ -1,0 +1,81 @@
+"""What a patch keeps: what closes the gap on motion that was not fitted, and leaves no axis with a larger one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetwin.diagnosis.prepare.motion import Run
+from drivetwin.diagnosis.prepare.prepared import Prepared
+from drivetwin.diagnosis.propose.placing import in_order
+from drivetwin.diagnosis.report.prediction import Patch, contributions, gap_rms, predict
+from drivetwin.emulator.effects import DriveEffect, PlacedEffect
+from drivetwin.foundation.errors import UserError
+
+Array = NDArray[np.float64]
+
+
+def worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
+    """Without effects and bodies that close less than a share of the gap on motion that was not fitted, the worst first; and
+    without those by which an axis has a gap that is larger by such a share: none pays for another.
+
+    An effect that this motion asks for much less than the fitted one must close that share there, and do no harm here. Those of
+    the drive are no matter of the motion, and the torque that they do not give hides no other.
+    """
+    drives = tuple(one for one in patch.effects if isinstance(one.effect, DriveEffect))
+    patch = replace(patch, effects=tuple(one for one in patch.effects if not isinstance(one.effect, DriveEffect)))
+    unseen, fitted = _left_of(ready, ready.checks), _left_of(ready, ready.runs)
+    seldom, before = _seldom_asked_for(ready, patch), unseen(Patch())
+    while patch.effects or patch.heavier:
+        rests: list[tuple[PlacedEffect | None, Patch]] = [
+            (one, replace(patch, effects=tuple(each for each in patch.effects if each is not one))) for one in patch.effects
+        ]
+        rests += [(None, replace(patch, heavier=None))] if patch.heavier else []
+        whole, without = unseen(patch), [unseen(rest) for _, rest in rests]
+        losses = [float(np.sum(left) - np.sum(whole)) for left in without]
+        for k, (one, rest) in enumerate(rests):
+            if one in seldom and losses[k] >= 0.0:
+                losses[k] = float(np.sum(fitted(rest)) - np.sum(fitted(patch)))
+        worst = int(np.argmin(losses))
+        if losses[worst] > least_share and np.sum(whole) <= np.sum(before):
+            harmed = int(np.argmax(whole - before))
+            worst = int(np.argmin([left[harmed] for left in without]))
+            if whole[harmed] - before[harmed] <= least_share or without[worst][harmed] >= whole[harmed]:
+                break
+        patch = rests[worst][1]
+    return replace(patch, effects=in_order([*patch.effects, *drives]))
+
+
+def _left_of(ready: Prepared, runs: Sequence[Run]) -> Callable[[Patch], Array]:
+    """From a patch to the energy that it leaves of each axis's gap on some motion (k,); infinite for no mechanism."""
+    as_it_stands = [predict(ready.simulation, run, Patch()) for run in runs]
+    sizes = {axis: max(gap_rms(as_it_stands, axis), 1e-300) for axis in ready.simulation.axes}
+
+    def left(patch: Patch) -> Array:
+        try:
+            told = [predict(ready.simulation, run, patch) for run in runs]
+        except UserError:
+            return np.full(len(sizes), np.inf)
+        return np.array([(gap_rms(told, axis, "after") / size) ** 2 for axis, size in sizes.items()])
+
+    return left
+
+
+def _seldom_asked_for(ready: Prepared, patch: Patch) -> list[PlacedEffect]:
+    """Effects whose torque on the motion that was not fitted is less than half of that on the fitted one, rms."""
+    fitted, unseen = _torques(ready, ready.runs, patch), _torques(ready, ready.checks, patch)
+    return [one for one, before, after in zip(patch.effects, fitted, unseen, strict=True) if after < 0.5 * before]
+
+
+def _torques(ready: Prepared, runs: Sequence[Run], patch: Patch) -> list[float]:
+    """Torque of each effect on its own axis where it counts, rms [N·m or N]."""
+    parts = [contributions(ready.simulation, run, patch) for run in runs]
+    found = []
+    for number, one in enumerate(patch.effects):
+        rows = [part[number][one.axis][run.axes[one.axis].used] for part, run in zip(parts, runs, strict=True)]
+        squares = np.concatenate(rows) ** 2
+        found.append(float(np.sqrt(np.mean(squares))) if squares.size else 0.0)
+    return found
