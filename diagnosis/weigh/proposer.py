@@ -139,9 +139,9 @@ class Proposer:
             state.rows.simulation.dynamics((*state.effects, placed(state.rows, one.axis, one.effect)))
         except UserError:
             return None
-        if not all(np.isfinite(rows).all() for rows in felt.added.values()):
-            return None
         tangents = felt.tangents[:free]
+        if not all(np.isfinite(rows).all() for column in (felt.added, *tangents) for rows in column.values()):
+            return None
         less, tangent = state.system.whiten(felt.added), [state.system.whiten(each) for each in tangents]
         held = state.held(one.effect.name, one.axis)
         fit = state.system.fit_tuned(tangent, less, held, NEARBY)

@@ -20,6 +20,8 @@ _IMPLICIT = 0.52
 _LONGEST_STEP = 5e-4
 _MOST_STEPS = 16
 _STEPS_PER_RADIAN = 4.0
+_STIFFEST = 1.0
+"""By how much a link swings in a step on a flank at most [rad]: on a stiffer one it bounces off farther than it came."""
 _BEGINS = 1e-3
 """Of the highest speed, above which a motion begins in its middle: what hangs on the spring then is what was measured."""
 _FIRST_SWING = 0.5
@@ -162,7 +164,9 @@ def _swung(
     law, gear, link = axis.friction, axis.transmission, _link(motion)
     velocity, middle = (float(value) for value in motion.kept("at first", _at_first))
     swing = sqrt((gear.stiffness + law.presliding_stiffness) / middle)
-    steps = max(ceil(motion.period / _LONGEST_STEP), ceil(_STEPS_PER_RADIAN * swing * motion.period))
+    steps = min(_MOST_STEPS, max(ceil(motion.period / _LONGEST_STEP), ceil(_STEPS_PER_RADIAN * swing * motion.period)))
+    if gear.gap > 0.0:
+        gear = replace(gear, stiffness=min(gear.stiffness, middle * (_STIFFEST * steps / motion.period) ** 2))
     found, speed = np.empty((3, count)), np.empty(count)
     _follow(
         records((FrictionLaw,), [(law,)])[0],
@@ -180,7 +184,7 @@ def _swung(
         law.warmth(motion)[:count],
         law.varying_level(motion)[:count],
         motion.period,
-        min(_MOST_STEPS, steps),
+        steps,
         found[0],
         speed,
         found[2],

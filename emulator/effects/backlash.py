@@ -12,7 +12,7 @@ from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects.base import DAMPING, POSITION, STIFFNESS, Exciting, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.seen_deflection import play_seen
-from drivetwin.emulator.effects.springs import damped, springs, too_soft
+from drivetwin.emulator.effects.springs import damped, springs, tenth_of_critical, too_soft
 from drivetwin.emulator.effects.transmission_effect import TransmissionEffect
 from drivetwin.emulator.effects.waves import travel
 
@@ -54,6 +54,12 @@ class Backlash(TransmissionEffect):
     def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """A gear has minutes of arc of play, a hobby servo a degree or two: what has ten times that is no drive train."""
         return super().bounds(motion, axis) | {"gap": (0.0, LARGEST_GAP[0] if axis.slide else LARGEST_GAP[1])}
+
+    def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
+        """Of a gap that is closed, what the flanks give way under the axis's torque: less makes no play of it."""
+        gives = float(np.sqrt(np.mean(motion.torque**2))) / self.stiffness
+        damping = self.damping or tenth_of_critical(motion, self.stiffness)
+        return super().sizes(motion, axis) | {"gap": self.gap or gives or 1.0, "damping": damping or 1.0}
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         return too_soft(motion, self.stiffness)

@@ -13,7 +13,7 @@ from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects.base import DAMPING, STIFFNESS, Exciting, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.seen_deflection import stiffness_seen
-from drivetwin.emulator.effects.springs import damped, springs, too_soft
+from drivetwin.emulator.effects.springs import damped, springs, tenth_of_critical, too_soft
 from drivetwin.emulator.effects.transmission_effect import TransmissionEffect
 
 
@@ -39,6 +39,10 @@ class Elasticity(TransmissionEffect):
 
     stiffness: float
     damping: float = 0.0
+
+    def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
+        damping = self.damping or tenth_of_critical(motion, self.stiffness)
+        return super().sizes(motion, axis) | {"damping": damping or 1.0}
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         return too_soft(motion, self.stiffness)

@@ -7,12 +7,14 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 
+ROUNDING = 1e-9
+"""Share of the travel that no encoder resolves: what two differ by less is rounding."""
+
 
 def stiffness_seen(motion: Motion, axis: AxisDynamics) -> float | None:
     """Of a joint without play [N·m/rad or N/m], by its deflection over the load's torque; None where no encoder shows any."""
-    if motion.deflection is None:
-        return None
-    return _stiffness(_fitted(motion.deflection, -_load(motion, axis)[:, None]))
+    shown = _shown(motion)
+    return None if shown is None else _stiffness(_fitted(shown, -_load(motion, axis)[:, None]))
 
 
 def play_seen(motion: Motion, axis: AxisDynamics) -> tuple[float, float] | None:
@@ -20,12 +22,20 @@ def play_seen(motion: Motion, axis: AxisDynamics) -> tuple[float, float] | None:
 
     By least squares of its deflection on the load's torque and half the sign of that.
     """
-    if motion.deflection is None:
+    shown = _shown(motion)
+    if shown is None:
         return None
     load = _load(motion, axis)
-    found = _fitted(motion.deflection, -np.column_stack((load, 0.5 * np.sign(load))))
+    found = _fitted(shown, -np.column_stack((load, 0.5 * np.sign(load))))
     stiffness, gap = _stiffness(found), float(found[1])
     return (gap, stiffness) if stiffness is not None and gap > 0.0 else None
+
+
+def _shown(motion: Motion) -> NDArray[np.float64] | None:
+    """The deflection (n,) that a second encoder shows; None without one, or where both count alike."""
+    if motion.deflection is None or np.ptp(motion.deflection) <= ROUNDING * np.ptp(motion.position):
+        return None
+    return motion.deflection
 
 
 def _load(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:

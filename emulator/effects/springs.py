@@ -27,6 +27,11 @@ def damped(motion: Motion, stiffness: float, damping_ratios: Iterable[float]) ->
     return [(stiffness, 2.0 * ratio * sqrt(link * stiffness)) for ratio in damping_ratios]
 
 
+def tenth_of_critical(motion: Motion, stiffness: float) -> float:
+    """Damping of a spring [N·m·s/rad or N·s/m] that changes what it does: where none is there, no share of it is a step."""
+    return 0.2 * sqrt(max(float(np.median(motion.inertia)) - motion.rotor_inertia, 0.0) * stiffness)
+
+
 _SOFT = 8.0
 """Frequency [Hz] at which a link swings on a transmission that hardly any servo axis is softer than."""
 

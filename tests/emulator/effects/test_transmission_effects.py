@@ -12,10 +12,12 @@ from effect_bench import GEAR, HINGE, LINK, MOTOR, PERIOD, Rig, effect, frequenc
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
+from drivetwin.diagnosis.propose.search import movable_fields, tangents
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from drivetwin.emulator.dynamics.replay import motor_torque
 from drivetwin.emulator.dynamics.transmission import Transmission
 from drivetwin.emulator.effects.backlash import Backlash
+from drivetwin.emulator.effects.seen_deflection import play_seen, stiffness_seen
 from drivetwin.foundation.errors import UserError
 
 STIFFNESS = 800.0
@@ -126,6 +128,19 @@ def test_on_an_axis_that_stands_no_gap_is_looked_for(make: Callable[[], Rig]) ->
     axis = replace(make().mechanism.dynamics["axis"], friction=FrictionLaw(coulomb=0.8))
     with np.errstate(all="raise"):
         assert Backlash.starts(still, axis) == []
+
+
+def test_two_encoders_that_count_alike_show_no_play_and_no_spring() -> None:
+    """Rounding of a filter is 1e-17 of the travel: a play of that size has no slope."""
+    time = 0.001 * np.arange(4000.0)
+    angle, speed, acceleration = np.sin(5.0 * time), 5.0 * np.cos(5.0 * time), -25.0 * np.sin(5.0 * time)
+    torque = 0.3 * acceleration
+    gives = -1e-4 * (torque / torque.max() + np.sign(torque))
+    motion = Motion(angle, speed, acceleration, torque, time, torque, np.full(4000, 0.3), 0.1, deflection=1e-13 * gives)
+    axis = replace(slide().mechanism.dynamics["axis"], friction=FrictionLaw(coulomb=0.8))
+    assert play_seen(motion, axis) is None
+    assert stiffness_seen(motion, axis) is None
+    assert play_seen(replace(motion, deflection=gives), axis) is not None
 
 
 def test_flight_through_the_gap_is_free_and_bounces_keep_the_energy() -> None:
@@ -295,3 +310,18 @@ def test_a_motor_on_a_spring_has_no_friction_of_the_model_s_default_class() -> N
     one, other = (Rig(text, spring).model for text in (xml, xml.replace("<worldbody>", f"{defaults}<worldbody>", 1)))
     for name in ("dof_damping", "dof_frictionloss", "dof_armature", "jnt_stiffness", "dof_M0"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_a_closed_gap_on_stiff_flanks_moves_by_what_these_give() -> None:
+    """A slope at 0: a step of a gap that no drive train has throws the link about, and no torque follows it."""
+    time = 0.001 * np.arange(4000.0)
+    angle, speed, acceleration = np.sin(5.0 * time), 5.0 * np.cos(5.0 * time), -25.0 * np.sin(5.0 * time)
+    torque = (LINK + MOTOR) * acceleration
+    motion = Motion(angle, speed, acceleration, torque, time, torque, np.full_like(time, LINK + MOTOR), MOTOR)
+    axis = replace(slide().mechanism.dynamics["axis"], friction=FrictionLaw(coulomb=0.8))
+    closed = Backlash(0.0, 4e9, 0.0)
+    fields = movable_fields(closed, motion, axis, 0.05)
+    slopes = tangents(closed, fields, lambda effect: {"axis": effect.predict(motion, axis)})  # type: ignore[attr-defined]
+    assert all(np.isfinite(each["axis"]).all() for each in slopes)
+    gap = next(field for field in fields if field.name == "gap")
+    assert gap.size == pytest.approx(np.sqrt(np.mean(torque**2)) / 4e9)
