@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,53 +38,67 @@ def chosen_cutoff(recordings: Sequence[Recording]) -> float:
     return float(min(highest, max([USUAL, *(_needed(*one) for one in each)])))
 
 
-def motion_cutoff(recordings: Sequence[Recording], inertia: Mapping[str, float]) -> float:
-    """Up to where accelerations are more than noise of the position [Hz]: the motion is filtered there, if that is lower.
+def motion_cutoff(
+    recordings: Sequence[Recording], inertia: Mapping[str, float], by_velocity: Collection[str] = frozenset()
+) -> float:
+    """Up to where accelerations are more than noise [Hz]: the motion is filtered there, if that is lower.
 
     `inertia` of each axis [kg·m² or kg]: noise of the inertial torque is to be at most 2 % of the torque; but as high as the
-    position itself stands 20 dB above its noise.
+    position itself stands 20 dB above its noise. `by_velocity`: axes whose motion is read from the velocity: of that, then.
     """
-    each = [(recording, axis) for recording in recordings for axis in recording.info.axes]
-    highest = [max(_bearable(recording, axis, inertia[axis]), _told(recording, axis)) for recording, axis in each]
+    highest = []
+    for recording in recordings:
+        for axis in recording.info.axes:
+            sensor = Sensor.of(recording, axis, velocity=axis in by_velocity)
+            torque = float(np.sqrt(np.mean(recording.columns[axis]["torque"] ** 2)))
+            highest.append(max(sensor.bearable(torque, inertia[axis]), sensor.told()))
     return max(LOWEST, float(np.median(highest)))
 
 
-def _bearable(recording: Recording, axis: str, inertia: float) -> float:
-    """Up to where the inertial torque's noise is at most 2 % of the torque [Hz].
+@dataclass(frozen=True)
+class Sensor:
+    """Samples (n,) of a position, or a velocity, every `period` [s]; `order`: derivatives that make an acceleration of it."""
 
-    White noise s of a position, sampled every T, is (2 pi f)² s sqrt(2 f T / 5) in the acceleration up to f.
-    """
-    period = recording.info.sample_period
-    torque = float(np.sqrt(np.mean(recording.columns[axis]["torque"] ** 2)))
-    noise = inertia * position_noise(recording, axis) * (2.0 * np.pi) ** 2 * np.sqrt(0.4 * period)
-    return float((NOISE_SHARE * torque / noise) ** 0.4) if noise > 0.0 else np.inf
+    samples: Array
+    period: float
+    order: int
 
+    @classmethod
+    def of(cls, recording: Recording, axis: str, *, velocity: bool) -> Sensor:
+        columns, period = recording.columns[axis], recording.info.sample_period
+        return cls(columns["velocity"], period, 1) if velocity else cls(measured_position(columns, period), period, 2)
 
-def _told(recording: Recording, axis: str) -> float:
-    """The highest frequency [Hz] at which the position's density is 20 dB above its noise's."""
-    frequency, density = _density(recording, axis)
-    noise = 2.0 * position_noise(recording, axis) ** 2 * recording.info.sample_period
-    above = frequency[density > ABOVE_NOISE * noise]
-    return float(above.max(initial=0.0))
+    def bearable(self, torque: float, inertia: float) -> float:
+        """Up to where the inertial torque's noise is at most 2 % of the torque [Hz].
 
+        White noise s, sampled every T, is (2 pi f)^k s sqrt(2 f T / (2 k + 1)) in the k-th derivative up to f.
+        """
+        unit = inertia * self.noise * (2.0 * np.pi) ** self.order * np.sqrt(2.0 * self.period / (2.0 * self.order + 1.0))
+        return float((NOISE_SHARE * torque / unit) ** (1.0 / (self.order + 0.5))) if unit > 0.0 else np.inf
 
-def position_noise(recording: Recording, axis: str) -> float:
-    """Standard deviation of a position's white noise [rad or m], from its density at the upper end of its spectrum."""
-    frequency, density = _density(recording, axis)
-    rate = 1.0 / recording.info.sample_period
-    upper = (frequency >= 0.35 * rate) & (frequency <= 0.48 * rate)
-    return float(np.sqrt(np.median(density[upper]) * 0.5 * rate)) if upper.any() else 0.0
+    def told(self) -> float:
+        """The highest frequency [Hz] at which the density is 20 dB above the noise's."""
+        frequency, density = self._density
+        above = frequency[density > ABOVE_NOISE * 2.0 * self.noise**2 * self.period]
+        return float(above.max(initial=0.0))
 
+    @cached_property
+    def noise(self) -> float:
+        """Standard deviation of white noise, from the density at the upper end of the spectrum."""
+        frequency, density = self._density
+        rate = 1.0 / self.period
+        upper = (frequency >= 0.35 * rate) & (frequency <= 0.48 * rate)
+        return float(np.sqrt(np.median(density[upper]) * 0.5 * rate)) if upper.any() else 0.0
 
-def _density(recording: Recording, axis: str) -> tuple[Array, Array]:
-    """Frequencies [Hz] and the position's density, (k,), by its fourth differences, which leave no trend to leak."""
-    period = recording.info.sample_period
-    position = measured_position(recording.columns[axis], period)
-    if len(position) < 64:
-        return np.zeros(0), np.zeros(0)
-    differences = np.diff(position, 4)
-    frequency, power = signal.welch(differences, fs=1.0 / period, nperseg=min(512, len(differences)), detrend=False)
-    return frequency[1:], power[1:] / (2.0 * np.sin(np.pi * frequency[1:] * period)) ** 8
+    @cached_property
+    def _density(self) -> tuple[Array, Array]:
+        """Frequencies [Hz] and the density, (k,), by fourth differences of a position, which leave no trend to leak."""
+        if len(self.samples) < 64:
+            return np.zeros(0), np.zeros(0)
+        times = self.order + 2
+        differences = np.diff(self.samples, times)
+        frequency, power = signal.welch(differences, fs=1.0 / self.period, nperseg=min(512, len(differences)), detrend=False)
+        return frequency[1:], power[1:] / (2.0 * np.sin(np.pi * frequency[1:] * self.period)) ** (2 * times)
 
 
 def _needed(recording: Recording, axis: str) -> float:

@@ -15,6 +15,7 @@ from drivetwin.diagnosis.prepare.positions import positions
 from drivetwin.diagnosis.prepare.rates import fast_enough
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.prepare.simulation import Simulation, simulation
+from drivetwin.diagnosis.prepare.steadied import steadied
 from drivetwin.diagnosis.prepare.testable import Testable, is_absolute, testable
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.foundation.errors import UserError
@@ -62,6 +63,8 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     training, validation, unrecorded = whole.training, whole.validation, whole.asked
     validation, slow = fast_enough(training, validation)
     cutoff = settings.cutoff_hz or chosen_cutoff([*training, *validation])
+    steady = steadied(twin, training, validation, cutoff, settings.model_error)
+    training, validation = steady.training, steady.validation
     fit_at, check_at = positions(twin, training, cutoff), positions(twin, validation, cutoff)
     training, validation = fit_at.recordings, check_at.recordings
     recordings = [*training, *validation]
@@ -71,7 +74,7 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
             f"{', '.join(one.name for one in fitted)}: too short to hold a quarter back for validation: record longer, or give "
             "--validate"
         )
-    motion = motion_cutoff(recordings, twin.home_inertia())
+    motion = motion_cutoff(recordings, twin.home_inertia(), steady.by_velocity)
     standstill = standstill_of(twin, [*fitted, *held], min(cutoff, motion))
     each = zip([*fitted, *held], standstill, begins([*fitted, *held]), strict=True)
     every = [prepare(twin, one, cutoff, motion, still, began, unrecorded) for one, still, began in each]
@@ -85,5 +88,5 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     absolute = {axis: is_absolute(runs, axis) for axis in twin.axes}
     asked = {axis: testable(rows, axis, absolute[axis], law_holds(runs, axis), unrecorded.get(axis)) for axis in twin.axes}
     middle = {axis: sorted(each[axis] for each in standstill)[len(standstill) // 2] for axis in twin.axes}
-    told = (*notes(unrecorded), *slow, *fit_at.notes, *check_at.notes)
+    told = (*notes(unrecorded), *slow, *steady.notes, *fit_at.notes, *check_at.notes)
     return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, told, check_at.adrift)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drivetwin.diagnosis.prepare.cutoff import USUAL, chosen_cutoff, motion_cutoff, position_noise
+from drivetwin.diagnosis.prepare.cutoff import USUAL, Sensor, chosen_cutoff, motion_cutoff
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.recording.recording import Recording, RecordingInfo
 
@@ -65,13 +65,15 @@ def test_at_5_kilohertz_a_line_at_300_is_kept() -> None:
 def test_white_noise_of_a_position_is_told_beneath_a_motion(noise: float) -> None:
     time = time_of(1000.0)
     position = np.sin(time) + noise * np.random.default_rng(1).standard_normal(len(time))
-    assert position_noise(recorded(0.0 * time, position, 1000.0), "turn") == pytest.approx(noise, rel=0.1)
+    assert Sensor.of(recorded(0.0 * time, position, 1000.0), "turn", velocity=False).noise == pytest.approx(noise, rel=0.1)
 
 
 def test_rounding_to_a_quantum_is_noise_of_its_root_of_a_twelfth() -> None:
     time = time_of(1000.0)
     position = np.round(np.sin(3.0 * time) / 1e-4) * 1e-4
-    assert position_noise(recorded(0.0 * time, position, 1000.0), "turn") == pytest.approx(1e-4 / np.sqrt(12.0), rel=0.3)
+    assert Sensor.of(recorded(0.0 * time, position, 1000.0), "turn", velocity=False).noise == pytest.approx(
+        1e-4 / np.sqrt(12.0), rel=0.3
+    )
 
 
 def test_a_coarse_position_is_filtered_lower_than_a_fine_one() -> None:

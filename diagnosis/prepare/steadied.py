@@ -1,0 +1,160 @@
+"""Positions that a recorded velocity steadies: where differences of the position are noisier than the drive's own velocity.
+
+Noise of a position grows with the square of the frequency in the acceleration, and a regressor with noise makes its coefficient
+too small (errors in variables: Fuller, Measurement Error Models, 1987, sec. 1.1): the inertia would be found too light.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from drivetwin.diagnosis.prepare.channel import earlier, torque_of
+from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
+from drivetwin.motion.axis_motion import measured_position
+from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
+from drivetwin.recording.recording import Recording
+
+Array = NDArray[np.float64]
+
+COUNTED_HZ = 1.0
+"""Below it a position is as it was counted, above it the integral of the velocity: that drifts."""
+SLOW_HZ = 10.0
+"""Below it both show the same motion, by which the velocity's delay is told."""
+SAME_SCALE = 0.02
+"""By which share a velocity differs from the slope of its position at most."""
+
+SAMPLES = 40_000
+"""In the middle of a recording, by which the two are compared."""
+
+
+@dataclass(frozen=True)
+class Steadied:
+    """Recordings with the steadier position of each axis, and what a reader needs to know of it.
+
+    `by_velocity`: axes whose position was replaced.
+    """
+
+    training: tuple[Recording, ...]
+    validation: tuple[Recording, ...]
+    by_velocity: frozenset[str]
+    notes: tuple[str, ...]
+
+
+def steadied(
+    simulation: Simulation, training: Sequence[Recording], validation: Sequence[Recording], cutoff_hz: float, model_error: float
+) -> Steadied:
+    """Takes the velocity of each axis where noise of the position costs more torque than the comparison errs by, and it less.
+
+    Every recording has to have it, and it has to explain more of the torque in each of `training`: a velocity through a
+    low-pass of first order looks free of noise. `model_error`: of `Settings`.
+    """
+    inertia = simulation.home_inertia()
+    notes: dict[str, str] = {}
+    for axis in simulation.axes:
+        found = {one.name: _steadied(one, axis) for one in (*training, *validation)}
+        better = {name: position for name, position in found.items() if position is not None}
+        if len(better) < len(found):
+            continue
+        both = [_noise(one, axis, better[one.name], cutoff_hz) for one in training]
+        torque = float(np.sqrt(np.mean([_varies(one, axis, cutoff_hz) for one in training])))
+        counted, told = (inertia[axis] * float(np.sqrt(np.mean(each))) for each in zip(*both, strict=True))
+        if counted <= model_error * torque or told >= counted:
+            continue
+        replaced = [_with(one, axis, better) for one in training]
+        if all(
+            _left(simulation, new, axis, cutoff_hz) < _left(simulation, old, axis, cutoff_hz)
+            for new, old in zip(replaced, training, strict=True)
+        ):
+            training = replaced
+            validation = [_with(one, axis, better) for one in validation]
+            notes[axis] = (
+                f"{axis}: above {COUNTED_HZ:g} Hz its motion is read from the recorded velocity: noise of the position makes "
+                f"{counted / torque:.0%} of the torque in the acceleration, that of the velocity {told / torque:.0%}."
+            )
+    return Steadied(tuple(training), tuple(validation), frozenset(notes), tuple(notes.values()))
+
+
+def _with(recording: Recording, axis: str, positions: Mapping[str, Array]) -> Recording:
+    """The recording with another position of an axis, by the recording's name."""
+    own = {**recording.columns[axis], "position": positions[recording.name]}
+    return replace(recording, columns={**recording.columns, axis: own})
+
+
+def _steadied(recording: Recording, axis: str) -> Array | None:
+    """The position as counted below 1 Hz, and as the integral of the velocity above it, (n,); None where that is of no use.
+
+    A second encoder is compared with the position sample by sample: beside it that stays as it is.
+    """
+    columns, period = recording.columns[axis], recording.info.sample_period
+    if not {"position", "velocity"} <= set(columns) or "joint_position" in columns or _derived(recording, axis):
+        return None
+    position, velocity = columns["position"], columns["velocity"]
+    slow = effective_cutoff(period, SLOW_HZ)
+    slope = fine_derivative(zero_phase(position, period, slow), period)
+    both = np.column_stack((slope, -fine_derivative(slope, period)))
+    scale, late = np.linalg.lstsq(both, zero_phase(velocity, period, slow), rcond=None)[0]
+    if abs(scale - 1.0) > SAME_SCALE:
+        return None
+    time = period * np.arange(len(velocity))
+    integral = CubicSpline(time, earlier(velocity, float(late), period)).antiderivative()(time)
+    return np.asarray(integral + zero_phase(position - integral, period, effective_cutoff(period, COUNTED_HZ)))
+
+
+def _derived(recording: Recording, axis: str) -> bool:
+    return not {f"{axis}.position", f"{axis}.velocity"}.isdisjoint(recording.info.derived)
+
+
+def _noise(recording: Recording, axis: str, steady: Array, cutoff_hz: float) -> tuple[float, float]:
+    """Mean square of the noise in the acceleration of the counted position and of the steadied one.
+
+    Two measurements of one quantity, whose noise is independent: what they have in common is the motion (Grubbs, Journal of the
+    American Statistical Association 43(242), 1948). A velocity through a filter has less than that: its error counts alike.
+    """
+    counted, told = (_acceleration(recording, one, cutoff_hz) for one in (recording.columns[axis]["position"], steady))
+    common = float(np.mean(counted * told))
+    return max(float(np.mean(counted**2)) - common, 0.0), abs(float(np.mean(told**2)) - common)
+
+
+def _acceleration(recording: Recording, position: Array, cutoff_hz: float) -> Array:
+    """Of a position (n,), in the compared band, without the filter's edges."""
+    period = recording.info.sample_period
+    cutoff = effective_cutoff(period, cutoff_hz)
+    slope = fine_derivative(zero_phase(position, period, cutoff), period)
+    edge = reach(period, cutoff)
+    return fine_derivative(slope, period)[edge : len(slope) - edge]
+
+
+def _varies(recording: Recording, axis: str, cutoff_hz: float) -> float:
+    """Variance of an axis's torque in the compared band."""
+    period = recording.info.sample_period
+    return float(np.var(zero_phase(torque_of(recording, axis), period, effective_cutoff(period, cutoff_hz))))
+
+
+def _left(simulation: Simulation, recording: Recording, axis: str, cutoff_hz: float) -> float:
+    """Energy that inertia, weight, Coulomb and viscous friction leave of an axis's torque [(N·m)² or N²], each by a factor of
+    its own; torque and motion may differ a little in time.
+    """
+    period = recording.info.sample_period
+    cutoff = effective_cutoff(period, cutoff_hz)
+    spare = max(len(recording.time) - SAMPLES, 0) // 2
+    part = slice(spare, len(recording.time) - spare)
+    raw = [measured_position(recording.columns[one], period)[part] for one in simulation.axes]
+    position = np.column_stack([zero_phase(samples, period, cutoff) for samples in raw])
+    velocity = np.column_stack([fine_derivative(samples, period) for samples in position.T])
+    acceleration = np.column_stack([fine_derivative(samples, period) for samples in velocity.T])
+    rest, number = np.zeros_like(position), simulation.axes.index(axis)
+    weight = simulation.torques(Kinematics(position, rest, rest))[:, number]
+    moves = simulation.torques(Kinematics(position, velocity, acceleration))[:, number] - weight
+    speed = velocity[:, number]
+    later = [fine_derivative(each, period) for each in (moves, weight)]
+    columns = np.column_stack((moves, weight, *later, np.sign(speed), speed, np.ones_like(speed)))
+    inside = slice(reach(period, cutoff), len(columns) - reach(period, cutoff))
+    torque = zero_phase(torque_of(recording, axis)[part], period, cutoff)[inside]
+    scaled = columns[inside] / np.maximum(np.abs(columns[inside]).max(axis=0), np.finfo(float).tiny)
+    left = torque - scaled @ np.linalg.lstsq(scaled, torque, rcond=None)[0]
+    return float(left @ left)
