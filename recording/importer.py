@@ -13,7 +13,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from drivetwin.foundation.errors import UserError
-from drivetwin.recording.checks import GAP_FACTOR, TOLERANCE, gaps, refuse_gap
+from drivetwin.recording.checks import GAP_FACTOR, REPAIRED, TOLERANCE, UNREPAIRED, gaps, refuse_gap
 from drivetwin.recording.formats.base import Signals
 from drivetwin.recording.formats.library import format_of
 from drivetwin.recording.import_map import AxisMap, ImportMap
@@ -48,7 +48,8 @@ def import_recordings(
 def import_recording(file: Path, import_map: ImportMap, *, name: str | None = None, mend: bool = False) -> Recording:
     """The recording in `file`; its `files` are what it was made of: the file, the map, and an EDS where one was read.
 
-    `mend`: a table's repeated rows and single missing samples are repaired (`repair`), and `repaired` says how many.
+    `mend`: a table's repeated rows, single missing samples and ends without numbers are repaired (`repair`), and `repaired`
+    says how many.
     Raises UserError for a file, a column or a unit that does not fit the map, and for what a recording may not be.
     """
     if not file.is_file():
@@ -56,7 +57,7 @@ def import_recording(file: Path, import_map: ImportMap, *, name: str | None = No
     signals = format_of(file, import_map).signals(file, import_map, mend=mend)
     signals = _on_equal_steps(file, signals, import_map)
     period = import_map.resample or _period(signals.time)
-    starts = gaps(str(file), signals.time, period)
+    starts = gaps(str(file), signals.time, period, REPAIRED if mend else UNREPAIRED)
     if starts and import_map.gaps == "refuse":
         error = refuse_gap(str(file), signals.time, starts[0], period)
         raise UserError(f"{str(error).partition('; record again')[0]}; record again, or say `gaps: keep` in the map")
