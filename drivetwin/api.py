@@ -114,7 +114,8 @@ def identify(
 def import_recording(file: PathLike, import_map: PathLike, *, repair: bool = False) -> Recording:
     """The recording in a foreign file, by a map of its columns (MAP.yaml, docs/import.md); SI units, joint side.
 
-    `repair`: repeated rows and single missing samples of a table are repaired. Raises UserError naming file, column and row.
+    `repair`: repeated rows, single missing samples and ends without numbers of a table are repaired. Raises UserError naming
+    file, column and row.
     """
     return imported(Path(file), read_map(Path(import_map)), mend=repair)
 

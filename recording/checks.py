@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,6 +12,22 @@ from drivetwin.recording.recording import FIRST_SCHEMA, ONE_OF, SCHEMA, TORQUE, 
 
 TOLERANCE = 0.01
 GAP_FACTOR = 1.5  # a step beyond this many periods means that samples are missing, not that the clock jitters
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What to do about a `missing` number, and about time that does not `rise`."""
+
+    missing: str
+    rise: str
+
+
+UNREPAIRED = Advice(
+    "export it again, cut the recording before it, or import it with --repair",
+    "sort the rows, or take the repeated ones out (import --repair)",
+)
+REPAIRED = Advice("export it again, or cut the recording before it", "sort the rows, and take out those of the same time")
+"""Where --repair has done what it can."""
 
 
 def check_lengths(where: str, time: Samples, columns: Mapping[str, Samples]) -> None:
@@ -65,7 +82,7 @@ def _have(axis: str, present: set[str]) -> str:
     return f"columns of this axis: {columns}; record it, or take the axis out of recording.json"
 
 
-def check_finite(where: str, column: str, values: Samples, time: Samples) -> None:
+def check_finite(where: str, column: str, values: Samples, time: Samples, advice: Advice = UNREPAIRED) -> None:
     """No NaN or infinity in `values`; raises UserError naming the first row that has one."""
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
@@ -74,17 +91,17 @@ def check_finite(where: str, column: str, values: Samples, time: Samples) -> Non
         at = f", time {time[index]:g} s" if np.isfinite(time[index]) else ""
         raise UserError(
             f"{where}: column {column} is {values[index]} at row {index + 1}{at}{more}; a required column needs a "
-            "finite number in every row: export it again, cut the recording before it, or import it with --repair"
+            f"finite number in every row: {advice.missing}"
         )
 
 
-def gaps(where: str, time: Samples, period: float) -> list[int]:
+def gaps(where: str, time: Samples, period: float, advice: Advice = UNREPAIRED) -> list[int]:
     """Indices i where samples are missing between i - 1 and i.
 
     `time` is (n,) [s], `period` [s]. Raises UserError where time does not rise, or where a step is neither within 1 %
     of the period nor a gap.
     """
-    check_finite(where, "time", time, time)
+    check_finite(where, "time", time, time, advice)
     if len(time) < 2:
         raise UserError(f"{where}: column time has {len(time)} row(s), a recording needs at least 2; export it again")
     steps = np.diff(time)
@@ -93,16 +110,16 @@ def gaps(where: str, time: Samples, period: float) -> list[int]:
     uneven = np.flatnonzero(np.abs(steps - period) > slack)
     for index in uneven:
         if steps[index] <= 0 or steps[index] < GAP_FACTOR * period:
-            raise UserError(_uneven_message(where, time, int(index), period, float(np.median(steps))))
+            raise UserError(_uneven_message(where, time, int(index), period, float(np.median(steps)), advice))
     return [int(index) + 1 for index in uneven]
 
 
-def _uneven_message(where: str, time: Samples, index: int, period: float, median: float) -> str:
+def _uneven_message(where: str, time: Samples, index: int, period: float, median: float, advice: Advice) -> str:
     row, step = index + 2, time[index + 1] - time[index]
     if step <= 0:
         return (
             f"{where}: column time falls or stands still at row {row} ({time[index]:g} s, then {time[index + 1]:g} s); "
-            "time must rise in equal steps: sort the rows, or take the repeated ones out (import --repair)"
+            f"time must rise in equal steps: {advice.rise}"
         )
     if abs(median - period) > TOLERANCE * period:
         return (

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from drivetwin.foundation.errors import UserError
-from drivetwin.recording.checks import TOLERANCE, gaps, refuse_gap
+from drivetwin.recording.checks import GAP_FACTOR, REPAIRED, TOLERANCE, UNREPAIRED, gaps, refuse_gap
 from drivetwin.recording.formats.base import Signals
 from drivetwin.recording.formats.library import format_of
 from drivetwin.recording.import_map import AxisMap, ImportMap
@@ -48,15 +48,16 @@ def import_recordings(
 def import_recording(file: Path, import_map: ImportMap, *, name: str | None = None, mend: bool = False) -> Recording:
     """The recording in `file`; its `files` are what it was made of: the file, the map, and an EDS where one was read.
 
-    `mend`: a table's repeated rows and single missing samples are repaired (`repair`), and `repaired` says how many.
+    `mend`: a table's repeated rows, single missing samples and ends without numbers are repaired (`repair`), and `repaired`
+    says how many.
     Raises UserError for a file, a column or a unit that does not fit the map, and for what a recording may not be.
     """
     if not file.is_file():
         raise UserError(f"{file} does not exist; give the files to import")
     signals = format_of(file, import_map).signals(file, import_map, mend=mend)
     signals = _on_equal_steps(file, signals, import_map)
-    period = _period(signals.time)
-    starts = gaps(str(file), signals.time, period)
+    period = import_map.resample or _period(signals.time)
+    starts = gaps(str(file), signals.time, period, REPAIRED if mend else UNREPAIRED)
     if starts and import_map.gaps == "refuse":
         error = refuse_gap(str(file), signals.time, starts[0], period)
         raise UserError(f"{str(error).partition('; record again')[0]}; record again, or say `gaps: keep` in the map")
@@ -87,17 +88,18 @@ def unique_names(files: Sequence[Path]) -> list[str]:
 
 
 def _period(time: Samples) -> float:
-    """The step of `time` [s]: its mean where that is like its median, to the digits that a clock has."""
+    """The step of `time` [s]: the mean of its steps but gaps where that is like the median, to the digits that a clock has."""
     if len(time) < 2:
         raise UserError(f"the file has {len(time)} samples; a recording needs at least 2")
-    median = float(np.median(np.diff(time)))
-    mean = float(time[-1] - time[0]) / (len(time) - 1)
+    steps = np.diff(time)
+    median = float(np.median(steps))
+    mean = float(np.mean(steps[steps < GAP_FACTOR * median])) if median > 0 else median
     period = mean if abs(mean - median) < 1e-3 * abs(median) else median
     return float(f"{period:.6g}") if period > 0 else 1.0
 
 
 def _on_equal_steps(file: Path, signals: Signals, import_map: ImportMap) -> Signals:
-    """`signals` as they are, or by linear interpolation on the period that the map asks for."""
+    """`signals` as they are, or by linear interpolation on the period that the map asks for; a kept gap stays one."""
     period = import_map.resample
     time = signals.time
     if len(time) < 2:
@@ -111,12 +113,14 @@ def _on_equal_steps(file: Path, signals: Signals, import_map: ImportMap) -> Sign
             f"{file}: column time falls or stands still at row {int(falling[0]) + 2}; sort the rows before resampling"
         )
     median = float(np.median(steps))
-    wide = np.flatnonzero(steps > _BRIDGED * max(median, period))
-    if wide.size:
-        at = int(wide[0])
+    bridged = _BRIDGED * max(median, period)
+    starts = np.flatnonzero(steps > bridged) + 1
+    if starts.size and import_map.gaps == "refuse":
+        at = int(starts[0])
         raise UserError(
-            f"{file}: column time has a gap of {steps[at]:g} s before row {at + 2}; resampling does not invent what "
-            f"was lost (steps up to {_BRIDGED * max(median, period):g} s are bridged): cut the file there"
+            f"{file}: column time has a gap of {steps[at - 1]:g} s before row {at + 1} (time {time[at]:g} s); resampling "
+            f"does not invent what was lost (steps up to {bridged:g} s are bridged): cut the file there, or say `gaps: keep` "
+            "in the map"
         )
     if period > (1 + TOLERANCE) * median:
         logger.warning(
@@ -126,9 +130,12 @@ def _on_equal_steps(file: Path, signals: Signals, import_map: ImportMap) -> Sign
         raise UserError(
             f"{file}: resample: {period:g} s is less than 1/{_FINEST} of the file's step, {median:g} s: give it in seconds"
         )
-    if period > time[-1] - time[0]:
-        raise UserError(f"{file}: resample: {period:g} s is longer than the file, {time[-1] - time[0]:g} s: give it in seconds")
-    grid = time[0] + np.arange(int((time[-1] - time[0]) / period * (1 + 1e-12)) + 1) * period
+    segments = np.split(time, starts)
+    longest = max(float(segment[-1] - segment[0]) for segment in segments)
+    if period > longest:
+        whole = "each segment between gaps, at most" if starts.size else "the file,"
+        raise UserError(f"{file}: resample: {period:g} s is longer than {whole} {longest:g} s: give it in seconds")
+    grid = _grid(file, segments, period)
     columns = {
         axis: {name: np.interp(grid, time, values) for name, values in named.items()}
         for axis, named in signals.columns.items()
@@ -137,6 +144,20 @@ def _on_equal_steps(file: Path, signals: Signals, import_map: ImportMap) -> Sign
 
 
 _BRIDGED = 4.0
+
+
+def _grid(file: Path, segments: Sequence[Samples], period: float) -> Samples:
+    """Times (n,) [s] within the segments, each a multiple of `period` after the first: a gap is missing from one grid."""
+    zero = segments[0][0]
+    counts = []
+    for segment in segments:
+        # A rounding of the time stamps does not lose the first or the last sample.
+        first, last = (segment[0] - zero) / period * (1 - 1e-12), (segment[-1] - zero) / period * (1 + 1e-12)
+        counts.append(np.arange(np.ceil(first), np.floor(last) + 1))
+    missed = sum(not count.size for count in counts)
+    if missed:
+        logger.warning("%s: segments between gaps that are left out, being shorter than the period: %d", file, missed)
+    return np.asarray(zero + np.concatenate(counts) * period)
 
 
 def _integrate_positions(signals: Signals, starts: list[int]) -> list[str]:

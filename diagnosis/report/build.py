@@ -15,6 +15,7 @@ from drivetwin.diagnosis.prepare.prepared import Prepared
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.propose.drives import DriveFound
 from drivetwin.diagnosis.propose.placing import alike, in_order, placed
+from drivetwin.diagnosis.propose.search import ANGLES
 from drivetwin.diagnosis.report.distinguish import sensor_that_tells, tell_apart
 from drivetwin.diagnosis.report.gap_test import NAME, GapFound, gap_of, significance
 from drivetwin.diagnosis.report.gaps import Gaps, gaps_of
@@ -280,7 +281,7 @@ def _share_of(one: PlacedEffect, divided: tuple[Sequence[PlacedEffect], Sequence
 
 
 def _estimates(ready: Prepared, values: Refitted, one: PlacedEffect) -> dict[str, Estimate]:
-    """Parameters with 90 % intervals."""
+    """Parameters with 90 % intervals; an angle, which comes back after a turn, is at most half a turn to either side."""
     number = next(k for k, each in enumerate(values.effects) if each is one)
     told = {}
     for parameter in one.effect.parameters:
@@ -288,7 +289,10 @@ def _estimates(ready: Prepared, values: Refitted, one: PlacedEffect) -> dict[str
         value = float(getattr(one.effect, parameter.name))
         half = TWO_SIDED_90 * deviation
         interval = max(value - half, parameter.low), min(value + half, parameter.high)
-        if not np.isfinite(deviation):
+        if parameter.name in ANGLES:
+            within = float(np.fmin(half, np.pi))
+            interval = value - within, value + within
+        elif not np.isfinite(deviation):
             interval = _anywhere(ready, one, parameter.name)
         told[parameter.name] = Estimate(value, one.units[parameter.name], interval)
     return told

@@ -7,10 +7,12 @@ from html import escape
 from drivetwin.diagnosis.report.result import UNKNOWN, Cause, Diagnosis, Estimate, Shrink
 from drivetwin.diagnosis.report.wording import (
     LIKELY,
+    UNDETERMINED,
     added_words,
     cause_name,
     estimate_figures,
     goes_with_words,
+    is_determined,
     listed,
     name_of,
     percent,
@@ -73,6 +75,8 @@ def _parameters(cause: Cause) -> str:
 
 
 def _parameter(name: str, estimate: Estimate) -> str:
+    if not is_determined(name, estimate):
+        return f"{escape(name_of(name))} {UNDETERMINED}"
     value, low, high, unit = estimate_figures(estimate)
     return (
         f'{escape(name_of(name))} <b class="tight">{escape(f"{value} {unit}".rstrip())}</b> '

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import pi
 
 from drivetwin.diagnosis.prepare.testable import NotTestable
+from drivetwin.diagnosis.propose.search import ANGLES
 from drivetwin.diagnosis.report.remains import TimeInterval
 from drivetwin.diagnosis.report.result import AxisGap, Cause, Diagnosis, Estimate, Residual, Unknown, Verdict
 from drivetwin.emulator.effects import PlacedEffect
@@ -17,6 +19,8 @@ _NAMED_AT_MOST = 3
 """Axes that the verdict names one by one."""
 LIKELY = 0.05
 """Probability from which a cause is shown with all that is known of it."""
+UNDETERMINED = "not determined"
+"""Of a parameter whose interval holds every value that it can have."""
 
 
 def shrinks(axis: AxisComparison, signal: str) -> str:
@@ -89,10 +93,18 @@ def estimate_figures(estimate: Estimate) -> tuple[str, str, str, str]:
     return value, low, high, scale.unit
 
 
+def is_determined(name: str, estimate: Estimate) -> bool:
+    """Whether recordings determine a parameter: not an angle whose interval is a turn, but for rounding, or more."""
+    low, high = estimate.ci90
+    return name not in ANGLES or high - low < 2.0 * pi * (1.0 - 1e-9)
+
+
 def estimate_words(name: str, estimate: Estimate) -> str:
     """A parameter with its interval."""
+    if not is_determined(name, estimate):
+        return f"{name_of(name)} {UNDETERMINED}"
     value, low, high, unit = estimate_figures(estimate)
-    return f"{name.replace('_', ' ')} {value} ({low} to {high}) {unit}".rstrip()
+    return f"{name_of(name)} {value} ({low} to {high}) {unit}".rstrip()
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:

@@ -27,7 +27,10 @@ def import_command(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="CSV, MATLAB .mat, or a bus log (.log .asc .blf).")],
     map_: Annotated[Path, typer.Option("--map", metavar="MAP.yaml", help="The map of columns and units.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Output folder: the recording, or one folder per file.")],
-    repair: Annotated[bool, typer.Option("--repair", help="Remove repeated rows, and fill in single missing samples.")] = False,
+    repair: Annotated[
+        bool,
+        typer.Option("--repair", help="Remove repeated rows, fill in single missing samples, cut off ends without numbers."),
+    ] = False,
     quiet: Quiet = False,
 ) -> None:
     """Turn a drive's exports or a bus log into recordings.

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from drivetwin.foundation.errors import UserError
-from drivetwin.recording.checks import check_finite, check_lengths
+from drivetwin.recording.checks import REPAIRED, UNREPAIRED, Advice, check_finite, check_lengths
 from drivetwin.recording.formats.base import Columns, ImportFormat, Signals
 from drivetwin.recording.import_map import ISO, AxisMap, ColumnMap, ImportMap, TimeMap
 from drivetwin.recording.recording import Samples, needed
@@ -48,8 +48,8 @@ def _table_signals(table: Table, import_map: ImportMap, mend: bool) -> Signals:
     check_lengths(str(file), time, flat)
     mended = repair(time, columns) if mend else Repaired(time, columns, {})
     if mended.changes:
-        logger.warning("%s is repaired: %s", file, ", ".join(f"{count} of {what}" for what, count in mended.changes.items()))
-    _check_finite(file, mended.time, mended.columns)
+        logger.warning("%s is repaired: %s", file, mended.words())
+    _check_finite(file, mended.time, mended.columns, REPAIRED if mend else UNREPAIRED)
     return Signals(mended.time, mended.columns, import_map.axes, (file, import_map.path), start, mended.changes)
 
 
@@ -102,8 +102,8 @@ def _time_column(table: Table, source: Column, told: TimeMap) -> Samples:
         raise UserError(f"{table.file}: time: {error}") from error
 
 
-def _check_finite(file: Path, time: Samples, columns: Columns) -> None:
-    check_finite(str(file), "time", time, time)
+def _check_finite(file: Path, time: Samples, columns: Columns, advice: Advice) -> None:
+    check_finite(str(file), "time", time, time, advice)
     for axis, named in columns.items():
         for name in needed(named):
-            check_finite(str(file), f"{axis}.{name}", named[name], time)
+            check_finite(str(file), f"{axis}.{name}", named[name], time, advice)

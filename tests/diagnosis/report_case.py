@@ -88,6 +88,10 @@ def estimates(**values: tuple[float, str]) -> dict[str, Estimate]:
 STRIBECK = placed("stribeck", static_torque=1.3, stribeck_velocity=0.05, exponent=1.0)
 RIPPLE = placed("torque_ripple", amplitude=0.11, order=24.0, phase=0.4)
 SLOW = "slow constant-velocity strokes, below a tenth of the top speed"
+ANY_PHASE = Cause(
+    "torque_ripple", "rotate", 0.9, 0.2,
+    estimates(amplitude=(0.11, "N·m")) | {"phase": Estimate(-2.32, "rad", (-2.32 - np.pi, -2.32 + np.pi))}, None,
+)  # fmt: skip
 CAUSES = (
     Cause(
         "stribeck", "rotate", 0.97, 0.62,

@@ -41,6 +41,15 @@ def test_white_noise_is_not(noise: float) -> None:
     assert chosen_cutoff([swinging(1000.0, 70.0, 0.0, noise)]) == USUAL
 
 
+@pytest.mark.parametrize(("share", "lowest"), [(0.04, USUAL), (0.06, 1.2 * 120.0)])
+def test_a_line_is_kept_if_it_has_more_than_5_percent_of_the_power(share: float, lowest: float) -> None:
+    """Two lines and nothing else: their power is half the square of their amplitude; a step up is 2^(1/4)."""
+    time = time_of(1000.0)
+    torque = np.sqrt(1.0 - share) * np.sin(2.0 * np.pi * 5.0 * time) + np.sqrt(share) * np.sin(2.0 * np.pi * 120.0 * time)
+    found = chosen_cutoff([recorded(torque, 0.8 * np.sin(2.0 * np.pi * 0.25 * time), 1000.0)])
+    assert lowest <= found < 2.0**0.25 * lowest
+
+
 def test_one_axis_of_one_recording_is_enough() -> None:
     quiet = swinging(1000.0, 70.0, 0.0, 0.02)
     assert chosen_cutoff([quiet, swinging(1000.0, 120.0, 0.3, 0.02), quiet]) > 120.0

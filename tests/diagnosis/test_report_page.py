@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from report_case import CASE, ONE_WAY, RIPPLE, SHARES, SLOW, placed, slowly, small
+from report_case import ANY_PHASE, CASE, ONE_WAY, RIPPLE, SHARES, SLOW, placed, slowly, small
 
 from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.report import page_shares
@@ -133,6 +133,11 @@ def test_a_parameter_is_in_the_unit_that_fits_it(tmp_path: Path) -> None:
     play = Cause("backlash", "stretch", 0.9, 0.1, {"gap": Estimate(0.00201, "m", (0.0019, 0.0021))}, None)
     page = page_of(replace(CASE, causes=(play,)), tmp_path)
     assert page.row("backlash", "stretch")[5] == "gap 2.01 mm (1.9 to 2.1)"
+
+
+def test_an_angle_that_may_be_anywhere_has_no_figures(tmp_path: Path) -> None:
+    page = page_of(replace(CASE, causes=(ANY_PHASE,)), tmp_path)
+    assert page.row("torque ripple", "rotate")[5] == "amplitude 0.11 N·m (0.099 to 0.121)phase not determined"
 
 
 def test_an_interval_that_reaches_below_nothing_is_told_in_words(tmp_path: Path) -> None:

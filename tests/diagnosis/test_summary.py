@@ -6,7 +6,7 @@ import io
 from dataclasses import replace
 
 import pytest
-from report_case import NOT_TESTABLE, ONE_WAY, RIPPLE, SLOW, STRIBECK, placed, small, two_axes
+from report_case import ANY_PHASE, NOT_TESTABLE, ONE_WAY, RIPPLE, SLOW, STRIBECK, placed, small, two_axes
 from rich.console import Console
 
 from drivetwin.cli.diagnose_summary import print_summary
@@ -51,6 +51,10 @@ def test_the_terminal_says_the_verdict_the_causes_and_what_cannot_be_distinguish
         "by sensor: an encoder on the joint" in words
     )
     assert words.endswith("the friction of the model was 3 % low")
+
+
+def test_an_angle_that_may_be_anywhere_has_no_figures() -> None:
+    assert "amplitude 0.11 (0.099 to 0.121) N·m phase not determined" in said(replace(CASE, causes=(ANY_PHASE,)))
 
 
 def test_the_first_table_is_in_the_unit_that_fits_the_gap() -> None:

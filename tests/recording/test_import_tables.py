@@ -18,6 +18,8 @@ from drivetwin.foundation.errors import UserError
 from drivetwin.recording.formats.csv_table import read_csv_table
 from drivetwin.recording.import_map import CsvLayout, ImportMap, read_map
 from drivetwin.recording.importer import import_recording, import_recordings, unique_names
+from drivetwin.recording.reader import read_recording
+from drivetwin.recording.writer import write_recording
 
 MAP: dict[str, Any] = {
     "machine": "bench",
@@ -160,8 +162,53 @@ def test_gap_is_refused_and_kept_on_demand(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"gap of 0\.007 s before row 5 .*gaps: keep"):
         import_recording(file, mapped(axes=axes))
     assert len(import_recording(file, mapped(axes=axes, gaps="keep")).time) == 7
-    with pytest.raises(UserError, match="resampling does not invent"):
+    with pytest.raises(UserError, match=r"gap of 0\.007 s before row 5 \(time 0\.01 s\).* not invent .*gaps: keep"):
         import_recording(file, mapped(axes=axes, resample=0.001))
+
+
+IN_SEGMENTS = {
+    "x": {
+        "columns": {"torque": {"column": "M", "unit": "N"}, "position": {"column": "q", "unit": "m"}},
+        "joint_type": "slide",
+    }
+}
+
+
+def in_segments(folder: Path, stamps: list[float]) -> Path:
+    """A text table at uneven times [ms]: the torque rises with time, the position falls twice as fast."""
+    file = folder / "scope.csv"
+    file.write_text("t;M;q\n" + "\n".join(f"{stamp};{stamp / 1e3};{-stamp / 5e2}" for stamp in stamps) + "\n")
+    return file
+
+
+def test_segments_between_kept_gaps_are_resampled_each_on_its_own(tmp_path: Path) -> None:
+    """All segments share the grid that starts at the file's first sample; none of its times is within 30.6 to 30.7 ms."""
+    file = in_segments(tmp_path, [0.5, 1.4, 2.5, 3.5, 4.6, 12.6, 13.5, 14.4, 15.7, 30.6, 30.7, 40.5, 41.5])
+    recording = import_recording(file, mapped(axes=IN_SEGMENTS, resample=0.001, gaps="keep"))
+    expected = [0.5, 1.5, 2.5, 3.5, 4.5, 13.5, 14.5, 15.5, 40.5, 41.5]
+    np.testing.assert_allclose(recording.time, np.array(expected) / 1e3)
+    np.testing.assert_allclose(recording.columns["x"]["torque"], recording.time, atol=1e-12)
+    np.testing.assert_allclose(recording.columns["x"]["position"], -2.0 * recording.time, atol=1e-12)
+    write_recording(recording, tmp_path / "scope")
+    with pytest.raises(UserError, match=r"gap of 0\.009 s before row 6"):
+        read_recording(tmp_path / "scope")
+    split = read_recording(tmp_path / "scope", allow_gaps=True)
+    assert [len(segment.time) for segment in split] == [5, 3, 2]
+    assert {segment.info.sample_period for segment in split} == {0.001}
+
+
+@pytest.mark.parametrize("resample", [None, 0.001])
+def test_a_kept_gap_does_not_stretch_the_sample_period(resample: float | None, tmp_path: Path) -> None:
+    """Of 6000 steps one is 5 ms: the mean of all is 1.0007 ms."""
+    file = in_segments(tmp_path, [float(stamp) for stamp in range(6005) if not 1000 < stamp < 1005])
+    recording = import_recording(file, mapped(axes=IN_SEGMENTS, resample=resample, gaps="keep"))
+    assert recording.info.sample_period == 0.001
+
+
+def test_segments_too_short_to_resample_are_refused(tmp_path: Path) -> None:
+    file = in_segments(tmp_path, [0, 1, 2, 100, 101, 102, 200, 201, 202])
+    with pytest.raises(UserError, match=r"resample: 0\.02 s is longer than each segment between gaps, at most 0\.002 s"):
+        import_recording(file, mapped(axes=IN_SEGMENTS, resample=0.02, gaps="keep"))
 
 
 def test_missing_column_says_which_and_what_there_is(tmp_path: Path) -> None:
