@@ -138,13 +138,17 @@ def _drawn(draw: Draw, world: World, kind: Kind, placed: list[tuple[str, int]]) 
         return None
     case = _weighed(moved[0], kind, causes, nuisances, moved[1])
     loud = any(item.size > _LOUD * scales[world.names.index(item.axis)] for item in case.beside)
-    return None if loud or any(is_a_spring(item, case.levels[item.axis]) for item in case.causes) else case
+    strays = dict(zip(world.names, np.max([one.strays for one in moved[1]], axis=0), strict=True))
+    springs = any(is_a_spring(item, case.levels[item.axis], float(strays[item.axis])) for item in case.causes)
+    return None if loud or springs else case
 
 
-def is_a_spring(cause: Cause, level: Level) -> bool:
-    """Whether it is a play that gives way by less than its flanks do under the torque of its axis."""
-    told = cause.parameters
-    return cause.effect == "backlash" and told["gap"] < level.torque / told["stiffness"]
+def is_a_spring(cause: Cause, level: Level, strays: float) -> bool:
+    """Whether it is a play that gives way by less than its flanks do under the torque of its axis, or that a weight holds on
+    one of them: the joint `strays` [rad or m] by less than the gap.
+    """
+    gap = cause.parameters.get("gap", 0.0)
+    return cause.effect == "backlash" and (gap < level.torque / cause.parameters["stiffness"] or strays < gap)
 
 
 def _scales(world: World, causes: Items, recorded: list[Recorded]) -> Array:

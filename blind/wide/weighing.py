@@ -25,7 +25,8 @@ Items = tuple[Cause, ...]
 class Recorded:
     """A validation recording without noise: motion of the motors, torque that it needs, gap (k, n) to the nominal model.
 
-    `asked` (k, n) is what the drives asked for; `rate` [Hz] at which it is recorded.
+    `asked` (k, n) is what the drives asked for; `rate` [Hz] at which it is recorded; `strays` (n,): over which way each joint
+    is ahead of its motor or behind [rad or m].
     """
 
     plan: Plan
@@ -35,6 +36,7 @@ class Recorded:
     gap: Array
     rate: float
     window: Window
+    strays: Array
 
     @classmethod
     def of(cls, world: World, items: Items, run: Run, plan: Plan) -> Recorded:
@@ -45,7 +47,8 @@ class Recorded:
         gap = np.column_stack(measured) - world.nominal_needs(world.read(motion, items))
         rate = next(rate for one, rate in zip(world.plans, world.rates, strict=True) if one.name == plan.name)
         band = band_of(list(np.column_stack(measured).T), motion.tick, rate)
-        return cls(plan, motion, torque, run.asked, gap, rate, Window(band, motion.tick, world.moving(motion)))
+        window = Window(band, motion.tick, world.moving(motion))
+        return cls(plan, motion, torque, run.asked, gap, rate, window, np.ptp(run.joint - run.position, axis=0))
 
     def cost(self, world: World, item: Cause, items: Items) -> Array:
         """What an item costs its axis in motion (k,) [N·m or N]: the others of `items` are there, it is taken away."""

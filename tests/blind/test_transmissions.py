@@ -55,12 +55,23 @@ def test_a_play_smaller_than_its_flanks_give_is_a_spring(case: WideCase) -> None
     level = case.levels[cause.axis]
     for gap, spring in ((0.5 * level.torque / 1000.0, True), (2.0 * level.torque / 1000.0, False)):
         play = replace(cause, effect="backlash", parameters={"gap": gap, "stiffness": 1000.0, "damping": 1.0})
-        assert is_a_spring(play, level) is spring
-    assert not is_a_spring(cause, level)
+        assert is_a_spring(play, level, 1.5 * gap) is spring
+        assert is_a_spring(play, level, 0.9 * gap), "the load never leaves its flank"
+    assert not is_a_spring(cause, level, 0.0)
+
+
+def test_a_play_on_a_lift_is_drawn_so_that_the_load_leaves_its_flank(tmp_path: Path) -> None:
+    """A weight holds the load on one flank, where a play is a spring: such cases are drawn again."""
+    case = drawn_case(1, 726738616, "single", ("backlash",), choice(("lift", "backlash")))
+    record_wide(case, tmp_path / "case", second_encoder=True)
+    (cause,) = case.causes
+    recordings = [one for path in sorted((tmp_path / "case").glob("*_[0-9]")) for one in read_recording(path)]
+    ahead = [one.columns[cause.axis]["joint_position"] - one.columns[cause.axis]["position"] for one in recordings]
+    assert max(np.ptp(each) for each in ahead) > cause.parameters["gap"]
 
 
 def test_no_play_that_is_drawn_is_a_spring() -> None:
     """The first machine of this seed has flanks that give way by more than its play: the case is drawn again."""
     case = drawn_case(0, 3, "single", ("backlash",), choice(("rotary", "linear", "backlash")))
     assert case.attempt > 0
-    assert not is_a_spring(case.causes[0], case.levels[case.causes[0].axis])
+    assert not is_a_spring(case.causes[0], case.levels[case.causes[0].axis], np.inf)
