@@ -28,9 +28,9 @@ _SEGMENT = 2048
 
 
 def chosen_cutoff(recordings: Sequence[Recording]) -> float:
-    """-3 dB frequency of one pass [Hz]: the lowest from 48 Hz on above which no axis's torque varies by more than noise.
+    """-3 dB frequency of one pass [Hz]: the lowest from 48 Hz on, a fifth above where no axis's torque holds more than 5 %.
 
-    What varies: Welch's density of the torque less its level between 0.4 and 0.48 of the sample rate, which is taken for noise.
+    Of what varies beyond noise: Welch's density of the torque less twice its level between 0.4 and 0.48 of the sample rate.
     Never above 0.4 of the highest sample rate.
     """
     each = [(recording, axis) for recording in recordings for axis in recording.info.axes]
