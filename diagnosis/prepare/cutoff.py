@@ -30,12 +30,49 @@ _SEGMENT = 2048
 def chosen_cutoff(recordings: Sequence[Recording]) -> float:
     """-3 dB frequency of one pass [Hz]: the lowest from 48 Hz on, a fifth above where no axis's torque holds more than 5 %.
 
-    Of what varies beyond noise: Welch's density of the torque less twice its level between 0.4 and 0.48 of the sample rate.
-    Never above 0.4 of the highest sample rate.
+    Of what varies beyond noise, in the recording of the axis where that is most: in one that hardly varies, a hum of the servo
+    is most of it. Never above 0.4 of the highest sample rate.
     """
-    each = [(recording, axis) for recording in recordings for axis in recording.info.axes]
     highest = max(HIGHEST_SHARE_OF_RATE / recording.info.sample_period for recording in recordings)
-    return float(min(highest, max([USUAL, *(_needed(*one) for one in each)])))
+    needed = [USUAL]
+    for axis in recordings[0].info.axes:
+        spectra = [found for one in recordings if (found := _Spectrum.of(one, axis)) is not None]
+        most = max((each.varies for each in spectra), default=0.0)
+        needed += [each.needed(TELLS * most) for each in spectra]
+    return float(min(highest, max(needed)))
+
+
+@dataclass(frozen=True)
+class _Spectrum:
+    """Of a torque that varies beyond noise: its power above each frequency [Hz], (k,) each; `highest`: that can be compared."""
+
+    frequency: Array
+    above: Array
+    highest: float
+
+    @classmethod
+    def of(cls, recording: Recording, axis: str) -> _Spectrum | None:
+        """Welch's density less twice its level between 0.4 and 0.48 of the sample rate; None where little is told."""
+        rate = 1.0 / recording.info.sample_period
+        torque, highest = recording.columns[axis]["torque"], HIGHEST_SHARE_OF_RATE * rate
+        if highest <= USUAL or len(torque) < 64 or _in_motion(recording, axis).sum() < 64:
+            return None
+        frequency, power = signal.welch(signal.detrend(torque), fs=rate, nperseg=min(_SEGMENT, len(torque)))
+        noise = float(np.median(power[(frequency >= 0.4 * rate) & (frequency <= 0.48 * rate)]))
+        beyond = np.maximum(power - 2.0 * noise, 0.0) * (frequency >= 1.0) * (frequency[1] - frequency[0])
+        return cls(frequency, np.cumsum(beyond[::-1])[::-1], highest)
+
+    @property
+    def varies(self) -> float:
+        """The whole power [(N·m)² or N²]."""
+        return float(self.above[0])
+
+    def needed(self, telling: float) -> float:
+        """The cut-off above which no more than so much power is [Hz]."""
+        quiet = self.above <= max(telling, np.finfo(float).tiny)
+        last = self.frequency[int(np.argmax(quiet))] if quiet.any() else self.highest
+        steps = np.ceil(np.log(max(float(last) * 1.2, USUAL) / USUAL) / np.log(STEP) - 1e-9)
+        return float(min(USUAL * STEP**steps, self.highest))
 
 
 def motion_cutoff(
@@ -99,24 +136,6 @@ class Sensor:
         differences = np.diff(self.samples, times)
         frequency, power = signal.welch(differences, fs=1.0 / self.period, nperseg=min(512, len(differences)), detrend=False)
         return frequency[1:], power[1:] / (2.0 * np.sin(np.pi * frequency[1:] * self.period)) ** (2 * times)
-
-
-def _needed(recording: Recording, axis: str) -> float:
-    rate = 1.0 / recording.info.sample_period
-    torque = recording.columns[axis]["torque"]
-    if HIGHEST_SHARE_OF_RATE * rate <= USUAL or len(torque) < 64:
-        return 0.0
-    moving = _in_motion(recording, axis)
-    if moving.sum() < 64:
-        return 0.0
-    frequency, power = signal.welch(signal.detrend(torque), fs=rate, nperseg=min(_SEGMENT, len(torque)))
-    noise = float(np.median(power[(frequency >= 0.4 * rate) & (frequency <= 0.48 * rate)]))
-    beyond = np.maximum(power - 2.0 * noise, 0.0) * (frequency >= 1.0)
-    above = np.cumsum(beyond[::-1])[::-1]
-    quiet = above <= TELLS * max(float(above[0]), np.finfo(float).tiny)
-    last = frequency[int(np.argmax(quiet))] if quiet.any() else HIGHEST_SHARE_OF_RATE * rate
-    steps = np.ceil(np.log(max(float(last) * 1.2, USUAL) / USUAL) / np.log(STEP) - 1e-9)
-    return float(min(USUAL * STEP**steps, HIGHEST_SHARE_OF_RATE * rate))
 
 
 def _in_motion(recording: Recording, axis: str) -> NDArray[np.bool_]:

@@ -55,6 +55,16 @@ def test_one_axis_of_one_recording_is_enough() -> None:
     assert chosen_cutoff([quiet, swinging(1000.0, 120.0, 0.3, 0.02), quiet]) > 120.0
 
 
+def test_a_hum_that_shows_only_where_little_moves_is_none_of_the_motion() -> None:
+    """Where little varies, a hum of 0.02 N·m is most of what does; beside the torque of another recording it is nothing."""
+    whole, rate = swinging(1000.0, 70.0, 0.0, 0.002), 1000.0
+    time = time_of(rate)
+    hum = 0.02 * np.sin(2.0 * np.pi * 260.0 * time) + 0.002 * np.random.default_rng(3).standard_normal(len(time))
+    calm = recorded(0.5 * np.sin(0.2 * time) + hum, 0.8 * np.sin(0.2 * time), rate)
+    assert chosen_cutoff([calm]) > 260.0
+    assert chosen_cutoff([whole, calm]) == chosen_cutoff([whole]) == USUAL
+
+
 def test_it_does_not_depend_on_the_unit_of_the_torque() -> None:
     one = swinging(1000.0, 70.0, 0.3, 0.02)
     scaled = recorded(1000.0 * one.columns["turn"]["torque"], one.columns["turn"]["position"], 1000.0)
