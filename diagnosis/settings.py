@@ -38,7 +38,6 @@ class Settings:
         level of a test.
     substitutes: of the share that the chosen effect takes, that another must take to stand in its place: what takes less is
         one beside it.
-    preferred: times as probable, that another member must be to take the place of the chosen one.
     wide_step: of a parameter's own size, for differences where a joint or a bristle slips: each sample begins to slip at
         another value, and a narrow difference sees the steps and not the slope.
     """
@@ -64,5 +63,4 @@ class Settings:
     off: float = 2.5
     as_good: float = 0.05
     substitutes: float = 0.5
-    preferred: float = 2.0
     wide_step: float = 0.05

@@ -40,6 +40,8 @@ DRAWS = 400
 PROBABLE = 0.5
 CERTAIN = 0.95
 """Share of the draws in which less energy is left, from which an effect predicts: the usual level of a test."""
+ROUNDING = 1e-6
+"""Share of its energy by which a torque differs from a multiple of itself."""
 CONSIDERED = 8
 """Members of a family, the best by evidence, that are predicted with."""
 
@@ -144,27 +146,47 @@ def _enlarged(family: Family, systematic: Mapping[str, float]) -> Array:
 
 
 def preferred(state: State, answers: Sequence[Answer]) -> tuple[State, list[Answer]]:
-    """The set with the most probable of what cannot be distinguished in the place of what the search chose, moved together."""
+    """The set with the most probable of what cannot be distinguished in the place of what the search chose, moved together.
+
+    The noise is coloured as what the chosen one leaves. So the other also takes its place where its evidence is a little less
+    and it leaves less of the gap, nominal parameters as modelled.
+    """
     found = []
     for answer in answers:
-        best = _more_probable(answer, state.bench.settings.preferred)
+        best = _more_probable(answer)
         named = answer
         if answer.chosen is not None and best is not None:
             others = [one for one in state.effects if not alike(one, answer.chosen)]
             with suppress(UserError):
                 ahead = settled_on(state.of((*others, best)))
-                if ahead.reached > state.reached - CLEARLY:
+                if ahead.reached > state.reached - CLEARLY or sum(ahead.left.values()) < sum(state.left.values()):
                     state, named = ahead, replace(answer, chosen=best)
         found.append(named)
     return state, found
 
 
-def _more_probable(answer: Answer, preferred: float) -> PlacedEffect | None:
-    """What is `preferred` times as probable as the chosen effect, and as good."""
-    if answer.chosen is None or not answer.members or not answer.members[0].as_good:
+def _more_probable(answer: Answer) -> PlacedEffect | None:
+    """What is more probable than the chosen effect, and as good.
+
+    Effects of one torque under several names share its weight: on a slide an offset, an asymmetry of friction and gravity. So
+    each counts with all of the same torque.
+    """
+    able = [one for one in answer.members if one.as_good]
+    if answer.chosen is None or not able:
         return None
-    own = next((one.weight for one in answer.members if _same(one.proposal, answer.chosen)), 0.0)
-    return answer.members[0].proposal.effect if answer.members[0].weight > preferred * own else None
+    rank = [
+        (sum(other.weight for other in able if _unlike(one.proposal, other.proposal) < ROUNDING), one.weight) for one in able
+    ]
+    own = next((each for one, each in zip(able, rank, strict=True) if _same(one.proposal, answer.chosen)), (0.0, 0.0))
+    best = max(rank)
+    return able[rank.index(best)].proposal.effect if best > own else None
+
+
+def _unlike(one: Proposal, other: Proposal) -> float:
+    """Share of the energy of a torque that no multiple of another one explains, whitened."""
+    product = sum(float(rows @ other.column[axis]) for axis, rows in one.column.items() if axis in other.column)
+    energies = [sum(float(rows @ rows) for rows in each.column.values()) for each in (one, other)]
+    return 1.0 - product**2 / max(energies[0] * energies[1], np.finfo(float).tiny)
 
 
 def believed(state: State, answers: Sequence[Answer]) -> State:

@@ -11,7 +11,7 @@ from plain_bench import Machine
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.search import Begun
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.diagnosis.weigh.averaging import Answer, believed, weighed
+from drivetwin.diagnosis.weigh.averaging import Answer, Weighed, believed, preferred, weighed
 from drivetwin.diagnosis.weigh.proposal import Family
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
@@ -62,6 +62,38 @@ def test_what_leaves_less_of_held_out_motion_predicts_though_no_density_says_so(
     assert told.members[0].weight < 0.01
     assert told.probability == pytest.approx(float(there), abs=0.01)
     assert told.predicts == there
+
+
+@pytest.mark.parametrize(("weight", "named"), [(0.3, "coulomb_asymmetry"), (0.45, "torque_offset")])
+def test_of_what_cannot_be_distinguished_the_most_probable_is_named(state: State, weight: float, named: str) -> None:
+    """In sliding an offset is an asymmetry of friction: the weights decide, whichever the search came upon."""
+    alone = state.of((placed(state.bench.rows, "turn", OFFSET),))
+    other = CoulombAsymmetry(OFFSET.offset)
+    proposer = Proposer(state.bench, state.bench, {"turn": [TorqueOffset, CoulombAsymmetry]}, {})
+    own, rival = (proposer.evaluated(state.of(()), Begun("turn", one, 0.0, 1)) for one in (OFFSET, other))
+    assert own is not None
+    assert rival is not None
+    members = sorted((Weighed(own, weight, True), Weighed(rival, 0.4, True)), key=lambda one: -one.weight)
+    found, (told,) = preferred(alone, [Answer(alone.effects[0], 0.9, True, tuple(members))])
+    assert names(found) == [named]
+    assert told.chosen is not None
+    assert told.chosen.effect.name == named
+
+
+def test_names_of_one_torque_count_together(state: State) -> None:
+    """Two names of a constant torque have 0.23 each; what is no constant has 0.34, and is less probable than that torque."""
+    chosen = ViscousAsymmetry(0.1)
+    alone = state.of((placed(state.bench.rows, "turn", chosen),))
+    kinds = [ViscousAsymmetry, TorqueOffset, CoulombAsymmetry]
+    proposer = Proposer(state.bench, state.bench, {"turn": kinds}, {})
+    effects = (chosen, CoulombAsymmetry(OFFSET.offset), OFFSET)
+    found = [proposer.evaluated(state.of(()), Begun("turn", one, 0.0, 1)) for one in effects]
+    weights = (0.34, 0.23, 0.23)
+    members = [Weighed(one, weight, True) for one, weight in zip(found, weights, strict=True) if one is not None]
+    left, _ = preferred(alone, [Answer(alone.effects[0], 0.8, True, tuple(members))])
+    assert names(left) == ["coulomb_asymmetry"]
+    alone_there, _ = preferred(alone, [Answer(alone.effects[0], 0.8, True, tuple(members[:2]))])
+    assert names(alone_there) == ["viscous_asymmetry"]
 
 
 def test_no_search_makes_a_wave_longer_than_the_travel(state: State) -> None:
