@@ -148,8 +148,7 @@ def _enlarged(family: Family, systematic: Mapping[str, float]) -> Array:
 def preferred(state: State, answers: Sequence[Answer]) -> tuple[State, list[Answer]]:
     """The set with the most probable of what cannot be distinguished in the place of what the search chose, moved together.
 
-    The noise is coloured as what the chosen one leaves. So the other also takes its place where its evidence is a little less
-    and it leaves less of the gap, nominal parameters as modelled.
+    A nominal parameter that the chosen one stands for is not free beside that: it costs the other nothing either.
     """
     found = []
     for answer in answers:
@@ -159,10 +158,18 @@ def preferred(state: State, answers: Sequence[Answer]) -> tuple[State, list[Answ
             others = [one for one in state.effects if not alike(one, answer.chosen)]
             with suppress(UserError):
                 ahead = settled_on(state.of((*others, best)))
-                if ahead.reached > state.reached - CLEARLY or sum(ahead.left.values()) < sum(state.left.values()):
+                if _holding(ahead, state.held()).reached > state.reached - CLEARLY:
                     state, named = ahead, replace(answer, chosen=best)
         found.append(named)
     return state, found
+
+
+def _holding(state: State, held: frozenset[int]) -> State:
+    """The set, more of the nominal parameters as modelled."""
+    fair = state
+    for number in held - state.held():
+        fair = fair.holding(number)
+    return fair if fair is state else settled_on(fair)
 
 
 def _more_probable(answer: Answer) -> PlacedEffect | None:

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from plain_bench import Machine
+from rig_bench import ready, strokes
 
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.search import Begun
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.averaging import Answer, Weighed, believed, preferred, weighed
+from drivetwin.diagnosis.weigh.bench import bench_of
+from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.proposal import Family
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
+from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
+from drivetwin.emulator.effects.payload import Payload
 from drivetwin.emulator.effects.position_friction import PositionFriction
 from drivetwin.emulator.effects.torque_offset import TorqueOffset
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
@@ -94,6 +100,23 @@ def test_names_of_one_torque_count_together(state: State) -> None:
     assert names(left) == ["coulomb_asymmetry"]
     alone_there, _ = preferred(alone, [Answer(alone.effects[0], 0.8, True, tuple(members[:2]))])
     assert names(alone_there) == ["viscous_asymmetry"]
+
+
+def test_a_payload_has_no_advantage_of_the_mass_whose_place_it_takes(tmp_path: Path) -> None:
+    """Beside an offset the carriage's mass is free as well, which costs evidence: it does not decide between the two."""
+    made = ready(tmp_path, strokes(1, 20.0, {"lift": lambda at: np.full(len(at.time), 1.5)}))
+    bench = bench_of(made.rows, Settings(), made.absolute)
+    empty = settled_on(coloured(state_of(bench, (), first_colours(bench), {}), ()))
+    proposer = Proposer(bench, bench, {"lift": [Payload, TorqueOffset]}, {})
+    payload, offset = (
+        proposer.evaluated(empty, Begun("lift", one, 0.0, 1)) for one in (Payload(0.1, 0.0, 0.0, 0.0), TorqueOffset(-1.5))
+    )
+    assert payload is not None
+    assert offset is not None
+    chosen = settled_on(empty.of((payload.effect,)))
+    members = (Weighed(offset, 0.6, True), Weighed(replace(payload, effect=chosen.effects[0]), 0.4, True))
+    found, _ = preferred(chosen, [Answer(chosen.effects[0], 1.0, True, members)])
+    assert names(found) == ["torque_offset"]
 
 
 def test_no_search_makes_a_wave_longer_than_the_travel(state: State) -> None:
