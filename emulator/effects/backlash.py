@@ -11,7 +11,7 @@ import numpy as np
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects.base import DAMPING, POSITION, STIFFNESS, Exciting, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
-from drivetwin.emulator.effects.seen_deflection import play_seen
+from drivetwin.emulator.effects.seen_deflection import plays_seen
 from drivetwin.emulator.effects.springs import damped, springs, tenth_of_critical, too_soft
 from drivetwin.emulator.effects.transmission_effect import TransmissionEffect
 from drivetwin.emulator.effects.waves import travel
@@ -80,8 +80,8 @@ class Backlash(TransmissionEffect):
         if level > 0.0 and flanks and way > 0.0:
             link = float(np.median(motion.inertia)) - motion.rotor_inertia
             tried += [(float(gap), (float(2.0 * level / gap), float(0.4 * np.sqrt(2.0 * level / gap * link)))) for gap in held]
-        if (seen := play_seen(motion, axis)) is not None:
-            tried += [(seen[0], flank) for flank in (*damped(motion, seen[1], (0.05, 0.2)), *flanks)]
+        for gap, stiffness in plays_seen(motion, axis):
+            tried += [(gap, flank) for flank in damped(motion, stiffness, (0.05, 0.2))]
         return [cls._start(gap, flank) for gap, flank in tried]
 
     @classmethod

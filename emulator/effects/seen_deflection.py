@@ -7,6 +7,10 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 
+MOSTLY = (0.01, 0.99)
+"""Quantiles between which a deflection and a load are looked at: impacts go farther."""
+GAPS = (0.5, 0.75, 0.9)
+"""Shares of a joint's span that may be its gap."""
 ROUNDING = 1e-9
 """Share of the travel that no encoder resolves: what two differ by less is rounding."""
 
@@ -17,18 +21,17 @@ def stiffness_seen(motion: Motion, axis: AxisDynamics) -> float | None:
     return None if shown is None else _stiffness(_fitted(shown, -_load(motion, axis)[:, None]))
 
 
-def play_seen(motion: Motion, axis: AxisDynamics) -> tuple[float, float] | None:
-    """Gap [rad or m] and stiffness [N·m/rad or N/m] of a joint; None where no encoder shows any.
+def plays_seen(motion: Motion, axis: AxisDynamics) -> list[tuple[float, float]]:
+    """Gaps [rad or m] and stiffnesses [N·m/rad or N/m] of joints that span as much; none if no encoder shows any.
 
-    By least squares of its deflection on the load's torque and half the sign of that.
+    From flank to flank a joint spans its gap and what both flanks give under the load. Only a replay shows how much is which.
     """
     shown = _shown(motion)
     if shown is None:
-        return None
-    load = _load(motion, axis)
-    found = _fitted(shown, -np.column_stack((load, 0.5 * np.sign(load))))
-    stiffness, gap = _stiffness(found), float(found[1])
-    return (gap, stiffness) if stiffness is not None and gap > 0.0 else None
+        return []
+    span = float(np.ptp(np.quantile(shown, MOSTLY)))
+    load = float(np.ptp(np.quantile(_load(motion, axis), MOSTLY)))
+    return [(share * span, load / ((1.0 - share) * span)) for share in GAPS] if span > 0.0 and load > 0.0 else []
 
 
 def _shown(motion: Motion) -> NDArray[np.float64] | None:

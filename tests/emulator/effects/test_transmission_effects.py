@@ -17,7 +17,7 @@ from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from drivetwin.emulator.dynamics.replay import motor_torque
 from drivetwin.emulator.dynamics.transmission import Transmission
 from drivetwin.emulator.effects.backlash import Backlash
-from drivetwin.emulator.effects.seen_deflection import play_seen, stiffness_seen
+from drivetwin.emulator.effects.seen_deflection import plays_seen, stiffness_seen
 from drivetwin.foundation.errors import UserError
 
 STIFFNESS = 800.0
@@ -138,9 +138,11 @@ def test_two_encoders_that_count_alike_show_no_play_and_no_spring() -> None:
     gives = -1e-4 * (torque / torque.max() + np.sign(torque))
     motion = Motion(angle, speed, acceleration, torque, time, torque, np.full(4000, 0.3), 0.1, deflection=1e-13 * gives)
     axis = replace(slide().mechanism.dynamics["axis"], friction=FrictionLaw(coulomb=0.8))
-    assert play_seen(motion, axis) is None
+    assert plays_seen(motion, axis) == []
     assert stiffness_seen(motion, axis) is None
-    assert play_seen(replace(motion, deflection=gives), axis) is not None
+    plays = plays_seen(replace(motion, deflection=gives), axis)
+    assert all(0.0 < gap < np.ptp(gives) and stiffness > 0.0 for gap, stiffness in plays)
+    assert len(plays) == 3
 
 
 def test_flight_through_the_gap_is_free_and_bounces_keep_the_energy() -> None:
