@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
+from drivetwin.diagnosis.prepare.deflection import deflection_of
 from drivetwin.diagnosis.prepare.motion import Run
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, Need, library
+from drivetwin.emulator.effects.transmission_effect import TransmissionEffect
 
 Array = NDArray[np.float64]
 
@@ -80,12 +82,14 @@ def testable(rows: Rows, axis: str, absolute: bool, drive_told: bool, asked: Ask
     `asked`: how the torque is known that was not recorded.
     """
     met = _met(rows, axis, absolute, drive_told)
+    shown = deflection_of(axis) in rows.compared  # a second encoder shows flanks that change without a reversal
     kinds, refused = [], []
     hidden = _hidden(asked)
     for kind in library().values():
         if not issubclass(kind, (AxisEffect, ModelEffect, DriveEffect)):
             continue
-        missing = next((need for need in Need if need in kind.needs and need not in met), None)
+        needs = kind.needs - {Need.REVERSALS} if shown and issubclass(kind, TransmissionEffect) else kind.needs
+        missing = next((need for need in Need if need in needs and need not in met), None)
         if not rows.count(axis):
             refused.append(NotTestable(kind.name, *AT_REST))
         elif kind.name in hidden:

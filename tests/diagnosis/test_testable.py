@@ -59,6 +59,15 @@ def test_of_one_direction_neither_asymmetries_nor_what_turns_round(tmp_path: Pat
     assert why(found, "backlash") == ("no reversal of the motion", "strokes forth and back")
 
 
+def test_of_one_direction_a_play_where_a_second_encoder_shows_the_flanks(tmp_path: Path) -> None:
+    """A load changes its flank where the axis brakes as well."""
+    one_way = moved(np.cumsum(0.5 + 0.45 * np.sin(2.3 * TIME)) * PERIOD)
+    turn = one_way.columns["turn"] | {"joint_position": one_way.columns["turn"]["position"]}
+    found = asked(tmp_path, replace(one_way, columns={"turn": turn}))
+    assert "backlash" not in refused(found)
+    assert "presliding" in refused(found)
+
+
 def trapezia(speed: float) -> Array:
     """To and fro at one speed, but for ramps of 30 ms."""
     velocity = np.clip(40.0 * speed * np.sin(2.0 * np.pi * 0.2 * TIME), -speed, speed)
