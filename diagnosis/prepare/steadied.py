@@ -6,7 +6,7 @@ too small (errors in variables: Fuller, Measurement Error Models, 1987, sec. 1.1
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,7 +27,6 @@ SLOW_HZ = 10.0
 """Below it both show the same motion, by which the velocity's delay is told."""
 SAME_SCALE = 0.02
 """By which share a velocity differs from the slope of its position at most."""
-
 SAMPLES = 40_000
 """In the middle of a recording, by which the two are compared."""
 
@@ -54,35 +53,31 @@ def steadied(
     low-pass of first order looks free of noise. `model_error`: of `Settings`.
     """
     inertia = simulation.home_inertia()
-    notes: dict[str, str] = {}
+    recordings, notes = [*training, *validation], {}
     for axis in simulation.axes:
-        both_measured = [*training, *validation]
-        late = _late(both_measured, axis)
+        late = _late(recordings, axis)
         if late is None:
             continue
-        better = {one.name: _steadied(one, axis, late) for one in both_measured}
-        both = [_noise(one, axis, better[one.name], cutoff_hz) for one in training]
+        replaced = [_with(one, axis, _steadied(one, axis, late)) for one in recordings]
+        fitted = list(zip(recordings, replaced, strict=True))[: len(training)]
+        noise = np.array([_noise(old, new, axis, cutoff_hz) for old, new in fitted])
+        counted, told = inertia[axis] * np.sqrt(noise.mean(axis=0))
         torque = float(np.sqrt(np.mean([_varies(one, axis, cutoff_hz) for one in training])))
-        counted, told = (inertia[axis] * float(np.sqrt(np.mean(each))) for each in zip(*both, strict=True))
-        if counted <= model_error * torque or told >= counted:
-            continue
-        replaced = [_with(one, axis, better) for one in training]
-        if all(
-            _left(simulation, new, axis, cutoff_hz) < _left(simulation, old, axis, cutoff_hz)
-            for new, old in zip(replaced, training, strict=True)
+        if counted > max(model_error * torque, told) and all(
+            _left(simulation, new, axis, cutoff_hz) < _left(simulation, old, axis, cutoff_hz) for old, new in fitted
         ):
-            training = replaced
-            validation = [_with(one, axis, better) for one in validation]
+            recordings = replaced
             notes[axis] = (
                 f"{axis}: above {COUNTED_HZ:g} Hz its motion is read from the recorded velocity: noise of the position makes "
                 f"{counted / torque:.0%} of the torque in the acceleration, that of the velocity {told / torque:.0%}."
             )
-    return Steadied(tuple(training), tuple(validation), frozenset(notes), tuple(notes.values()))
+    count = len(training)
+    return Steadied(tuple(recordings[:count]), tuple(recordings[count:]), frozenset(notes), tuple(notes.values()))
 
 
-def _with(recording: Recording, axis: str, positions: Mapping[str, Array]) -> Recording:
-    """The recording with another position of an axis, by the recording's name."""
-    own = {**recording.columns[axis], "position": positions[recording.name]}
+def _with(recording: Recording, axis: str, position: Array) -> Recording:
+    """The recording with another position (n,) of an axis."""
+    own = {**recording.columns[axis], "position": position}
     return replace(recording, columns={**recording.columns, axis: own})
 
 
@@ -119,22 +114,24 @@ def _derived(recording: Recording, axis: str) -> bool:
     return not {f"{axis}.position", f"{axis}.velocity"}.isdisjoint(recording.info.derived)
 
 
-def _noise(recording: Recording, axis: str, steady: Array, cutoff_hz: float) -> tuple[float, float]:
-    """Mean square of the noise in the acceleration of the counted position and of the steadied one.
+def _noise(counted: Recording, steadied: Recording, axis: str, cutoff_hz: float) -> tuple[float, float]:
+    """Mean square of the noise in the acceleration of both; 0 where a recording is all edges of the filter.
 
     Two measurements of one quantity, whose noise is independent: what they have in common is the motion (Grubbs, Journal of the
     American Statistical Association 43(242), 1948). A velocity through a filter has less than that: its error counts alike.
     """
-    counted, told = (_acceleration(recording, one, cutoff_hz) for one in (recording.columns[axis]["position"], steady))
-    common = float(np.mean(counted * told))
-    return max(float(np.mean(counted**2)) - common, 0.0), abs(float(np.mean(told**2)) - common)
+    one, other = (_acceleration(recording, axis, cutoff_hz) for recording in (counted, steadied))
+    if not one.size:
+        return 0.0, 0.0
+    common = float(np.mean(one * other))
+    return max(float(np.mean(one**2)) - common, 0.0), abs(float(np.mean(other**2)) - common)
 
 
-def _acceleration(recording: Recording, position: Array, cutoff_hz: float) -> Array:
-    """Of a position (n,), in the compared band, without the filter's edges."""
+def _acceleration(recording: Recording, axis: str, cutoff_hz: float) -> Array:
+    """By the position of an axis (n,), in the compared band, without the filter's edges."""
     period = recording.info.sample_period
     cutoff = effective_cutoff(period, cutoff_hz)
-    slope = fine_derivative(zero_phase(position, period, cutoff), period)
+    slope = fine_derivative(zero_phase(recording.columns[axis]["position"], period, cutoff), period)
     edge = reach(period, cutoff)
     return fine_derivative(slope, period)[edge : len(slope) - edge]
 

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig_bench import PERIOD, TURNING, as_modelled, moved, ready, recording
+from rig_bench import CUTOFF, PERIOD, TURNING, as_modelled, moved, ready, recording, written_model
 from scipy.signal import lfilter
 
-from drivetwin.diagnosis.prepare.prepared import Prepared
+from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
 from drivetwin.diagnosis.report.result import Array
+from drivetwin.diagnosis.settings import Settings
 from drivetwin.recording.recording import Recording
 
 SECONDS = 20.0
@@ -52,6 +53,19 @@ def test_a_noisy_position_is_steadied_by_the_velocity_and_the_inertia_is_right(t
     steady = ready(tmp_path, recorded(3e-4, velocity=velocity(late)))
     assert read_from_velocity(steady)
     assert inertia_of(steady) == pytest.approx(TURNING, rel=0.01)
+
+
+def test_recordings_of_one_name_keep_their_own_motion(tmp_path: Path) -> None:
+    """A fitted and a held recording may have the same name."""
+    whole = recorded(3e-4, velocity=velocity())
+    half = replace(
+        whole,
+        time=whole.time[: len(whole.time) // 2],
+        columns={axis: {k: v[: len(v) // 2] for k, v in own.items()} for axis, own in whole.columns.items()},
+    )
+    both = prepared(written_model(tmp_path), [whole], [half], Settings(cutoff_hz=CUTOFF))
+    assert read_from_velocity(both)
+    assert [len(run.recording.time) for run in (*both.runs, *both.checks)] == [len(whole.time), len(half.time)]
 
 
 def test_a_velocity_through_a_low_pass_of_first_order_does_not_replace_a_fine_position(tmp_path: Path) -> None:
