@@ -69,7 +69,8 @@ def steadied(
             recordings = replaced
             notes[axis] = (
                 f"{axis}: above {COUNTED_HZ:g} Hz its motion is read from the recorded velocity: noise of the position makes "
-                f"{counted / torque:.0%} of the torque in the acceleration, that of the velocity {told / torque:.0%}."
+                f"{100.0 * counted / torque:.2g} % of the torque in the acceleration, that of the velocity "
+                f"{100.0 * told / torque:.2g} %."
             )
     count = len(training)
     return Steadied(tuple(recordings[:count]), tuple(recordings[count:]), frozenset(notes), tuple(notes.values()))

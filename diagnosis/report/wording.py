@@ -162,10 +162,19 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         added = f"{'one effect' if count == 1 else f'{count} effects'} on {len(significant)} axes" if count else ""
         figures = _range(significant, diagnosis)
     else:
-        added = added_words(diagnosis.selected)
+        added = added_words(_largest_first(diagnosis))
         figures = "; ".join(_shrink(name, diagnosis) for name in significant)
     opening = f"{_BY[diagnosis.verdict]} {added}" if added else _BY_NOTHING[diagnosis.verdict]
     return f"{opening}: {figures}."
+
+
+def _largest_first(diagnosis: Diagnosis) -> list[PlacedEffect]:
+    """What the patch adds, in the order of the causes."""
+    order = [(cause.effect, cause.axis) for cause in diagnosis.causes]
+    return sorted(
+        diagnosis.selected,
+        key=lambda one: order.index(where) if (where := (one.effect.name, one.axis)) in order else len(order),
+    )
 
 
 def _range(axes: Sequence[str], diagnosis: Diagnosis) -> str:

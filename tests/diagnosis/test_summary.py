@@ -95,6 +95,11 @@ def test_every_verdict_has_its_sentence() -> None:
     assert verdict_sentence(replace(CASE, verdict=Verdict.NO_GAP)).startswith("No gap beyond noise on any axis (rotate ")
 
 
+def test_the_verdict_names_the_largest_cause_first() -> None:
+    assert verdict_sentence(replace(CASE, selected=tuple(reversed(CASE.selected)))) == verdict_sentence(CASE)
+    assert "explained by stribeck, torque ripple and spring on rotate" in verdict_sentence(CASE)
+
+
 def test_of_many_axes_the_verdict_gives_the_range_and_the_worst() -> None:
     names = ("a", "b", "c", "d")
     gaps = {name: replace(CASE.axes["rotate"], gap_rms=1.0, unknown=Unknown(0.1 * k, (), 0.1)) for k, name in enumerate(names)}
