@@ -24,6 +24,8 @@ _ON_GRID = 0.05
 """Of a quantum, that samples on its grid are off in the median."""
 _ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
 """Share of a position that filtering leaves as rounding: an axis that stands must not seem to move by it."""
+STEADIED = "steadied_position"
+"""Column of a position that is the integral of a recorded velocity above some frequency: its noise is the velocity's."""
 STANDSTILL_REACH = 1.5
 """Filter's reaches left out around a standstill: breaking away is a jump of the torque, of which 2 % still bias."""
 
@@ -146,6 +148,9 @@ def widen(mask: Mask, width: int) -> Mask:
 
 
 def measured_position(columns: dict[str, Samples], period: float) -> Samples:
+    """The position (n,) of an axis [rad or m]: as steadied, else as counted, else the integral of its velocity."""
+    if STEADIED in columns:
+        return columns[STEADIED]
     if "position" in columns:
         return columns["position"]
     return np.asarray(cumulative_trapezoid(columns["velocity"], dx=period, initial=0), dtype=np.float64)
@@ -163,7 +168,11 @@ def velocity_noise(recording: Recording, axis: str, raw: Samples, filtered: Samp
     info = recording.info.axes[axis]
     edge = reach(period, cutoff_hz)
     quantum = max(_quantum(raw, info.position_resolution) / np.sqrt(12.0), _ROUNDING * float(np.abs(raw).max()))
-    if "position" not in recording.columns[axis] or f"{axis}.position" in recording.info.derived:
+    columns = recording.columns[axis]
+    if STEADIED in columns:
+        lost = (columns["velocity"] - zero_phase(columns["velocity"], period, cutoff_hz))[edge:-edge]
+        return float(np.std(lost) / np.sqrt(1.0 - share) * np.sqrt(share))
+    if "position" not in columns or f"{axis}.position" in recording.info.derived:
         lost = derivative(raw - filtered, period)[edge:-edge]
         return float(np.std(lost) / np.sqrt(1.0 - share) * np.sqrt(share))
     lost = (raw - filtered)[edge:-edge]

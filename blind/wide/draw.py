@@ -145,7 +145,7 @@ def _drawn(draw: Draw, world: World, kind: Kind, placed: list[tuple[str, int]]) 
 
 def is_a_spring(cause: Cause, level: Level, strays: float) -> bool:
     """Whether it is a play that gives way by less than its flanks do under the torque of its axis, or that a weight holds on
-    one of them: the joint `strays` [rad or m] by less than the gap.
+    one of them: joint and motor then differ by less than the gap over the run, `strays` [rad or m] peak to peak.
     """
     gap = cause.parameters.get("gap", 0.0)
     return cause.effect == "backlash" and (gap < level.torque / cause.parameters["stiffness"] or strays < gap)

@@ -25,8 +25,8 @@ Items = tuple[Cause, ...]
 class Recorded:
     """A validation recording without noise: motion of the motors, torque that it needs, gap (k, n) to the nominal model.
 
-    `asked` (k, n) is what the drives asked for; `rate` [Hz] at which it is recorded; `strays` (n,): over which way each joint
-    is ahead of its motor or behind [rad or m].
+    `asked` (k, n) is what the drives asked for; `rate` [Hz] at which it is recorded; `strays` (n,): peak to
+    peak of joint less motor [rad or m].
     """
 
     plan: Plan

@@ -28,10 +28,11 @@ _SEGMENT = 2048
 
 
 def chosen_cutoff(recordings: Sequence[Recording]) -> float:
-    """-3 dB frequency of one pass [Hz]: the lowest from 48 Hz on, a fifth above where no axis's torque holds more than 5 %.
+    """-3 dB frequency of one pass [Hz]: the lowest step from 48 Hz on that is at least 1.2 times the frequency above which the
+    torque of each axis has at most 5 % of its power.
 
-    Of what varies beyond noise, in the recording of the axis where that is most: in one that hardly varies, a hum of the servo
-    is most of it. Never above 0.4 of the highest sample rate.
+    Of its power beyond noise in the recording in which the axis varies most: in one that hardly varies, a hum of the servo is
+    most of it. Never above 0.4 of the highest sample rate.
     """
     highest = max(HIGHEST_SHARE_OF_RATE / recording.info.sample_period for recording in recordings)
     needed = [USUAL]
@@ -44,7 +45,7 @@ def chosen_cutoff(recordings: Sequence[Recording]) -> float:
 
 @dataclass(frozen=True)
 class _Spectrum:
-    """Of a torque that varies beyond noise: its power above each frequency [Hz], (k,) each; `highest`: that can be compared."""
+    """Of a torque that varies beyond noise: its power above each frequency [Hz], (k,) each; `highest` [Hz] to compare."""
 
     frequency: Array
     above: Array
@@ -81,7 +82,8 @@ def motion_cutoff(
     """Up to where accelerations are more than noise [Hz]: the motion is filtered there, if that is lower.
 
     `inertia` of each axis [kg·m² or kg]: noise of the inertial torque is to be at most 2 % of the torque; but as high as the
-    position itself stands 20 dB above its noise. `by_velocity`: axes whose motion is read from the velocity: of that, then.
+    position itself stands 20 dB above its noise. `by_velocity`: axes whose motion is read from the velocity; then the noise is
+    the velocity's.
     """
     highest = []
     for recording in recordings:
@@ -129,7 +131,7 @@ class Sensor:
 
     @cached_property
     def _density(self) -> tuple[Array, Array]:
-        """Frequencies [Hz] and the density, (k,), by fourth differences of a position, which leave no trend to leak."""
+        """Frequencies [Hz] and the density, (k,), by fourth differences of a position, third of a velocity: no trend leaks."""
         if len(self.samples) < 64:
             return np.zeros(0), np.zeros(0)
         times = self.order + 2

@@ -203,6 +203,11 @@ class Rows:
         told = [run.recording.info.axes[axis_of(name)].position_resolution or 0.0 for run in self.runs]
         return max(*told, 1e-9)
 
+    def deflects(self, axis: str) -> bool:
+        """Whether a second encoder shows more than the quanta of both."""
+        name = deflection_of(axis)
+        return name in self.compared and float(np.ptp(self.target[name])) > 2.0 * self._grain(name)
+
     @cached_property
     def motion(self) -> dict[str, Motion]:
         """All motion of each axis joined, recording after recording: where a search for an effect begins does not depend on

@@ -1,4 +1,4 @@
-"""Positions that a recorded velocity steadies: where differences of the position are noisier than the drive's own velocity.
+"""Motion that is read from a recorded velocity: where differences of the position are noisier than the drive's own velocity.
 
 Noise of a position grows with the square of the frequency in the acceleration, and a regressor with noise makes its coefficient
 too small (errors in variables: Fuller, Measurement Error Models, 1987, sec. 1.1): the inertia would be found too light.
@@ -15,28 +15,27 @@ from scipy.interpolate import CubicSpline
 
 from drivetwin.diagnosis.prepare.channel import earlier, torque_of
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
-from drivetwin.motion.axis_motion import measured_position
+from drivetwin.motion.axis_motion import STEADIED, measured_position
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
 from drivetwin.recording.recording import Recording
 
 Array = NDArray[np.float64]
 
 COUNTED_HZ = 1.0
-"""Below it a position is as it was counted, above it the integral of the velocity: that drifts."""
+"""Below it a position is as it was counted, above it as the integral of the velocity, which drifts."""
 SLOW_HZ = 10.0
-"""Below it both show the same motion, by which the velocity's delay is told."""
+"""Below it both show the same motion, by which the scale and the delay of the velocity are found."""
 SAME_SCALE = 0.02
 """By which share a velocity differs from the slope of its position at most."""
 SAMPLES = 40_000
 """In the middle of a recording, by which the two are compared."""
+REACHES = 8
+"""Of the comparison's filter, that a recording must last to be compared by."""
 
 
 @dataclass(frozen=True)
 class Steadied:
-    """Recordings with the steadier position of each axis, and what a reader needs to know of it.
-
-    `by_velocity`: axes whose position was replaced.
-    """
+    """Recordings with a steadied position where that is better, `by_velocity`, and what a reader needs to know of it."""
 
     training: tuple[Recording, ...]
     validation: tuple[Recording, ...]
@@ -44,97 +43,116 @@ class Steadied:
     notes: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class _Velocity:
+    """How the recorded velocity of an axis differs from the slope of its position: by a factor, and in time [s]."""
+
+    scale: float
+    late: float
+
+
 def steadied(
     simulation: Simulation, training: Sequence[Recording], validation: Sequence[Recording], cutoff_hz: float, model_error: float
 ) -> Steadied:
-    """Takes the velocity of each axis where noise of the position costs more torque than the comparison errs by, and it less.
+    """Gives an axis a steadied position where noise of the counted one costs more torque than the model error, and noise of the
+    velocity costs less.
 
-    Every recording has to have it, and it has to explain more of the torque in each of `training`: a velocity through a
-    low-pass of first order looks free of noise. `model_error`: of `Settings`.
+    Every recording has to have the velocity, and the motion read from it has to leave less torque unexplained in each of
+    `training`: a velocity through a low-pass of first order looks free of noise. `model_error`: of `Settings`. The columns as
+    recorded stay: they are what the drive's loops saw.
     """
     inertia = simulation.home_inertia()
-    recordings, notes = [*training, *validation], {}
+    recordings, count = [*training, *validation], len(training)
+    notes: dict[str, str] = {}
     for axis in simulation.axes:
-        late = _late(recordings, axis)
-        if late is None:
+        told = _velocities(recordings, axis, cutoff_hz)
+        if told is None:
             continue
-        replaced = [_with(one, axis, _steadied(one, axis, late)) for one in recordings]
-        fitted = list(zip(recordings, replaced, strict=True))[: len(training)]
-        noise = np.array([_noise(old, new, axis, cutoff_hz) for old, new in fitted])
-        counted, told = inertia[axis] * np.sqrt(noise.mean(axis=0))
-        torque = float(np.sqrt(np.mean([_varies(one, axis, cutoff_hz) for one in training])))
-        if counted > max(model_error * torque, told) and all(
+        blended = [_blended(one, axis, told.get(one.info.sample_period)) for one in recordings]
+        fitted = [pair for pair in zip(recordings[:count], blended[:count], strict=True) if _tells(pair[0], cutoff_hz)]
+        if not fitted:
+            continue
+        squares = np.array([_noise(old, new, axis, cutoff_hz) for old, new in fitted])
+        of_position, of_velocity = inertia[axis] * np.sqrt(squares.mean(axis=0))
+        torque = float(np.sqrt(np.mean([_varies(one, axis, cutoff_hz) for one, _ in fitted])))
+        if of_position > max(model_error * torque, of_velocity) and all(
             _left(simulation, new, axis, cutoff_hz) < _left(simulation, old, axis, cutoff_hz) for old, new in fitted
         ):
-            recordings = replaced
+            recordings = blended
             notes[axis] = (
                 f"{axis}: above {COUNTED_HZ:g} Hz its motion is read from the recorded velocity: noise of the position makes "
-                f"{100.0 * counted / torque:.2g} % of the torque in the acceleration, that of the velocity "
-                f"{100.0 * told / torque:.2g} %."
+                f"{100.0 * of_position / torque:.2g} % of the torque in the acceleration, that of the velocity "
+                f"{100.0 * of_velocity / torque:.2g} %."
             )
-    count = len(training)
     return Steadied(tuple(recordings[:count]), tuple(recordings[count:]), frozenset(notes), tuple(notes.values()))
 
 
-def _with(recording: Recording, axis: str, position: Array) -> Recording:
-    """The recording with another position (n,) of an axis."""
-    own = {**recording.columns[axis], "position": position}
-    return replace(recording, columns={**recording.columns, axis: own})
+def _velocities(recordings: Sequence[Recording], axis: str, cutoff_hz: float) -> dict[float, _Velocity] | None:
+    """By sample period, how the velocity of an axis differs from its position; None where one of them is of no use.
 
-
-def _late(recordings: Sequence[Recording], axis: str) -> float | None:
-    """By how much the velocity of an axis is later than its position [s]; None where one of them is of no use.
-
-    By least squares of the velocity on the position's slope and that one's, over all recordings: one alone tells it to half a
-    millisecond. A second encoder is compared with the position sample by sample: beside it that stays as it is.
+    By least squares over all recordings of a period: one alone tells the delay to half a millisecond, and a velocity that is a
+    difference of positions is half a period late. A second encoder is compared with the position sample by sample: beside it
+    that stays as it is.
     """
-    slopes, velocities = [], []
-    for recording in recordings:
-        columns, period = recording.columns[axis], recording.info.sample_period
-        if not {"position", "velocity"} <= set(columns) or "joint_position" in columns or _derived(recording, axis):
-            return None
+    if not all(_has_both(one, axis) for one in recordings):
+        return None
+    found = {}
+    for period in {one.info.sample_period for one in recordings if _tells(one, cutoff_hz)}:
+        own = [one for one in recordings if one.info.sample_period == period and _tells(one, cutoff_hz)]
         slow = effective_cutoff(period, SLOW_HZ)
-        slope = fine_derivative(zero_phase(columns["position"], period, slow), period)
-        weight = np.sqrt(period)
-        slopes.append(weight * np.column_stack((slope, -fine_derivative(slope, period))))
-        velocities.append(weight * zero_phase(columns["velocity"], period, slow))
-    scale, late = np.linalg.lstsq(np.concatenate(slopes), np.concatenate(velocities), rcond=None)[0]
-    return float(late) if abs(scale - 1.0) <= SAME_SCALE else None
+        slopes = [fine_derivative(zero_phase(one.columns[axis]["position"], period, slow), period) for one in own]
+        measured = [zero_phase(one.columns[axis]["velocity"], period, slow) for one in own]
+        columns = np.concatenate([np.column_stack((slope, -fine_derivative(slope, period))) for slope in slopes])
+        scale, late = np.linalg.lstsq(columns, np.concatenate(measured), rcond=None)[0]
+        if abs(scale - 1.0) > SAME_SCALE:
+            return None
+        found[period] = _Velocity(float(scale), float(late / scale))
+    return found
 
 
-def _steadied(recording: Recording, axis: str, late: float) -> Array:
-    """The position as counted below 1 Hz, and as the integral of the velocity above it, read `late` [s] earlier; (n,)."""
+def _has_both(recording: Recording, axis: str) -> bool:
+    columns, derived = recording.columns[axis], recording.info.derived
+    recorded = {"position", "velocity"} <= set(columns) and {f"{axis}.position", f"{axis}.velocity"}.isdisjoint(derived)
+    return recorded and "joint_position" not in columns
+
+
+def _tells(recording: Recording, cutoff_hz: float) -> bool:
+    """Whether a recording is more than the edges of the filter."""
+    period = recording.info.sample_period
+    return len(recording.time) > REACHES * reach(period, effective_cutoff(period, cutoff_hz))
+
+
+def _blended(recording: Recording, axis: str, velocity: _Velocity | None) -> Recording:
+    """With the position as counted below 1 Hz, and as the integral of the velocity above it; as it is where nothing is told."""
+    if velocity is None or len(recording.time) < REACHES:
+        return recording
     columns, period = recording.columns[axis], recording.info.sample_period
     time = period * np.arange(len(columns["velocity"]))
-    integral = CubicSpline(time, earlier(columns["velocity"], late, period)).antiderivative()(time)
-    counted = effective_cutoff(period, COUNTED_HZ)
-    return np.asarray(integral + zero_phase(columns["position"] - integral, period, counted))
+    true = earlier(columns["velocity"] / velocity.scale, velocity.late, period)
+    integral = CubicSpline(time, true).antiderivative()(time)
+    counted = zero_phase(columns["position"] - integral, period, effective_cutoff(period, COUNTED_HZ))
+    return replace(recording, columns={**recording.columns, axis: {**columns, STEADIED: np.asarray(integral + counted)}})
 
 
-def _derived(recording: Recording, axis: str) -> bool:
-    return not {f"{axis}.position", f"{axis}.velocity"}.isdisjoint(recording.info.derived)
-
-
-def _noise(counted: Recording, steadied: Recording, axis: str, cutoff_hz: float) -> tuple[float, float]:
-    """Mean square of the noise in the acceleration of both; 0 where a recording is all edges of the filter.
+def _noise(counted: Recording, blended: Recording, axis: str, cutoff_hz: float) -> tuple[float, float]:
+    """Mean square of the noise in the acceleration of both.
 
     Two measurements of one quantity, whose noise is independent: what they have in common is the motion (Grubbs, Journal of the
-    American Statistical Association 43(242), 1948). A velocity through a filter has less than that: its error counts alike.
+    American Statistical Association 43(242), 1948). The acceleration of a low-passed velocity has less power than that: the
+    difference is its error.
     """
-    one, other = (_acceleration(recording, axis, cutoff_hz) for recording in (counted, steadied))
-    if not one.size:
-        return 0.0, 0.0
+    one, other = (_acceleration(recording, axis, cutoff_hz) for recording in (counted, blended))
     common = float(np.mean(one * other))
     return max(float(np.mean(one**2)) - common, 0.0), abs(float(np.mean(other**2)) - common)
 
 
 def _acceleration(recording: Recording, axis: str, cutoff_hz: float) -> Array:
-    """By the position of an axis (n,), in the compared band, without the filter's edges."""
+    """Of an axis (n,), in the compared band, without the filter's edges."""
     period = recording.info.sample_period
     cutoff = effective_cutoff(period, cutoff_hz)
-    slope = fine_derivative(zero_phase(recording.columns[axis]["position"], period, cutoff), period)
+    slope = fine_derivative(zero_phase(measured_position(recording.columns[axis], period), period, cutoff), period)
     edge = reach(period, cutoff)
-    return fine_derivative(slope, period)[edge : len(slope) - edge]
+    return fine_derivative(slope, period)[edge:-edge]
 
 
 def _varies(recording: Recording, axis: str, cutoff_hz: float) -> float:
@@ -160,9 +178,9 @@ def _left(simulation: Simulation, recording: Recording, axis: str, cutoff_hz: fl
     moves = simulation.torques(Kinematics(position, velocity, acceleration))[:, number] - weight
     speed = velocity[:, number]
     later = [fine_derivative(each, period) for each in (moves, weight)]
-    columns = np.column_stack((moves, weight, *later, np.sign(speed), speed, np.ones_like(speed)))
-    inside = slice(reach(period, cutoff), len(columns) - reach(period, cutoff))
-    torque = zero_phase(torque_of(recording, axis)[part], period, cutoff)[inside]
-    scaled = columns[inside] / np.maximum(np.abs(columns[inside]).max(axis=0), np.finfo(float).tiny)
+    edge = reach(period, cutoff)
+    columns = np.column_stack((moves, weight, *later, np.sign(speed), speed, np.ones_like(speed)))[edge:-edge]
+    torque = zero_phase(torque_of(recording, axis)[part], period, cutoff)[edge:-edge]
+    scaled = columns / np.maximum(np.abs(columns).max(axis=0), np.finfo(float).tiny)
     left = torque - scaled @ np.linalg.lstsq(scaled, torque, rcond=None)[0]
     return float(left @ left)

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
-from drivetwin.diagnosis.prepare.deflection import deflection_of
 from drivetwin.diagnosis.prepare.motion import Run
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, Need, library
@@ -82,7 +81,7 @@ def testable(rows: Rows, axis: str, absolute: bool, drive_told: bool, asked: Ask
     `asked`: how the torque is known that was not recorded.
     """
     met = _met(rows, axis, absolute, drive_told)
-    shown = deflection_of(axis) in rows.compared  # a second encoder shows flanks that change without a reversal
+    shown = rows.deflects(axis)  # a second encoder shows flanks that change without a reversal
     kinds, refused = [], []
     hidden = _hidden(asked)
     for kind in library().values():

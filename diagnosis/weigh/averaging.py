@@ -41,7 +41,7 @@ PROBABLE = 0.5
 CERTAIN = 0.95
 """Share of the draws in which less energy is left, from which an effect predicts: the usual level of a test."""
 ROUNDING = 1e-6
-"""Share of its energy by which a torque differs from a multiple of itself."""
+"""Share of energy, or difference of weights, below which two are the same."""
 CONSIDERED = 8
 """Members of a family, the best by evidence, that are predicted with."""
 
@@ -148,7 +148,7 @@ def _enlarged(family: Family, systematic: Mapping[str, float]) -> Array:
 def preferred(state: State, answers: Sequence[Answer]) -> tuple[State, list[Answer]]:
     """The set with the most probable of what cannot be distinguished in the place of what the search chose, moved together.
 
-    A nominal parameter that the chosen one stands for is not free beside that: it costs the other nothing either.
+    A nominal parameter that the chosen one stands for is fixed beside it. So it is beside the other when the two are compared.
     """
     found = []
     for answer in answers:
@@ -181,12 +181,16 @@ def _more_probable(answer: Answer) -> PlacedEffect | None:
     able = [one for one in answer.members if one.as_good]
     if answer.chosen is None or not able:
         return None
-    rank = [
-        (sum(other.weight for other in able if _unlike(one.proposal, other.proposal) < ROUNDING), one.weight) for one in able
-    ]
-    own = next((each for one, each in zip(able, rank, strict=True) if _same(one.proposal, answer.chosen)), (0.0, 0.0))
-    best = max(rank)
-    return able[rank.index(best)].proposal.effect if best > own else None
+    ranks = [_rank(one, able) for one in able]
+    own = next((rank for one, rank in zip(able, ranks, strict=True) if _same(one.proposal, answer.chosen)), (0.0, 0.0))
+    best = max(range(len(able)), key=lambda k: (*ranks[k], able[k].proposal.effect.effect.name))
+    return able[best].proposal.effect if ranks[best] > own else None
+
+
+def _rank(one: Weighed, able: Sequence[Weighed]) -> tuple[float, float]:
+    """Weight of a torque under all its names and under this one, to the digits that are no rounding."""
+    together = sum(other.weight for other in able if _unlike(one.proposal, other.proposal) < ROUNDING)
+    return round(together / ROUNDING) * ROUNDING, round(one.weight / ROUNDING) * ROUNDING
 
 
 def _unlike(one: Proposal, other: Proposal) -> float:

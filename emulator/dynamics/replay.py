@@ -21,7 +21,7 @@ _LONGEST_STEP = 5e-4
 _MOST_STEPS = 16
 _STEPS_PER_RADIAN = 4.0
 _STIFFEST = 1.0
-"""By how much a link swings in a step on a flank at most [rad]: on a stiffer one it bounces off farther than it came."""
+"""Angle through which a link may swing on a flank in one step [rad]: off a stiffer one it would bounce farther than it came."""
 _BEGINS = 1e-3
 """Of the highest speed, above which a motion begins in its middle: what hangs on the spring then is what was measured."""
 _FIRST_SWING = 0.5

@@ -56,7 +56,7 @@ class Backlash(TransmissionEffect):
         return super().bounds(motion, axis) | {"gap": (0.0, LARGEST_GAP[0] if axis.slide else LARGEST_GAP[1])}
 
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
-        """Of a gap that is closed, what the flanks give way under the axis's torque: less makes no play of it."""
+        """Of a gap that is closed, what the flanks give way under the axis's torque: a smaller step would change nothing."""
         gives = float(np.sqrt(np.mean(motion.torque**2))) / self.stiffness
         damping = self.damping or tenth_of_critical(motion, self.stiffness)
         return super().sizes(motion, axis) | {"gap": self.gap or gives or 1.0, "damping": damping or 1.0}

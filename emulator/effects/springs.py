@@ -28,7 +28,7 @@ def damped(motion: Motion, stiffness: float, damping_ratios: Iterable[float]) ->
 
 
 def tenth_of_critical(motion: Motion, stiffness: float) -> float:
-    """Damping of a spring [N·m·s/rad or N·s/m] that changes what it does: where none is there, no share of it is a step."""
+    """Damping of a spring [N·m·s/rad or N·s/m] that changes what it does: a step for one that is 0."""
     return 0.2 * sqrt(max(float(np.median(motion.inertia)) - motion.rotor_inertia, 0.0) * stiffness)
 
 
