@@ -11,8 +11,8 @@ MOSTLY = (0.01, 0.99)
 """Quantiles between which a deflection and a load are looked at: impacts go farther."""
 GAPS = (0.5, 0.75, 0.9)
 """Shares of a joint's span that may be its gap."""
-ROUNDING = 1e-9
-"""Share of the travel that no encoder resolves: what two differ by less is rounding."""
+ROUNDING = 1e-12
+"""Of the largest position: what two encoders differ by less is rounding."""
 
 
 def stiffness_seen(motion: Motion, axis: AxisDynamics) -> float | None:
@@ -36,7 +36,7 @@ def plays_seen(motion: Motion, axis: AxisDynamics) -> list[tuple[float, float]]:
 
 def _shown(motion: Motion) -> NDArray[np.float64] | None:
     """The deflection (n,) that a second encoder shows; None without one, or where both count alike."""
-    if motion.deflection is None or np.ptp(motion.deflection) <= ROUNDING * np.ptp(motion.position):
+    if motion.deflection is None or np.ptp(motion.deflection) <= ROUNDING * np.abs(motion.position).max():
         return None
     return motion.deflection
 
