@@ -100,7 +100,7 @@ def assemble(
     axes = {name: _add_effects(spec, name, drive, effects) for name, drive in drives.items()}
     for name, axis in axes.items():
         if axis.transmission.elastic:
-            _free_the_motor(spec, name, drives[name])
+            _free_the_motor(spec, name, drives[name], axis)
     return axes
 
 
@@ -116,10 +116,14 @@ def _add_effects(spec: mujoco.MjSpec, name: str, drive: DrivenJoint, effects: tu
             check_units(placed, joint)
             axis = placed.effect.add_to(spec, joint, axis)
     _check_axis(name, joint, axis)
-    joint.damping = (axis.friction.viscous, axis.friction.quadratic, axis.friction.cubic)
-    joint.frictionloss = axis.friction.coulomb
+    _resist(joint, axis.friction.scaled(1.0 - axis.transmission.motor_friction))
     _make_it_stick(joint, spec.option.timestep)
     return axis
+
+
+def _resist(joint: mujoco.MjsJoint, law: FrictionLaw) -> None:
+    joint.damping = (law.viscous, law.quadratic, law.cubic)
+    joint.frictionloss = law.coulomb
 
 
 def _make_it_stick(joint: mujoco.MjsJoint, period: float) -> None:
@@ -128,11 +132,11 @@ def _make_it_stick(joint: mujoco.MjsJoint, period: float) -> None:
     joint.solimp_friction[:3] = (0.9999, 0.9999, 0.001)
 
 
-def _free_the_motor(spec: mujoco.MjSpec, axis: str, drive: DrivenJoint) -> None:
+def _free_the_motor(spec: mujoco.MjSpec, name: str, drive: DrivenJoint, axis: AxisDynamics) -> None:
     """The rotor, which was the joint's armature, on a joint of its own; an unused equality tells that it follows the axis."""
     joint = spec.joint(drive.joint)
     if joint.armature <= 0.0:
-        raise UserError(f"axis {axis}: an elastic transmission needs a motor's inertia; give joint {joint.name!r} an armature")
+        raise UserError(f"axis {name}: an elastic transmission needs a motor's inertia; give joint {joint.name!r} an armature")
     body = spec.worldbody.add_body(
         name=motor_joint(drive),
         ipos=(0.0, 0.0, 0.0),
@@ -143,6 +147,7 @@ def _free_the_motor(spec: mujoco.MjSpec, axis: str, drive: DrivenJoint) -> None:
     )
     motor = body.add_joint(name=motor_joint(drive), type=joint.type, ref=joint.ref)
     clear_defaults(motor)
+    _resist(motor, axis.friction.scaled(axis.transmission.motor_friction))
     _make_it_stick(motor, spec.option.timestep)
     joint.armature = 0.0
     spec.actuator(drive.actuator).target = motor.name
@@ -196,6 +201,9 @@ def check_time_step(
         if gear.elastic:
             between = 1.0 / (1.0 / rotor + 1.0 / (whole - rotor))
             _check_spring(f"axis {name}: transmission", gear.stiffness, gear.damping, between, period)
+            motor = friction.scaled(gear.motor_friction)
+            where = f"axis {name}: presliding on the motor"
+            _check_spring(where, motor.presliding_stiffness, motor.presliding_damping, rotor, period)
 
 
 def _check_spring(where: str, stiffness: float, damping: float, inertia: float, period: float) -> None:

@@ -87,6 +87,7 @@ class Mechanism:
         places = [_place(self.model, number, drives[name], axis) for number, (name, axis) in enumerate(self.dynamics.items())]
         self._gear = np.array([place.gear for place in places])
         self._dofs = np.array([place.dof for place in places])
+        self._motor_dofs = np.array([place.motor_dof for place in places])
         self._joint_index = np.array([place.qpos for place in places])
         self._motor_index = np.array([place.motor_qpos for place in places])
         self._actuator_index = np.array([place.actuator for place in places])
@@ -136,9 +137,9 @@ class Mechanism:
         mujoco.mj_step(self.model, self.data)
 
     def friction_laws(self) -> dict[str, FrictionLaw]:
-        """The friction that each axis feels: its joint's, and that of the joints that follow it."""
+        """The friction that each axis feels: its joint's and its motor's, and that of the joints that follow it."""
         ratios = followers(self.model)[:, self._dofs]
-        theirs = friction_of_followers(self.model, ratios, self._dofs.tolist())
+        theirs = friction_of_followers(self.model, ratios, [*self._dofs.tolist(), *self._motor_dofs.tolist()])
         return {
             name: replace(
                 axis.friction,
@@ -170,7 +171,8 @@ class Mechanism:
         axes, model, data = list(self.dynamics.values()), self.model, self.data
         self.motor_torque = np.zeros(len(axes))
         self.brakes = np.zeros(len(axes), dtype=np.bool_)
-        self._friction = Friction([axis.friction for axis in axes], places, data)
+        shares = [axis.transmission.motor_friction for axis in axes]
+        self._friction = Friction([axis.friction for axis in axes], shares, places, data)
         transmissions = acting([axis.transmission for axis in axes], places)
         elastic = ElasticTransmissions([row for row in transmissions if row[0].elastic], data)
         self._uneven = uneven = UnevenTransmissions([row for row in transmissions if not row[0].elastic], model)

@@ -160,16 +160,17 @@ def _coupling(g: Ground) -> Sizable:
 
 def _backlash(g: Ground) -> Sizable:
     stiffness, damping = g.spring(g.log(40.0, 150.0), g.log(0.03, 0.3))
-    gap = g.log(2e-4, 4e-3) * min(g.travel, 1.0)
-    return lambda s: {"gap": min(gap * s, MOST_PLAY * g.travel), "stiffness": stiffness, "damping": damping}
+    gap, before = g.log(2e-4, 4e-3) * min(g.travel, 1.0), g.draw.uniform()
+    flank = {"stiffness": stiffness, "damping": damping, "motor_friction": before}
+    return lambda s: {"gap": min(gap * s, MOST_PLAY * g.travel), **flank}
 
 
 def _elasticity(g: Ground) -> Sizable:
-    frequency, ratio = g.log(10.0, 50.0), g.log(0.01, 0.15)
+    frequency, ratio, before = g.log(10.0, 50.0), g.log(0.01, 0.15), g.draw.uniform()
 
     def sized(s: float) -> Values:
         stiffness, damping = g.spring(min(max(frequency / sqrt(s), 5.0), 90.0), ratio)
-        return {"stiffness": stiffness, "damping": damping}
+        return {"stiffness": stiffness, "damping": damping, "motor_friction": before}
 
     return sized
 
@@ -308,8 +309,8 @@ _FIELDS: dict[str, dict[str, str]] = {
     "gravity": {"moment": "moment", "angle": "moment_angle"},
     "spring": {"stiffness": "spring", "rest": "spring_rest"},
     "coupling": {"inertia": "shared_inertia", "ratio": "shared_ratio"},
-    "backlash": {"gap": "gap", "stiffness": "flank", "damping": "flank_damping"},
-    "elasticity": {"stiffness": "elasticity", "damping": "elasticity_damping"},
+    "backlash": {"gap": "gap", "stiffness": "flank", "damping": "flank_damping", "motor_friction": "motor_friction"},
+    "elasticity": {"stiffness": "elasticity", "damping": "elasticity_damping", "motor_friction": "motor_friction"},
     "transmission_error": {"amplitude": "error_amplitude", "order": "error_order", "phase": "error_phase"},
     "torque_constant": {"error": "constant_error"},
     "torque_saturation": {"limit": "torque_limit"},

@@ -1,7 +1,8 @@
 """Moves a machine by its drives, or says what torque a motion of its motors needs: one set of equations for both.
 
-On every axis a motor with its rotor, a transmission, a joint of the rigid bodies, friction on the joint. M(q) and the bias are
-MuJoCo's; all else is integrated here, semi-implicit in friction, which is stiff before it slides.
+On every axis a motor with its rotor, a transmission, a joint of the rigid bodies, friction on the joint; behind a spring a
+share of it is the motor's, with a state of its own. M(q) and the bias are MuJoCo's; all else is integrated here,
+semi-implicit in friction, which is stiff before it slides.
 """
 
 from __future__ import annotations
@@ -236,6 +237,8 @@ def _system(
         most = level(axis, q[i], v[i], shaft[i], time) * series[1, i]
         stuck, slope = presliding(axis, bristles[i], most, v[i], step, after[i])
         flowing, more = viscous(axis, v[i], time)
+        behind = 1.0 - axis.motor_friction
+        stuck, slope, flowing, more = behind * stuck, behind * slope, behind * flowing, behind * more
         pull = _pull(axis, q[i], v[i], acceleration[i], series[0, i], step, inner[i])
         resists = bias[i] + stuck + flowing * series[1, i] + _held(axis, q[i]) - pull
         for j in range(n):
@@ -248,6 +251,31 @@ def _system(
         else:
             matrix[i, i] += axis.rotor
             right[i] = shaft[i] - ratios[i, 0] * resists
+
+
+@compiled
+def _before(
+    speed: float, axis: Record, motor: float, shaft: float, time: float, factor: float, step: float, state: Array, after: Array
+) -> tuple[float, float]:
+    """Friction on a motor behind which there is a spring, after a `step` at a `speed`, and its slope over that."""
+    most = level(axis, motor, speed, shaft, time) * factor
+    stuck, slope = presliding(axis, state, most, speed, step, after)
+    flowing, more = viscous(axis, speed, time)
+    share = axis.motor_friction
+    return share * (stuck + flowing * factor), share * (slope + more * factor)
+
+
+@compiled
+def _driven(
+    speed: float, driven: float, axis: Record, motor: float, shaft: float, time: float, factor: float, step: float,
+    state: Array, after: Array,
+) -> float:
+    """Speed of such a motor a step on, by the torque that is left for it; carries its friction on."""
+    resists, slope = _before(speed, axis, motor, shaft, time, factor, step, state, after)
+    speed += step * (driven - resists) / (axis.rotor + step * slope)
+    _before(speed, axis, motor, shaft, time, factor, step, state, after)
+    state[:] = after
+    return speed
 
 
 @compiled
@@ -295,6 +323,7 @@ def _move(
     n, count, step = len(axes), demand.shape[1], TICK / SUBSTEPS
     motor, motor_v, q, v = demand[0, 0].copy(), np.zeros(n), demand[0, 0].copy(), np.zeros(n)
     bristles, after, inner = np.zeros((n, ELEMENTS)), np.zeros((n, ELEMENTS)), np.zeros((n, 2))
+    rubs, ahead = np.zeros((n, ELEMENTS)), np.zeros((n, ELEMENTS))
     matrix, right, slopes, ratios = np.zeros((n, n)), np.zeros(n), np.zeros(n), np.zeros((n, 2))
     integral, given, asked, shaft, acceleration = settled.copy(), settled.copy(), settled.copy(), settled.copy(), np.zeros(n)
     last, speed = demand[0, 0].copy(), np.zeros(n)
@@ -334,8 +363,9 @@ def _move(
                 axis = axes[i]
                 if _is_elastic(axis):
                     place, turn, _ = _ratio(axis, motor[i])
-                    torque = turn * _transmitted(axis, place - q[i], turn * motor_v[i] - v[i])
-                    motor_v[i] += step * (shaft[i] - torque) / axis.rotor
+                    driven = shaft[i] - turn * _transmitted(axis, place - q[i], turn * motor_v[i] - v[i])
+                    rub = motor[i], shaft[i], time, series[1, i], step, rubs[i], ahead[i]
+                    motor_v[i] = _driven(motor_v[i], driven, axis, *rub)
                     motor[i] += step * motor_v[i]
                     v[i] += step * rate[i]
                     q[i] += step * v[i]
@@ -363,6 +393,7 @@ def _needed(
     step = tick / parts
     q, v, motor, motor_v = motion[0, 0].copy(), np.zeros(n), np.zeros(n), np.zeros(n)
     bristles, after, inner = np.zeros((n, ELEMENTS)), np.zeros((n, ELEMENTS)), np.zeros((n, 2))
+    rubs, ahead = np.zeros((n, ELEMENTS)), np.zeros((n, ELEMENTS))
     matrix, right, slopes, ratios = np.zeros((n, n)), np.zeros(n), np.zeros(n), np.zeros((n, 2))
     shaft, none, rate, acceleration = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     rows, known = np.zeros((n, n)), np.zeros(n)
@@ -393,7 +424,10 @@ def _needed(
                 axis = axes[i]
                 if _is_elastic(axis):
                     place, turn, _ = _ratio(axis, motor[i])
-                    torque = axis.rotor * motion[2, k, i] + turn * _transmitted(axis, place - q[i], turn * motor_v[i] - v[i])
+                    resists, _ = _before(motor_v[i], axis, motor[i], shaft[i], time, series[1, i], step, rubs[i], ahead[i])
+                    rubs[i, :] = ahead[i, :]
+                    torque = turn * _transmitted(axis, place - q[i], turn * motor_v[i] - v[i])
+                    torque += axis.rotor * motion[2, k, i] + resists
                     v[i] += step * rate[i]
                     q[i] += step * v[i]
                     acceleration[i] = rate[i]

@@ -19,14 +19,14 @@ NO_FOREIGN, COUNTERBALANCE, SLOSH, TETHER, WANDERING_COGGING, EDDY_BRAKE, SOFT_S
 """What acts from outside the library by the axis's state; what acts by time alone comes as series."""
 
 _REALS = (
-    # friction, on the joint's side; `stiffness` before it slides, `micro_damping` of what sticks
+    # friction; `stiffness` before it slides, `micro_damping` of what sticks
     *("coulomb", "viscous", "asymmetry", "viscous_asymmetry", "static", "stribeck_velocity", "exponent"),
     *("quadratic", "cubic", "load_coefficient", "wave", "wave_period", "wave_phase", "cold", "warming_time"),
     *("stiffness", "micro_damping", "dahl_exponent", "attraction"),
     # rigid body
     *("moment", "moment_angle", "spring", "spring_rest", "shared_inertia", "shared_ratio"),
-    # transmission: motor inertia on the joint's side, springs in series, error of the ratio
-    *("rotor", "gear_ratio", "elasticity", "elasticity_damping", "gap", "flank", "flank_damping"),
+    # transmission: motor inertia on the joint's side, springs in series, share of friction before them, error of the ratio
+    *("rotor", "gear_ratio", "elasticity", "elasticity_damping", "gap", "flank", "flank_damping", "motor_friction"),
     *("error_amplitude", "error_order", "error_phase"),
     # motor
     *("constant_error", "offset", "ripple", "ripple_order", "ripple_phase", "ripple_2", "ripple_2_order", "ripple_2_phase"),

@@ -15,7 +15,7 @@ from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 
-TRIED = 4
+TRIED = 6
 """Starts that are moved, the best by a linear fit."""
 ENOUGH = 0.995
 """Of the energy explained, for no further start to be moved."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import exp, inf, pi, sin
 
 import mujoco
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.emulator.dynamics.place import Place
-from drivetwin.emulator.dynamics.records import acting, records
+from drivetwin.emulator.dynamics.records import records
 from drivetwin.foundation.compiled import compiled, in_place
 
 BRISTLES = 4
@@ -54,6 +54,10 @@ class FrictionLaw:
     def acts(self) -> bool:
         """Whether it depends on more than the velocity, or gives way before it slides."""
         return any((self.load_coefficient, self.position_amplitude, self.cold, self.presliding_stiffness))
+
+    def scaled(self, share: float) -> FrictionLaw:
+        """A law of the same form with `share` of every torque: one side of a transmission bears so much."""
+        return replace(self, **{name: share * getattr(self, name) for name in _TORQUES})
 
     @property
     def least_slope(self) -> float:
@@ -97,6 +101,13 @@ class FrictionLaw:
         return np.asarray(1.0 + self.cold * motion.kept_lately(("cold", time), lambda same: np.exp(-same.time / time)))
 
 
+_TORQUES = (
+    *("coulomb", "coulomb_asymmetry", "viscous", "viscous_asymmetry", "quadratic", "cubic", "static_torque"),
+    *("load_coefficient", "position_amplitude", "presliding_stiffness", "presliding_damping"),
+)
+"""Fields of a law in which its torque is linear."""
+
+
 def _nothing(motion: Motion) -> NDArray[np.float64]:
     return motion.kept("nothing", lambda same: np.zeros_like(same.velocity))
 
@@ -121,16 +132,19 @@ def level_at(law, speed):  # type: ignore[no-untyped-def]  # record arrays have 
 def apply_friction(laws, brakes, velocity, frictionloss, applied) -> None:  # type: ignore[no-untyped-def]
     """Set what MuJoCo's friction constraint may hold and what acts beside it, for laws (n,), from qvel (nv,).
 
+    Laws of joints stand before those of motors that move by themselves.
+
     Native `frictionloss` does the sticking and, once a limit is reached, gives exactly that limit; the law only moves the
     limit with the speed. A limit that differs with the direction is a symmetric one beside a constant torque.
     """
-    for axis in range(laws.shape[0]):
-        law = laws[axis]
+    for row in range(laws.shape[0]):
+        law = laws[row]
         speed = abs(velocity[law.dof])
         frictionloss[law.motor_dof] = 0.0
         frictionloss[law.dof] = level_at(law, speed)
-        if brakes[axis]:
+        if brakes[law.axis]:
             frictionloss[law.motor_dof] += law.brake
+        applied[law.motor_dof] = 0.0
         applied[law.dof] = -law.coulomb_asymmetry - law.viscous_asymmetry * speed
 
 
@@ -191,21 +205,41 @@ def _resist(law, warmth, varying, share, position, velocity, torque) -> None:  #
         torque[k] = held + warmth[k] * (abs(direction) * law.coulomb_asymmetry + slope * v)
 
 
-class Friction:
-    """The friction of every axis in a MuJoCo model: `laws` (n,) for `apply_friction`.
+@dataclass(frozen=True)
+class _Side:
+    """Where a share of an axis's friction acts: on its joint, or on a motor that moves by itself."""
 
-    `varying` and `anchors`, for `vary_friction`, are those of the axes where it depends on more than the velocity.
+    law: FrictionLaw
+    place: Place
+    share: float
+
+
+class Friction:
+    """The friction of every axis in a MuJoCo model: `laws` for `apply_friction`, those of the joints (n,), then of the motors.
+
+    `motor_shares` (n,): of each axis's friction, how much acts on its motor, which then moves by itself. `varying` and
+    `anchors`, for `vary_friction`, are those where it depends on more than the velocity.
     """
 
-    def __init__(self, laws: Sequence[FrictionLaw], places: Sequence[Place], data: mujoco.MjData) -> None:
-        kinds = (FrictionLaw, Place)
-        self.laws = records(kinds, list(zip(laws, places, strict=True)))
-        self.varying = records(kinds, acting(laws, places))
+    def __init__(
+        self, laws: Sequence[FrictionLaw], motor_shares: Sequence[float], places: Sequence[Place], data: mujoco.MjData
+    ) -> None:
+        axes = list(zip(laws, motor_shares, places, strict=True))
+        joints = [_Side(law, place, 1.0 - share) for law, share, place in axes]
+        at_motors = [(law, share, replace(place, qpos=place.motor_qpos, dof=place.motor_dof)) for law, share, place in axes]
+        sides = [*joints, *(_Side(law, place, share) for law, share, place in at_motors if share > 0.0)]
+        acting = [side for side in sides if side.law.acts]
+        self.laws, self.varying = _records(sides), _records(acting)
+        self._shares = [np.array([side.share for side in each]) for each in (sides, acting)]
         self.anchors = np.repeat(data.qpos[self.varying["qpos"]][:, None], BRISTLES, axis=1)
 
     def set_level(self, axis: int, law: FrictionLaw) -> None:
         """Let an axis have the coulomb friction and the stiction of another law from now on."""
-        for laws in (self.laws, self.varying):
+        for laws, shares in zip((self.laws, self.varying), self._shares, strict=True):
             meant = laws["axis"] == axis
-            laws["coulomb"][meant] = law.coulomb
-            laws["static_torque"][meant] = law.static_torque
+            laws["coulomb"][meant] = shares[meant] * law.coulomb
+            laws["static_torque"][meant] = shares[meant] * law.static_torque
+
+
+def _records(sides: Sequence[_Side]) -> NDArray[np.void]:
+    return records((FrictionLaw, Place), [(side.law.scaled(side.share), side.place) for side in sides])

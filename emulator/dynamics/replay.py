@@ -91,11 +91,10 @@ def _at_first(motion: Motion) -> NDArray[np.float64]:
     return np.array([begins, np.median(_link(motion))])
 
 
-def _hangs_at_first(motion: Motion, swing: float) -> tuple[float, float]:
+def _hangs_at_first(passes: NDArray[np.float64], period: float, swing: float) -> tuple[float, float]:
     """Torque that passes the spring at first, as it was measured, and how it changes a second: a line over half a radian."""
-    count = min(len(motion.position), max(_FEWEST, round(_FIRST_SWING / (swing * motion.period)) + 1))
-    through = motion.torque[:count] - motion.rotor_inertia * motion.acceleration[:count]
-    slope, level = np.polyfit(motion.period * np.arange(count), through, 1)
+    count = min(len(passes), max(_FEWEST, round(_FIRST_SWING / (swing * period)) + 1))
+    slope, level = np.polyfit(period * np.arange(count), passes[:count], 1)
     return float(level), float(slope)
 
 
@@ -123,17 +122,27 @@ def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tupl
 
 
 def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-    """The same of a load on a spring, whose motor moves as measured."""
-    begins = _begins(motion, axis)
+    """The same of a load on a spring, whose motor moves as measured and bears a share of the friction."""
+    share = axis.transmission.motor_friction
+    held = axis.friction.scaled(share).resistance(motion) if share > 0.0 else np.zeros_like(motion.position)
+    behind = replace(axis, friction=axis.friction.scaled(1.0 - share)) if share > 0.0 else axis
+    passes = motion.torque - motion.rotor_inertia * motion.acceleration - held
+    found = _of_the_load(motion, behind, passes)
+    found[0] += held
+    return found
+
+
+def _of_the_load(motion: Motion, axis: AxisDynamics, passes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same behind the spring; `passes` (n,) is the torque that passes it, as measured."""
+    begins = _begins(motion, axis, passes)
     if len(begins) == 1:
         return _swung(motion, axis, len(motion.position), *begins[0])
     few = _first_samples(motion, axis.transmission.gap)
-    measured = motion.torque[:few] - motion.rotor_inertia * motion.acceleration[:few]
-    missed = [float(np.sum((_swung(motion, axis, few, *each)[0] - measured) ** 2)) for each in begins]
+    missed = [float(np.sum((_swung(motion, axis, few, *each)[0] - passes[:few]) ** 2)) for each in begins]
     return _swung(motion, axis, len(motion.position), *begins[int(np.argmin(missed))])
 
 
-def _begins(motion: Motion, axis: AxisDynamics) -> list[tuple[float, float, float]]:
+def _begins(motion: Motion, axis: AxisDynamics, passes: NDArray[np.float64]) -> list[tuple[float, float, float]]:
     """Ways in which a replay may begin: torque that passes the spring, how it grows a second, and the flank of the gap.
 
     In motion it is as measured. At rest the load may lie anywhere in a gap, and its spring may be wound up as far as friction
@@ -141,7 +150,7 @@ def _begins(motion: Motion, axis: AxisDynamics) -> list[tuple[float, float, floa
     """
     law, gear = axis.friction, axis.transmission
     velocity, middle = (float(value) for value in motion.kept("at first", _at_first))
-    hangs, grows = _hangs_at_first(motion, sqrt((gear.stiffness + law.presliding_stiffness) / middle))
+    hangs, grows = _hangs_at_first(passes, motion.period, sqrt((gear.stiffness + law.presliding_stiffness) / middle))
     if velocity != 0.0:
         return [(hangs, grows, float(np.sign(hangs)))]
     weight, level = float(_weight(motion)[0]), max(law.coulomb, law.static_torque) * float(law.warmth(motion)[0])

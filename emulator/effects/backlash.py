@@ -9,11 +9,11 @@ from typing import ClassVar
 import numpy as np
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.effects.base import DAMPING, POSITION, STIFFNESS, Exciting, Look, Need, Parameter, Start
+from drivetwin.emulator.effects.base import DAMPING, NUMBER, POSITION, STIFFNESS, Exciting, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.seen_deflection import plays_seen
 from drivetwin.emulator.effects.springs import damped, springs, tenth_of_critical, too_soft
-from drivetwin.emulator.effects.transmission_effect import TransmissionEffect
+from drivetwin.emulator.effects.transmission_effect import SIDES, TransmissionEffect
 from drivetwin.emulator.effects.waves import travel
 
 _FLANKS = (15.0, 45.0)
@@ -31,7 +31,7 @@ LARGEST_GAP = (0.02, 0.2)
 class Backlash(TransmissionEffect):
     """Torque = 0 while |m - q| < gap / 2, else stiffness (|m - q| - gap / 2) sgn(m - q) + damping (m' - q'), which never pulls.
 
-    m, q and the sides of armature and friction as with `elasticity`, whose compliance adds. `gap` is the whole lost motion.
+    m, q, armature and the sides of friction as with `elasticity`, whose compliance adds. `gap` is the whole lost motion.
     The dead zone of Nordin and Gutman, Automatica 38(10), 2002.
     """
 
@@ -45,11 +45,13 @@ class Backlash(TransmissionEffect):
         Parameter("gap", POSITION, low=0.0),
         Parameter("stiffness", STIFFNESS, low=1e-3),
         Parameter("damping", DAMPING, low=0.0),
+        Parameter("motor_friction", NUMBER, low=0.0, high=1.0),
     )
 
     gap: float
     stiffness: float
     damping: float = 0.0
+    motor_friction: float = 0.0
 
     def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """A gear has minutes of arc of play, a hobby servo a degree or two: what has ten times that is no drive train."""
@@ -59,7 +61,18 @@ class Backlash(TransmissionEffect):
         """Of a gap that is closed, what the flanks give way under the axis's torque: a smaller step would change nothing."""
         gives = float(np.sqrt(np.mean(motion.torque**2))) / self.stiffness
         damping = self.damping or tenth_of_critical(motion, self.stiffness)
-        return super().sizes(motion, axis) | {"gap": self.gap or gives or 1.0, "damping": damping or 1.0}
+        return super().sizes(motion, axis) | {
+            "gap": self.gap or gives or 1.0,
+            "damping": damping or 1.0,
+            "motor_friction": 1.0,
+        }
+
+    def natural(self, axis: AxisDynamics) -> Backlash | None:
+        """With all friction behind the spring, as most models have it: a parameter less."""
+        return replace(self, motor_friction=0.0) if self.motor_friction > 0.0 else None
+
+    def fixed(self, axis: AxisDynamics) -> frozenset[str]:
+        return frozenset() if self.motor_friction > 0.0 else frozenset({"motor_friction"})
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         return too_soft(motion, self.stiffness)
@@ -82,22 +95,23 @@ class Backlash(TransmissionEffect):
             tried += [(float(gap), (float(2.0 * level / gap), float(0.4 * np.sqrt(2.0 * level / gap * link)))) for gap in held]
         for gap, stiffness in plays_seen(motion, axis):
             tried += [(gap, flank) for flank in damped(motion, stiffness, (0.05, 0.2))]
-        return [cls._start(gap, flank) for gap, flank in tried]
+        return [cls._start(gap, flank, share) for share in SIDES for gap, flank in tried]
 
     @classmethod
     def drawn(cls, ground: Ground) -> Backlash:
         gap = ground.draw.uniform(0.00008, 0.0003) * ground.room
-        return cls(gap, *ground.spring(ground.draw.uniform(40.0, 70.0), ground.draw.uniform(0.1, 0.3)))
+        flank = ground.spring(ground.draw.uniform(40.0, 70.0), ground.draw.uniform(0.1, 0.3))
+        return cls(gap, *flank, ground.draw.uniform(0.0, 0.8))
 
     @classmethod
-    def _start(cls, gap: float, flank: tuple[float, float]) -> Start:
+    def _start(cls, gap: float, flank: tuple[float, float], share: float) -> Start:
         """What it costs grows about as the gap."""
 
         def compose(found: Sequence[float]) -> Backlash | None:
-            return cls(gap * min(max(found[0], 0.8), 1.25), *flank) if found[0] > 0.0 else None
+            return cls(gap * min(max(found[0], 0.8), 1.25), *flank, share) if found[0] > 0.0 else None
 
-        return Start((cls(gap, *flank),), compose)
+        return Start((cls(gap, *flank, share),), compose)
 
     def on(self, axis: AxisDynamics) -> AxisDynamics:
-        meshing = axis.transmission.in_series(self.stiffness, self.damping)
+        meshing = axis.transmission.in_series(self.stiffness, self.damping, self.motor_friction)
         return replace(axis, transmission=replace(meshing, gap=self.gap))

@@ -12,6 +12,9 @@ from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.dynamics.replay import Followed, followed
 from drivetwin.emulator.effects.base import JOINT_ENCODER, ReplayedEffect
 
+SIDES = (0.0, 0.3, 0.8)
+"""Shares of the friction on the motor's side, with which a search begins; none stays none."""
+
 
 @dataclass(frozen=True)
 class TransmissionEffect(ReplayedEffect):

@@ -60,6 +60,19 @@ def test_spring_and_damper_swing_down_as_the_closed_form_says() -> None:
     assert np.abs(run.position[:, 0] - expected).max() < 0.0002
 
 
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_a_pulled_link_in_its_gap_feels_only_its_own_share_of_friction(share: float) -> None:
+    """m v' = pull - (1 - share) d v from rest; the motor, which nothing touches, stands."""
+    machine, damping, pull = one_axis(slide=True, mass=2.0, rotor=0.5), 3.0, 4.0
+    axes = axes_of(machine)
+    axes["viscous"], axes["gap"], axes["flank"], axes["motor_friction"] = damping, 10.0, 1e4, share
+    run = let_go(machine, axes, [0.0], 0.5, pull)
+    time, rate = np.arange(len(run.joint)) * TICK, (1.0 - share) * damping / 2.0
+    way = pull / 2.0 * (0.5 * time**2 if rate == 0.0 else (time - (1.0 - np.exp(-rate * time)) / rate) / rate)
+    assert np.abs(run.joint[:, 0] - way).max() < 0.002 * way[-1]
+    assert np.abs(run.position).max() == 0.0
+
+
 def test_pendulum_swings_with_the_period_of_the_elliptic_integral() -> None:
     mass, length, start = 1.5, 0.4, 1.2
     machine = one_axis(slide=False, mass=mass, com=length, rotor=0.02)
@@ -171,8 +184,8 @@ SIZES: dict[str, dict[str, float]] = {
     "gravity": {"moment": 1.5, "angle": 0.3},
     "spring": {"stiffness": 3.0, "rest": 0.2},
     "coupling": {"inertia": 0.2, "ratio": -0.5},
-    "backlash": {"gap": 0.004, "stiffness": 20000.0, "damping": 10.0},
-    "elasticity": {"stiffness": 3000.0, "damping": 3.0},
+    "backlash": {"gap": 0.004, "stiffness": 20000.0, "damping": 10.0, "motor_friction": 0.4},
+    "elasticity": {"stiffness": 3000.0, "damping": 3.0, "motor_friction": 0.7},
     "transmission_error": {"amplitude": 0.002, "order": 1.0, "phase": 0.3},
     "torque_constant": {"error": 0.1},
     "torque_offset": {"offset": 0.7},
