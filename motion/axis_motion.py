@@ -26,6 +26,8 @@ _ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
 """Share of a position that filtering leaves as rounding: an axis that stands must not seem to move by it."""
 STEADIED = "steadied_position"
 """Column of a position that is the integral of a recorded velocity above some frequency: its noise is the velocity's."""
+SMOOTHED = "smoothed_position"
+"""Column of a position less what of it is noise by its spectrum."""
 STANDSTILL_REACH = 1.5
 """Filter's reaches left out around a standstill: breaking away is a jump of the torque, of which 2 % still bias."""
 
@@ -148,11 +150,10 @@ def widen(mask: Mask, width: int) -> Mask:
 
 
 def measured_position(columns: dict[str, Samples], period: float) -> Samples:
-    """The position (n,) of an axis [rad or m]: as steadied, else as counted, else the integral of its velocity."""
-    if STEADIED in columns:
-        return columns[STEADIED]
-    if "position" in columns:
-        return columns["position"]
+    """The position (n,) of an axis [rad or m]: as steadied or smoothed, else as counted, else the integral of its velocity."""
+    for name in (STEADIED, SMOOTHED, "position"):
+        if name in columns:
+            return columns[name]
     return np.asarray(cumulative_trapezoid(columns["velocity"], dx=period, initial=0), dtype=np.float64)
 
 
@@ -175,7 +176,7 @@ def velocity_noise(recording: Recording, axis: str, raw: Samples, filtered: Samp
     if "position" not in columns or f"{axis}.position" in recording.info.derived:
         lost = derivative(raw - filtered, period)[edge:-edge]
         return float(np.std(lost) / np.sqrt(1.0 - share) * np.sqrt(share))
-    lost = (raw - filtered)[edge:-edge]
+    lost = (columns["position"] - filtered)[edge:-edge]
     noise = max(float(np.std(lost)) / np.sqrt(1.0 - share), quantum)
     return float(2.0 * np.pi * cutoff_hz * noise * np.sqrt(share / 3.0))
 

@@ -25,6 +25,9 @@ NOISE_SHARE = 0.02
 ABOVE_NOISE = 100.0
 LOWEST = 2.0
 _SEGMENT = 2048
+_NOISE_SEGMENT = 512
+_SURE = 3.0
+"""Standard deviations of a density above noise, from which there is motion."""
 
 
 def chosen_cutoff(recordings: Sequence[Recording]) -> float:
@@ -121,6 +124,17 @@ class Sensor:
         above = frequency[density > ABOVE_NOISE * 2.0 * self.noise**2 * self.period]
         return float(above.max(initial=0.0))
 
+    def share_of_motion(self) -> tuple[Array, Array]:
+        """Frequencies [Hz] and the share of the power there, (k,) each, that is more than white noise; 0 where none is sure.
+
+        A density averaged over K segments scatters by 1 / sqrt(K) (Welch 1967); overlapping ones count for 0.6.
+        """
+        frequency, density = self._density
+        white = 2.0 * self.noise**2 * self.period
+        segments = max(0.6 * (2.0 * len(self.samples) / _NOISE_SEGMENT - 1.0), 1.0)
+        share = 1.0 - white / np.maximum(density, np.finfo(float).tiny)
+        return frequency, np.where(density > white * (1.0 + _SURE / np.sqrt(segments)), share, 0.0)
+
     @cached_property
     def noise(self) -> float:
         """Standard deviation of white noise, from the density at the upper end of the spectrum."""
@@ -136,7 +150,8 @@ class Sensor:
             return np.zeros(0), np.zeros(0)
         times = self.order + 2
         differences = np.diff(self.samples, times)
-        frequency, power = signal.welch(differences, fs=1.0 / self.period, nperseg=min(512, len(differences)), detrend=False)
+        length = min(_NOISE_SEGMENT, len(differences))
+        frequency, power = signal.welch(differences, fs=1.0 / self.period, nperseg=length, detrend=False)
         return frequency[1:], power[1:] / (2.0 * np.sin(np.pi * frequency[1:] * self.period)) ** (2 * times)
 
 

@@ -26,25 +26,16 @@ LOWER_QUARTILE = 0.25
 
 @dataclass(frozen=True)
 class Noise:
-    """Of one axis, rms in the compared band [N·m or N]: noise alone, how it was found, and what a model is expected to miss.
-
-    `channel`: noise of the torque as it was recorded, over its whole band.
-    """
+    """Of one axis, rms in the compared band [N·m or N]: noise alone, how it was found, and what a model is expected to miss."""
 
     rms: float
     found_by: str
     model_error: float
-    channel: float
 
     @property
     def floor(self) -> float:
         """Both together: what no cause explains."""
         return float(np.hypot(self.rms, self.model_error))
-
-    @property
-    def hides(self) -> float:
-        """A gap as small is none: it is no more than that, or than the noise in which the recorded torque shows it."""
-        return max(self.floor, self.channel)
 
 
 def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error: float, apart: float) -> Noise:
@@ -58,14 +49,13 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
     torque less the weight that the comparison errs by. `apart`: time [s] by which torque and position of a sample still differ,
     by the fit.
     """
-    powers, channels, floors, weights, timing = [], [], [], [], []
+    powers, floors, weights, timing = [], [], [], []
     quantum = 0.0
     for run, rest in zip(runs, left, strict=True):
         torque = run.axes[axis].motion.torque
         quantum = max(quantum, run.recording.info.axes[axis].torque_resolution or 0.0)
         density = min(_density(torque, run), _of_differences(rest, run))
         powers.append(density * _bandwidth(run))
-        channels.append(density * 0.5 / run.period)
         floors.append(_floor(rest, run))
         weights.append(len(torque) * run.period)
         slope = derivative(run.axes[axis].torque, run.period)[run.axes[axis].used]
@@ -76,17 +66,15 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
     resolution = quantum**2 / 12.0 * band
     of_time = float(np.average(timing, weights=weights))
     rms = float(np.sqrt(max(sensor, resolution, floor) + of_time))
-    channel = float(np.sqrt(max(np.average(channels, weights=weights), quantum**2 / 12.0)))
     told = (
         f"spectrum of the torque above {ABOVE:g} cut-offs, or changes from sample to sample of what is left, the lesser, "
         f"taken as white, through the filter: {np.sqrt(sensor):.3g}; "
         f"lower quartile of the spectrum of what is left in the band: {np.sqrt(floor):.3g}; "
-        f"resolution: {np.sqrt(resolution):.3g}; {apart * 1e3:.2g} ms between position and torque: {np.sqrt(of_time):.3g}; "
-        f"torque as recorded, over its whole band: {channel:.3g}"
+        f"resolution: {np.sqrt(resolution):.3g}; {apart * 1e3:.2g} ms between position and torque: {np.sqrt(of_time):.3g}"
     )
     moves = np.concatenate([run.axes[axis].of_motion[run.axes[axis].used] for run in runs])
     error = model_error * float(np.sqrt(np.mean(moves**2))) if moves.size else 0.0
-    return Noise(rms, told, error, channel)
+    return Noise(rms, told, error)
 
 
 def _floor(left: Array, run: Run) -> float:

@@ -13,12 +13,14 @@ from scipy.optimize import least_squares
 from drivetwin.diagnosis.prepare.channel import torque_of
 from drivetwin.diagnosis.prepare.rates import ENOUGH, seconds
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
-from drivetwin.motion.axis_motion import STEADIED, measured_position
+from drivetwin.motion.axis_motion import SMOOTHED, STEADIED, measured_position
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, zero_phase
 from drivetwin.recording.recording import Recording
 
 Array = NDArray[np.float64]
 
+PLACED = ("position", "position_demand", STEADIED, SMOOTHED)
+"""Columns that have the joint's zero."""
 PLACES = 24
 """Zeros that are tried over an axis's range, before the best is moved."""
 SAMPLES = 1500
@@ -74,7 +76,7 @@ def moved(recording: Recording, zeros: Mapping[str, float]) -> Recording:
     """A recording whose position on some axes counts from another zero [rad or m]."""
     columns = {
         axis: {
-            name: values + zeros[axis] if axis in zeros and name in ("position", "position_demand", STEADIED) else values
+            name: values + zeros[axis] if axis in zeros and name in PLACED else values
             for name, values in own.items()
         }
         for axis, own in recording.columns.items()

@@ -15,6 +15,7 @@ from drivetwin.diagnosis.prepare.positions import positions
 from drivetwin.diagnosis.prepare.rates import fast_enough
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.prepare.simulation import Simulation, simulation
+from drivetwin.diagnosis.prepare.smoothed import smoothed
 from drivetwin.diagnosis.prepare.steadied import steadied
 from drivetwin.diagnosis.prepare.testable import Testable, is_absolute, testable
 from drivetwin.diagnosis.settings import Settings
@@ -64,7 +65,8 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     validation, slow = fast_enough(training, validation)
     cutoff = settings.cutoff_hz or chosen_cutoff([*training, *validation])
     steady = steadied(twin, training, validation, cutoff, settings.model_error)
-    training, validation = steady.training, steady.validation
+    smooth = smoothed(twin, steady.training, steady.validation, cutoff, steady.by_velocity)
+    training, validation = smooth.training, smooth.validation
     fit_at, check_at = positions(twin, training, cutoff), positions(twin, validation, cutoff)
     training, validation = fit_at.recordings, check_at.recordings
     recordings = [*training, *validation]
@@ -88,5 +90,5 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     absolute = {axis: is_absolute(runs, axis) for axis in twin.axes}
     asked = {axis: testable(rows, axis, absolute[axis], law_holds(runs, axis), unrecorded.get(axis)) for axis in twin.axes}
     middle = {axis: sorted(each[axis] for each in standstill)[len(standstill) // 2] for axis in twin.axes}
-    told = (*notes(unrecorded), *slow, *steady.notes, *fit_at.notes, *check_at.notes)
+    told = (*notes(unrecorded), *slow, *steady.notes, *smooth.notes, *fit_at.notes, *check_at.notes)
     return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, told, check_at.adrift)

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from drivetwin.diagnosis.prepare.channel import earlier, torque_of
-from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
+from drivetwin.diagnosis.prepare.rigid_fit import REACHES, left_by_rigid_body, tells
+from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.motion.axis_motion import STEADIED, measured_position
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
 from drivetwin.recording.recording import Recording
@@ -27,10 +28,6 @@ SLOW_HZ = 10.0
 """Below it both show the same motion, by which the scale and the delay of the velocity are found."""
 SAME_SCALE = 0.02
 """By which share a velocity differs from the slope of its position at most."""
-SAMPLES = 40_000
-"""In the middle of a recording, by which the two are compared."""
-REACHES = 8
-"""Of the comparison's filter, that a recording must last to be compared by."""
 
 
 @dataclass(frozen=True)
@@ -69,14 +66,15 @@ def steadied(
         if told is None:
             continue
         blended = [_blended(one, axis, told.get(one.info.sample_period)) for one in recordings]
-        fitted = [pair for pair in zip(recordings[:count], blended[:count], strict=True) if _tells(pair[0], cutoff_hz)]
+        fitted = [pair for pair in zip(recordings[:count], blended[:count], strict=True) if tells(pair[0], cutoff_hz)]
         if not fitted:
             continue
         squares = np.array([_noise(old, new, axis, cutoff_hz) for old, new in fitted])
         of_position, of_velocity = inertia[axis] * np.sqrt(squares.mean(axis=0))
         torque = float(np.sqrt(np.mean([_varies(one, axis, cutoff_hz) for one, _ in fitted])))
         if of_position > max(model_error * torque, of_velocity) and all(
-            _left(simulation, new, axis, cutoff_hz) < _left(simulation, old, axis, cutoff_hz) for old, new in fitted
+            left_by_rigid_body(simulation, new, axis, cutoff_hz) < left_by_rigid_body(simulation, old, axis, cutoff_hz)
+            for old, new in fitted
         ):
             recordings = blended
             notes[axis] = (
@@ -97,8 +95,8 @@ def _velocities(recordings: Sequence[Recording], axis: str, cutoff_hz: float) ->
     if not all(_has_both(one, axis) for one in recordings):
         return None
     found = {}
-    for period in {one.info.sample_period for one in recordings if _tells(one, cutoff_hz)}:
-        own = [one for one in recordings if one.info.sample_period == period and _tells(one, cutoff_hz)]
+    for period in {one.info.sample_period for one in recordings if tells(one, cutoff_hz)}:
+        own = [one for one in recordings if one.info.sample_period == period and tells(one, cutoff_hz)]
         slow = effective_cutoff(period, SLOW_HZ)
         slopes = [fine_derivative(zero_phase(one.columns[axis]["position"], period, slow), period) for one in own]
         measured = [zero_phase(one.columns[axis]["velocity"], period, slow) for one in own]
@@ -114,12 +112,6 @@ def _has_both(recording: Recording, axis: str) -> bool:
     columns, derived = recording.columns[axis], recording.info.derived
     recorded = {"position", "velocity"} <= set(columns) and {f"{axis}.position", f"{axis}.velocity"}.isdisjoint(derived)
     return recorded and "joint_position" not in columns
-
-
-def _tells(recording: Recording, cutoff_hz: float) -> bool:
-    """Whether a recording is more than the edges of the filter."""
-    period = recording.info.sample_period
-    return len(recording.time) > REACHES * reach(period, effective_cutoff(period, cutoff_hz))
 
 
 def _blended(recording: Recording, axis: str, velocity: _Velocity | None) -> Recording:
@@ -159,28 +151,3 @@ def _varies(recording: Recording, axis: str, cutoff_hz: float) -> float:
     """Variance of an axis's torque in the compared band."""
     period = recording.info.sample_period
     return float(np.var(zero_phase(torque_of(recording, axis), period, effective_cutoff(period, cutoff_hz))))
-
-
-def _left(simulation: Simulation, recording: Recording, axis: str, cutoff_hz: float) -> float:
-    """Energy that inertia, weight, Coulomb and viscous friction leave of an axis's torque [(N·m)² or N²], each by a factor of
-    its own; torque and motion may differ a little in time.
-    """
-    period = recording.info.sample_period
-    cutoff = effective_cutoff(period, cutoff_hz)
-    spare = max(len(recording.time) - SAMPLES, 0) // 2
-    part = slice(spare, len(recording.time) - spare)
-    raw = [measured_position(recording.columns[one], period)[part] for one in simulation.axes]
-    position = np.column_stack([zero_phase(samples, period, cutoff) for samples in raw])
-    velocity = np.column_stack([fine_derivative(samples, period) for samples in position.T])
-    acceleration = np.column_stack([fine_derivative(samples, period) for samples in velocity.T])
-    rest, number = np.zeros_like(position), simulation.axes.index(axis)
-    weight = simulation.torques(Kinematics(position, rest, rest))[:, number]
-    moves = simulation.torques(Kinematics(position, velocity, acceleration))[:, number] - weight
-    speed = velocity[:, number]
-    later = [fine_derivative(each, period) for each in (moves, weight)]
-    edge = reach(period, cutoff)
-    columns = np.column_stack((moves, weight, *later, np.sign(speed), speed, np.ones_like(speed)))[edge:-edge]
-    torque = zero_phase(torque_of(recording, axis)[part], period, cutoff)[edge:-edge]
-    scaled = columns / np.maximum(np.abs(columns).max(axis=0), np.finfo(float).tiny)
-    left = torque - scaled @ np.linalg.lstsq(scaled, torque, rcond=None)[0]
-    return float(left @ left)

@@ -74,7 +74,7 @@ def build(
     patch = Patch(in_order([*values.effects, *units]), values.heavier)
     gaps = gaps_of(ready, worth_a_name(ready, patch, settings.least_share), settings)
     tests = {
-        axis: gap_of(gaps.unseen, gaps.fitted, axis, gaps.noise[axis].hides, ready.cutoff_hz) for axis in ready.simulation.axes
+        axis: gap_of(gaps.unseen, gaps.fitted, axis, gaps.noise[axis].floor, ready.cutoff_hz) for axis in ready.simulation.axes
     }
     open_axes = [axis for axis in ready.simulation.axes if tests[axis].significant]
     kept = Patch(tuple(one for one in gaps.patch.effects if one.axis in open_axes), gaps.patch.heavier if open_axes else None)

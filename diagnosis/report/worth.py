@@ -19,8 +19,9 @@ Array = NDArray[np.float64]
 
 
 def worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
-    """Without effects and bodies that close less than a share of the gap on motion that was not fitted, the worst first; and
-    without those by which an axis has a gap that is larger by such a share: none pays for another.
+    """Without effects and bodies that close less than a share of the gap on motion that was not fitted, the worst first, each
+    alone, two of an axis that undo each other, or all; and without those by which an axis has a gap that is larger by such a
+    share: none pays for another.
 
     An effect that this motion asks for much less than the fitted one must close that share there, and do no harm here. Those of
     the drive are no matter of the motion, and the torque that they do not give hides no other.
@@ -40,13 +41,27 @@ def worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
             if one in seldom and losses[k] >= 0.0:
                 losses[k] = float(np.sum(fitted(rest)) - np.sum(fitted(patch)))
         worst = int(np.argmin(losses))
-        if losses[worst] > least_share and np.sum(whole) <= np.sum(before):
+        together = least_share if any(one not in seldom for one in patch.effects) else 0.0
+        if losses[worst] > least_share and np.sum(before) - np.sum(whole) >= together:
             harmed = int(np.argmax(whole - before))
             worst = int(np.argmin([left[harmed] for left in without]))
             if whole[harmed] - before[harmed] <= least_share or without[worst][harmed] >= whole[harmed]:
-                break
+                less = _without_two(patch, seldom, unseen, float(np.sum(whole)) + least_share)
+                if less is None:
+                    break
+                patch = less
+                continue
         patch = rests[worst][1]
     return replace(patch, effects=in_order([*patch.effects, *drives]))
+
+
+def _without_two(patch: Patch, seldom: Sequence[PlacedEffect], unseen: Callable[[Patch], Array], most: float) -> Patch | None:
+    """Without the two effects of an axis without which least is left, if that is at most as much; None where it is more."""
+    able = [one for one in patch.effects if one not in seldom]
+    pairs = [(one, other) for k, one in enumerate(able) for other in able[:k] if one.axis == other.axis]
+    rests = [replace(patch, effects=tuple(each for each in patch.effects if each not in pair)) for pair in pairs]
+    left = [float(np.sum(unseen(rest))) for rest in rests]
+    return rests[int(np.argmin(left))] if left and min(left) <= most else None
 
 
 def _left_of(ready: Prepared, runs: Sequence[Run]) -> Callable[[Patch], Array]:

@@ -24,6 +24,7 @@ from drivetwin.diagnosis.weigh.proposal import (
     same_kind,
 )
 from drivetwin.diagnosis.weigh.proposer import Proposer
+from drivetwin.diagnosis.weigh.restart import restarted
 from drivetwin.diagnosis.weigh.state import NEARBY, State
 from drivetwin.diagnosis.weigh.yielding import best_together, level_that_yields, settled_on, simpler, yields
 from drivetwin.emulator.effects import ModelEffect, PlacedEffect
@@ -54,6 +55,7 @@ class Search:
         done: set[tuple[tuple[str, str], ...]] = set()
         for _ in range(EXCHANGES):
             pair, proposals = self.added(pair)
+            pair = restarted(pair, proposals, self.proposer)
             pair, families, changed = exchange.exchanged(pair, proposals)
             if not changed or _names(pair.whole) in done:
                 break

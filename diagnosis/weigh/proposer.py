@@ -8,6 +8,7 @@ from math import log
 
 import numpy as np
 
+from drivetwin.diagnosis.model.solve import Fit
 from drivetwin.diagnosis.prepare.deflection import is_torque
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.rigid import rigid_starts
@@ -18,7 +19,7 @@ from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposal import Proposal
 from drivetwin.diagnosis.weigh.state import NEARBY, State
 from drivetwin.diagnosis.weigh.yielding import yields
-from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect
+from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, ModelEffect, PlacedEffect
 from drivetwin.emulator.effects.delay import Delay
 from drivetwin.foundation.errors import UserError
 
@@ -54,7 +55,14 @@ class Proposer:
         asked = [(axis, kind) for axis, kind in asked if kind.several or (kind.name, axis) not in taken]
         asked = [(axis, kind) for axis, kind in asked if kind is not Delay or pair.whole.late.get(axis, 0.0) == 0.0]
         found = side_by_side(lambda one: self._proposed(pair, *one), asked)
+        for one in found:
+            if one is not None:
+                self._best[one.effect.axis, one.effect.effect.name] = one.effect.effect
         return [one for one in found if one is not None]
+
+    def afresh(self, pair: Pair, axis: str, kind: type[Effect]) -> Proposal | None:
+        """The best of an effect from all its starts, beside a set that has changed since they were compared."""
+        return self._proposed(pair, axis, kind, afresh=True)
 
     def again(self, proposals: Sequence[Proposal], state: State) -> list[Proposal]:
         """Proposals on axes where nothing has changed, as they stand beside the set that is there now."""
@@ -62,11 +70,11 @@ class Proposer:
         found = side_by_side(lambda one: self.evaluated(state, one), begun)
         return [one for one in found if one is not None]
 
-    def _proposed(self, pair: Pair, axis: str, kind: type[Effect]) -> Proposal | None:
+    def _proposed(self, pair: Pair, axis: str, kind: type[Effect], afresh: bool = False) -> Proposal | None:
         """Sought on a part of the rows, judged on all, and there moved the rest of its way."""
         held = pair.part.held(kind.name, axis)
-        begun = self._begun(pair.part, axis, kind, held)
-        known = self._best.get((axis, kind.name))
+        known = None if afresh else self._best.get((axis, kind.name))
+        begun = self._begun(pair.part, axis, kind, held, known)
         if begun and known is not None and not kind.several:
             begun = [replace(begun[0], effect=known), *begun[: REFINED - 1]]
         tried = [self._moved(pair.part, one, held) for one in begun[:REFINED]]
@@ -83,17 +91,15 @@ class Proposer:
         if self.part is not self.bench:
             again = self._moved(pair.whole, replace(one, effect=best.effect.effect), held, BRIEFLY)
             best = max(best, self.evaluated(pair.whole, again) or best, key=lambda each: each.score)
-        self._best[axis, kind.name] = best.effect.effect
         return best
 
-    def _begun(self, state: State, axis: str, kind: type[Effect], held: frozenset[int]) -> list[Begun]:
-        """Where the local search begins. Starts that have to be replayed one by one are compared once, without any effect."""
+    def _begun(self, state: State, axis: str, kind: type[Effect], held: frozenset[int], known: Effect | None) -> list[Begun]:
+        """Where the local search begins. Of starts that have to be replayed one by one, the `known` one is enough."""
         try:
             if issubclass(kind, ModelEffect):
                 told = state.bench.polynomials.get((axis, kind.name))
                 return rigid_starts(state.frugal, axis, told, held) if told is not None else []
             assert issubclass(kind, AxisEffect)
-            known = self._best.get((axis, kind.name))
             if known is not None and not kind.scales:
                 return [Begun(axis, known, 0.0, self._tried[axis, kind.name])]
             begun = coarse(state.bench.beginnings(axis, kind, state.dynamics[axis]), state.frugal, held)
@@ -130,7 +136,8 @@ class Proposer:
         return replace(one, effect=effect)
 
     def evaluated(self, state: State, one: Begun, free: int | None = None) -> Proposal | None:
-        """What a set gains by an effect; None where it makes no mechanism there, costs nothing, or is another axis's effect.
+        """What a set gains by an effect; None where it makes no mechanism there, not even with the friction that it leaves the
+        axis, costs nothing, or is another axis's effect.
 
         `free`: how many of its parameters are, the first ones; all, if not told.
         """
@@ -145,6 +152,8 @@ class Proposer:
         less, tangent = state.system.whiten(felt.added), [state.system.whiten(each) for each in tangents]
         held = state.held(one.effect.name, one.axis)
         fit = state.system.fit_tuned(tangent, less, held, NEARBY)
+        if not self._suits(state, one, fit):
+            return None
         left = state.energy(state.patched, tangents, felt.added)
         taken = {axis: state.left[axis] - left[axis] for axis in felt.added}
         if one.effect.felt_at_home and taken.get(one.axis, 0.0) < self.bench.settings.least_share:
@@ -157,3 +166,26 @@ class Proposer:
         prior = -log(self.tried(one.axis)) - log(max(one.tried, 1)) - rare
         effect, takes = placed(state.rows, one.axis, one.effect), max(taken.values())
         return Proposal(effect, gain + prior, prior, share, takes, less, tangent, held, one.tried)
+
+    def _suits(self, state: State, one: Begun, fit: Fit) -> bool:
+        """Whether an effect on an axis makes a mechanism with what its fit makes of the model's friction there.
+
+        What varies by more than the level that is left pushes. The level then has to be named first, and bounds the other.
+        """
+        lower = [
+            PlacedEffect(one.axis, effect, {})
+            for number, each in enumerate(state.bench.nominals)
+            if each.axis == one.axis and each.told and self._is_lower(fit, number)
+            if isinstance(effect := each.off_by(float(fit.coefficients[number])), FrictionEffect)
+        ]
+        if not lower:
+            return True
+        try:
+            state.rows.simulation.dynamics_of(one.axis, (*lower, *state.effects, PlacedEffect(one.axis, one.effect, {})))
+        except UserError:
+            return False
+        return True
+
+    def _is_lower(self, fit: Fit, number: int) -> bool:
+        amount, deviation = fit.coefficients[number], np.sqrt(max(fit.covariance[number, number], 0.0))
+        return bool(amount < -self.bench.settings.off * deviation < 0.0)

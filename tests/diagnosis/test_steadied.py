@@ -70,13 +70,12 @@ def read_from_velocity(prepared: Prepared) -> bool:
 def test_a_noisy_position_is_steadied_by_the_velocity_and_the_inertia_is_right(
     tmp_path: Path, late: float, scale: float
 ) -> None:
-    """Without that the acceleration errs by a third; at 5 ms by another 12 %, if the velocity were taken as it comes."""
-    noisy = ready(tmp_path, recorded(3e-4))
-    assert inertia_of(noisy) < 0.98 * TURNING
+    """A smoothed position errs by 3.6 % in the acceleration; a velocity at 5 ms by 12 %, if it were taken as it comes."""
+    smoothed = ready(tmp_path, recorded(3e-4))
     steady = ready(tmp_path, recorded(3e-4, velocity=scale * velocity(late)))
     assert read_from_velocity(steady)
     assert inertia_of(steady) == pytest.approx(TURNING, rel=0.003)
-    assert error_of(steady) < 0.25 * error_of(noisy)
+    assert error_of(steady) < 0.4 * error_of(smoothed)
 
 
 def test_the_loops_keep_the_position_that_they_have_seen(tmp_path: Path) -> None:

@@ -4,25 +4,37 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
-from rig_bench import CARRIAGE, GRAVITY, as_modelled, compared, moved, ready, strokes
+from rig_bench import CARRIAGE, COULOMB, GRAVITY, as_modelled, compared, moved, ready, strokes
 
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.report.prediction import Patch
 from drivetwin.diagnosis.report.worth import worth_a_name
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import bench_of
+from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.elasticity import Elasticity
 from drivetwin.emulator.effects.torque_offset import TorqueOffset
 from drivetwin.emulator.effects.viscous_asymmetry import ViscousAsymmetry
 
 
-def test_two_effects_that_need_each_other_and_do_harm_together_are_left_out(tmp_path: Path) -> None:
-    """Of a machine as modelled: 5 N less and 4 N more. Without either of them alone more is left than with both."""
-    made = ready(tmp_path, strokes(1, 8.0, {}))
-    patch = Patch(tuple(placed(made.rows, "lift", one) for one in (CoulombAsymmetry(4.0), TorqueOffset(5.0))))
+@pytest.mark.parametrize(("resists", "more"), [(0.0, 4.0), (2.0, 4.97), (2.0, 5.03)], ids=["harm", "a little", "a little harm"])
+def test_two_effects_that_need_each_other_and_close_nothing_together_are_left_out(
+    resists: float, more: float, tmp_path: Path
+) -> None:
+    """5 N less and about as much more, of a lift that resists more than modelled: without either alone more is left."""
+    made = ready(tmp_path, strokes(1, 8.0, {"lift": lambda at: resists * np.sign(at.velocity) + 0.03 * (resists > 0.0)}))
+    patch = Patch(tuple(placed(made.rows, "lift", one) for one in (CoulombAsymmetry(more), TorqueOffset(5.0))))
     assert worth_a_name(made, patch, 0.01).effects == ()
+
+
+def test_two_effects_that_undo_each_other_are_left_out_beside_one_that_closes_the_gap(tmp_path: Path) -> None:
+    made = ready(tmp_path, strokes(1, 8.0, {"lift": lambda at: 2.0 * np.sign(at.velocity)}))
+    true = Coulomb(COULOMB["lift"] + 2.0)
+    patch = Patch(tuple(placed(made.rows, "lift", one) for one in (true, CoulombAsymmetry(5.0), TorqueOffset(5.0))))
+    assert [one.effect for one in worth_a_name(made, patch, 0.01).effects] == [true]
 
 
 @pytest.mark.parametrize(("turns", "kept"), [(-0.2, True), (0.2, False)])

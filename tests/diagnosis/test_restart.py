@@ -1,0 +1,63 @@
+"""Play whose search went down a wrong valley is found from all its starts again: torque by the test's own integration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rig_bench import COULOMB, MOTOR, TURNING, VISCOUS, Swing, ready, strokes
+
+from drivetwin.diagnosis.propose.placing import placed
+from drivetwin.diagnosis.report.result import Array
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.bench import Bench, bench_of
+from drivetwin.diagnosis.weigh.colouring import coloured
+from drivetwin.diagnosis.weigh.pair import Pair
+from drivetwin.diagnosis.weigh.proposer import Proposer
+from drivetwin.diagnosis.weigh.restart import restarted
+from drivetwin.diagnosis.weigh.state import first_colours, state_of
+from drivetwin.diagnosis.weigh.yielding import settled_on
+from drivetwin.emulator.effects.backlash import Backlash
+
+TRUE = Backlash(4e-3, 3e3, 8.0, 0.5)
+FINER = 20
+"""Steps of the integration a sample."""
+
+
+def loose(at: Swing) -> Array:
+    """Motor torque less that of the rigid axis: a link between two flanks, half of the friction on each side; semi-implicit."""
+    step = float(at.time[1] - at.time[0]) / FINER
+    fine = np.arange((len(at.time) - 1) * FINER + 1) * step
+    motor, speed = (np.interp(fine, at.time - at.time[0], values) for values in (at.position, at.velocity))
+    link, level, viscous = TURNING - MOTOR, 0.5 * COULOMB["turn"], 0.5 * VISCOUS["turn"]
+    place, moves = float(motor[0]), 0.0
+    through = np.zeros(len(fine))
+    for k in range(len(fine)):
+        twist = motor[k] - place
+        if abs(twist) > 0.5 * TRUE.gap:
+            push = TRUE.stiffness * (twist - np.copysign(0.5 * TRUE.gap, twist)) + TRUE.damping * (speed[k] - moves)
+            through[k] = push if push * twist > 0.0 else 0.0
+        driven = moves + step * (through[k] - viscous * moves) / link
+        moves = np.copysign(max(0.0, abs(driven) - step * level / link), driven)
+        place += step * moves
+    own = 0.5 * (COULOMB["turn"] * np.sign(at.velocity) + VISCOUS["turn"] * at.velocity)
+    return np.asarray(through[::FINER] - link * at.acceleration - own)
+
+
+def bench_of_play(folder: Path) -> Bench:
+    made = ready(folder, *(strokes(seed, seconds, {"turn": loose}) for seed, seconds in ((1, 20.0), (2, 4.0))))
+    return bench_of(made.rows, Settings(), made.absolute)
+
+
+@pytest.mark.parametrize("begun", [Backlash(0.0, 300.0, 1.0), TRUE], ids=["a soft spring", "the truth"])
+def test_play_is_found_again_wherever_its_search_went(begun: Backlash, tmp_path: Path) -> None:
+    bench = bench_of_play(tmp_path)
+    wrong = state_of(bench, [placed(bench.rows, "turn", begun)], first_colours(bench), {})
+    valley = coloured(settled_on(wrong), ())
+    found = restarted(Pair(valley, valley), (), Proposer(bench, bench, {"turn": [Backlash]}, {}))
+    (play,) = found.whole.effects
+    assert isinstance(play.effect, Backlash)
+    assert play.effect.gap == pytest.approx(TRUE.gap, rel=0.1)
+    assert play.effect.motor_friction == pytest.approx(TRUE.motor_friction, abs=0.1)
+    assert found.whole.left["turn"] < 0.1
