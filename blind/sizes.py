@@ -46,10 +46,14 @@ def suits(effect: str, machine: DrawnMachine, axis: str) -> bool:
     return effect.startswith(FOREIGN) or library()[effect].suits(site)
 
 
+NOT_SIMULATED = frozenset({"motor_friction_share"})
+"""Parameters that the plants of these cases do not have: all their friction is on the load."""
+
+
 def draw_cause(draw: Draw, effect: str, axis: str, machine: DrawnMachine, levels: dict[str, Levels]) -> Cause:
     """An effect on an axis, of a size that matters on this motion."""
     made = drawable()[effect].drawn(_ground(draw, axis, machine, levels))
-    values = {one.name: (float(getattr(made, one.name)), one.default) for one in fields(made)}
+    values = {one.name: (float(getattr(made, one.name)), one.default) for one in fields(made) if one.name not in NOT_SIMULATED}
     return Cause(effect, axis, {name: value for name, (value, unless) in values.items() if not value == unless == 0.0})
 
 

@@ -116,7 +116,7 @@ def _add_effects(spec: mujoco.MjSpec, name: str, drive: DrivenJoint, effects: tu
             check_units(placed, joint)
             axis = placed.effect.add_to(spec, joint, axis)
     _check_axis(name, joint, axis)
-    _resist(joint, axis.friction.scaled(1.0 - axis.transmission.motor_friction))
+    _resist(joint, axis.friction.scaled(1.0 - axis.transmission.motor_friction_share))
     _make_it_stick(joint, spec.option.timestep)
     return axis
 
@@ -147,7 +147,7 @@ def _free_the_motor(spec: mujoco.MjSpec, name: str, drive: DrivenJoint, axis: Ax
     )
     motor = body.add_joint(name=motor_joint(drive), type=joint.type, ref=joint.ref)
     clear_defaults(motor)
-    _resist(motor, axis.friction.scaled(axis.transmission.motor_friction))
+    _resist(motor, axis.friction.scaled(axis.transmission.motor_friction_share))
     _make_it_stick(motor, spec.option.timestep)
     joint.armature = 0.0
     spec.actuator(drive.actuator).target = motor.name
@@ -201,7 +201,7 @@ def check_time_step(
         if gear.elastic:
             between = 1.0 / (1.0 / rotor + 1.0 / (whole - rotor))
             _check_spring(f"axis {name}: transmission", gear.stiffness, gear.damping, between, period)
-            motor = friction.scaled(gear.motor_friction)
+            motor = friction.scaled(gear.motor_friction_share)
             where = f"axis {name}: presliding on the motor"
             _check_spring(where, motor.presliding_stiffness, motor.presliding_damping, rotor, period)
 

@@ -171,10 +171,10 @@ class Mechanism:
         axes, model, data = list(self.dynamics.values()), self.model, self.data
         self.motor_torque = np.zeros(len(axes))
         self.brakes = np.zeros(len(axes), dtype=np.bool_)
-        shares = [axis.transmission.motor_friction for axis in axes]
-        self._friction = Friction([axis.friction for axis in axes], shares, places, data)
         transmissions = acting([axis.transmission for axis in axes], places)
         elastic = ElasticTransmissions([row for row in transmissions if row[0].elastic], data)
+        shares = [axis.transmission.motor_friction_share for axis in axes]
+        self._friction = Friction([axis.friction for axis in axes], shares, places, data)
         self._uneven = uneven = UnevenTransmissions([row for row in transmissions if not row[0].elastic], model)
         placed = list(zip(axes, places, strict=True))
         self.resistances = Resistances([(one, place) for axis, place in placed for one in axis.resisting], data)

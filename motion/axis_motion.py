@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import signal
 from scipy.integrate import cumulative_trapezoid
 
 from drivetwin.foundation.errors import UserError
@@ -168,17 +169,31 @@ def velocity_noise(recording: Recording, axis: str, raw: Samples, filtered: Samp
     share = 2.0 * cutoff_hz * period
     info = recording.info.axes[axis]
     edge = reach(period, cutoff_hz)
-    quantum = max(_quantum(raw, info.position_resolution) / np.sqrt(12.0), _ROUNDING * float(np.abs(raw).max()))
     columns = recording.columns[axis]
+    if SMOOTHED in columns:
+        return _left_by_smoothing(columns["position"], columns[SMOOTHED], period)
+    quantum = max(_quantum(raw, info.position_resolution) / np.sqrt(12.0), _ROUNDING * float(np.abs(raw).max()))
     if STEADIED in columns:
         lost = (columns["velocity"] - zero_phase(columns["velocity"], period, cutoff_hz))[edge:-edge]
         return float(np.std(lost) / np.sqrt(1.0 - share) * np.sqrt(share))
     if "position" not in columns or f"{axis}.position" in recording.info.derived:
         lost = derivative(raw - filtered, period)[edge:-edge]
         return float(np.std(lost) / np.sqrt(1.0 - share) * np.sqrt(share))
-    lost = (columns["position"] - filtered)[edge:-edge]
+    lost = (raw - filtered)[edge:-edge]
     noise = max(float(np.std(lost)) / np.sqrt(1.0 - share), quantum)
     return float(2.0 * np.pi * cutoff_hz * noise * np.sqrt(share / 3.0))
+
+
+def _left_by_smoothing(counted: Samples, smoothed: Samples, period: float) -> float:
+    """Of white noise of a counted position, what a smoothing has left in the velocity [rad/s or m/s], by its own gain."""
+    times, length = 4, min(512, len(counted) - 4)
+    frequency, before = signal.welch(np.diff(counted, times), fs=1.0 / period, nperseg=length, detrend=False)
+    _, after = signal.welch(np.diff(smoothed, times), fs=1.0 / period, nperseg=length, detrend=False)
+    at = frequency[1:]
+    density = before[1:] / (2.0 * np.sin(np.pi * at * period)) ** (2 * times)
+    white = float(np.median(density[at >= 0.35 / period]))
+    passed = np.minimum(after[1:] / np.maximum(before[1:], np.finfo(float).tiny), 1.0)
+    return float(np.sqrt(np.sum(white * passed * (2.0 * np.pi * at) ** 2) * at[0]))
 
 
 def _quantum(raw: Samples, resolution: float | None) -> float:

@@ -161,7 +161,7 @@ def _coupling(g: Ground) -> Sizable:
 def _backlash(g: Ground) -> Sizable:
     stiffness, damping = g.spring(g.log(40.0, 150.0), g.log(0.03, 0.3))
     gap, before = g.log(2e-4, 4e-3) * min(g.travel, 1.0), g.draw.uniform()
-    flank = {"stiffness": stiffness, "damping": damping, "motor_friction": before}
+    flank = {"stiffness": stiffness, "damping": damping, "motor_friction_share": before}
     return lambda s: {"gap": min(gap * s, MOST_PLAY * g.travel), **flank}
 
 
@@ -170,7 +170,7 @@ def _elasticity(g: Ground) -> Sizable:
 
     def sized(s: float) -> Values:
         stiffness, damping = g.spring(min(max(frequency / sqrt(s), 5.0), 90.0), ratio)
-        return {"stiffness": stiffness, "damping": damping, "motor_friction": before}
+        return {"stiffness": stiffness, "damping": damping, "motor_friction_share": before}
 
     return sized
 
@@ -309,8 +309,8 @@ _FIELDS: dict[str, dict[str, str]] = {
     "gravity": {"moment": "moment", "angle": "moment_angle"},
     "spring": {"stiffness": "spring", "rest": "spring_rest"},
     "coupling": {"inertia": "shared_inertia", "ratio": "shared_ratio"},
-    "backlash": {"gap": "gap", "stiffness": "flank", "damping": "flank_damping", "motor_friction": "motor_friction"},
-    "elasticity": {"stiffness": "elasticity", "damping": "elasticity_damping", "motor_friction": "motor_friction"},
+    "backlash": {"gap": "gap", "stiffness": "flank", "damping": "flank_damping", "motor_friction_share": "motor_friction"},
+    "elasticity": {"stiffness": "elasticity", "damping": "elasticity_damping", "motor_friction_share": "motor_friction"},
     "transmission_error": {"amplitude": "error_amplitude", "order": "error_order", "phase": "error_phase"},
     "torque_constant": {"error": "constant_error"},
     "torque_saturation": {"limit": "torque_limit"},
@@ -338,7 +338,9 @@ def put(axes: Axes, axis: int, parent: int, item: Cause) -> None:
     """Put an effect into the record of its axis."""
     values = item.parameters
     for name, field in _FIELDS.get(item.effect, {}).items():
-        if name in values:
+        if name == "motor_friction_share":
+            axes[axis][field] = max(axes[axis][field], values.get(name, 0.0))
+        elif name in values:
             axes[axis][field] = values[name]
     match item.effect:
         case "stribeck":

@@ -25,9 +25,10 @@ NOISE_SHARE = 0.02
 ABOVE_NOISE = 100.0
 LOWEST = 2.0
 _SEGMENT = 2048
-_NOISE_SEGMENT = 512
-_SURE = 3.0
-"""Standard deviations of a density above noise, from which there is motion."""
+_FEWEST = 512
+"""Samples of a segment in which noise is told from motion, or a second: what leaks from 0 Hz then ends near 5 Hz."""
+_SURE = 5.0
+"""Standard deviations of a density above noise, from which there is motion: none of some hundred frequencies by chance."""
 
 
 def chosen_cutoff(recordings: Sequence[Recording]) -> float:
@@ -131,7 +132,7 @@ class Sensor:
         """
         frequency, density = self._density
         white = 2.0 * self.noise**2 * self.period
-        segments = max(0.6 * (2.0 * len(self.samples) / _NOISE_SEGMENT - 1.0), 1.0)
+        segments = max(0.6 * (2.0 * len(self.samples) / self._segment - 1.0), 1.0)
         share = 1.0 - white / np.maximum(density, np.finfo(float).tiny)
         return frequency, np.where(density > white * (1.0 + _SURE / np.sqrt(segments)), share, 0.0)
 
@@ -143,6 +144,10 @@ class Sensor:
         upper = (frequency >= 0.35 * rate) & (frequency <= 0.48 * rate)
         return float(np.sqrt(np.median(density[upper]) * 0.5 * rate)) if upper.any() else 0.0
 
+    @property
+    def _segment(self) -> int:
+        return max(_FEWEST, round(1.0 / self.period))
+
     @cached_property
     def _density(self) -> tuple[Array, Array]:
         """Frequencies [Hz] and the density, (k,), by fourth differences of a position, third of a velocity: no trend leaks."""
@@ -150,7 +155,7 @@ class Sensor:
             return np.zeros(0), np.zeros(0)
         times = self.order + 2
         differences = np.diff(self.samples, times)
-        length = min(_NOISE_SEGMENT, len(differences))
+        length = min(self._segment, len(differences))
         frequency, power = signal.welch(differences, fs=1.0 / self.period, nperseg=length, detrend=False)
         return frequency[1:], power[1:] / (2.0 * np.sin(np.pi * frequency[1:] * self.period)) ** (2 * times)
 

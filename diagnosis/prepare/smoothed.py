@@ -44,7 +44,8 @@ def smoothed(
     cutoff_hz: float,
     by_velocity: Collection[str],
 ) -> Smoothed:
-    """Gives an axis a smoothed position where the motion read from it leaves less torque unexplained in each of `training`.
+    """Gives an axis a smoothed position where differences of it are more noise than motion in the compared band, and where the
+    motion read from it leaves less torque unexplained in `training` together: where the axis stands, nothing is told.
 
     Not where it is read from its velocity. The columns as recorded stay: they are what the drive's loops saw.
     """
@@ -52,21 +53,17 @@ def smoothed(
     for axis in simulation.axes:
         if axis in by_velocity or not all(_is_counted(one, axis) for one in recordings):
             continue
-        made = [_less_noise(one, axis) for one in recordings]
-        pairs = [pair for pair in zip(recordings[:count], made[:count], strict=True) if tells(pair[0], cutoff_hz)]
-        if pairs and all(_explains_more(simulation, new, old, axis, cutoff_hz) for old, new in pairs):
-            at = float(np.median([_half(old, axis) for old, _ in pairs]))
-            if at < cutoff_hz:
-                notes.append(
-                    f"{axis}: above {at:.2g} Hz differences of its position are more noise than motion; it is smoothed."
-                )
-            recordings = made
+        fitted = [one for one in recordings[:count] if tells(one, cutoff_hz)]
+        at = float(np.median([_lowest(one, axis) for one in fitted])) if fitted else cutoff_hz
+        if at >= cutoff_hz:
+            continue
+        left = sum(left_by_rigid_body(simulation, _less_noise(one, axis), axis, cutoff_hz) for one in fitted)
+        if left < sum(left_by_rigid_body(simulation, one, axis, cutoff_hz) for one in fitted):
+            recordings = [_less_noise(one, axis) for one in recordings]
+            notes.append(
+                f"{axis}: its position is smoothed, because from {at:.2g} Hz on differences of it are more noise than motion."
+            )
     return Smoothed(tuple(recordings[:count]), tuple(recordings[count:]), tuple(notes))
-
-
-def _explains_more(simulation: Simulation, new: Recording, old: Recording, axis: str, cutoff_hz: float) -> bool:
-    left, before = (left_by_rigid_body(simulation, one, axis, cutoff_hz) for one in (new, old))
-    return left < before
 
 
 def _is_counted(recording: Recording, axis: str) -> bool:
@@ -75,11 +72,11 @@ def _is_counted(recording: Recording, axis: str) -> bool:
     return "position" in columns and f"{axis}.position" not in recording.info.derived and "joint_position" not in columns
 
 
-def _half(recording: Recording, axis: str) -> float:
-    """Lowest frequency [Hz] from which less than half of the position's power is motion."""
+def _lowest(recording: Recording, axis: str) -> float:
+    """Frequency [Hz] from which less than half of the position's power is motion."""
     frequency, share = Sensor.of(recording, axis, velocity=False).share_of_motion()
-    moves = frequency[share >= HALF]
-    return float(moves.max(initial=0.0))
+    above = frequency[(frequency >= KEPT_HZ) & (share < HALF)]
+    return float(above.min(initial=0.5 / recording.info.sample_period))
 
 
 def _less_noise(recording: Recording, axis: str) -> Recording:

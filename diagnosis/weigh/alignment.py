@@ -16,8 +16,9 @@ from drivetwin.emulator.effects.delay import Delay
 
 Array = NDArray[np.float64]
 
-LATEST = 0.05
-"""By which a torque is recorded at most after its motion [s]: filters and buses of drives, a low-pass of 3 Hz."""
+LATEST = 0.03
+"""By which a torque is recorded at most after its motion [s]: filters and buses of drives, a low-pass of 5 Hz. No more than
+what is left out at the ends of a recording at 48 Hz."""
 FIRST, LEAST = 1e-3, 6e-5
 """Steps [s] with which the best moment is sought: the first, and the one below which the straight line holds."""
 GAIN = 0.5

@@ -55,7 +55,9 @@ class Search:
         done: set[tuple[tuple[str, str], ...]] = set()
         for _ in range(EXCHANGES):
             pair, proposals = self.added(pair)
-            pair = restarted(pair, proposals, self.proposer)
+            again = restarted(pair, proposals, self.proposer)
+            if again is not pair:
+                pair, proposals = self.added(again)
             pair, families, changed = exchange.exchanged(pair, proposals)
             if not changed or _names(pair.whole) in done:
                 break

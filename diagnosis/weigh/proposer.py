@@ -136,8 +136,8 @@ class Proposer:
         return replace(one, effect=effect)
 
     def evaluated(self, state: State, one: Begun, free: int | None = None) -> Proposal | None:
-        """What a set gains by an effect; None where it makes no mechanism there, not even with the friction that it leaves the
-        axis, costs nothing, or is another axis's effect.
+        """What a set gains by an effect; None if it makes no mechanism, as it stands or with the friction that its fit leaves,
+        if it costs nothing, or if it is another axis's effect.
 
         `free`: how many of its parameters are, the first ones; all, if not told.
         """

@@ -123,7 +123,7 @@ def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tupl
 
 def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """The same of a load on a spring, whose motor moves as measured and bears a share of the friction."""
-    share = axis.transmission.motor_friction
+    share = axis.transmission.motor_friction_share
     held = axis.friction.scaled(share).resistance(motion) if share > 0.0 else np.zeros_like(motion.position)
     behind = replace(axis, friction=axis.friction.scaled(1.0 - share)) if share > 0.0 else axis
     passes = motion.torque - motion.rotor_inertia * motion.acceleration - held

@@ -20,7 +20,7 @@ class Transmission:
     e(m) = error_amplitude sin(error_order gear m + error_phase); twist = m + e(m) - q.
     Rigid (infinite stiffness): the twist is 0. Elastic: the motor turns by itself, and the torque through the transmission is
     stiffness (|twist| - gap/2) sgn(twist) + damping d(twist)/dt in contact, which never pulls, and 0 inside the gap.
-    `motor_friction`: of the axis's friction, the share that then acts on the motor (bearings and mesh of the gear).
+    `motor_friction_share`: of the axis's friction, the share that then acts on the motor (bearings and mesh of the gear).
     N·m/rad, N·m·s/rad, rad (N/m, N·s/m, m).
     """
 
@@ -30,7 +30,7 @@ class Transmission:
     error_amplitude: float = 0.0
     error_order: float = 1.0
     error_phase: float = 0.0
-    motor_friction: float = 0.0
+    motor_friction_share: float = 0.0
 
     @property
     def elastic(self) -> bool:
@@ -42,17 +42,17 @@ class Transmission:
         """Whether it is more than a rigid gear of constant ratio."""
         return self.elastic or self.error_amplitude != 0.0
 
-    def in_series(self, stiffness: float, damping: float, motor_friction: float) -> Transmission:
+    def in_series(self, stiffness: float, damping: float, motor_friction_share: float) -> Transmission:
         """With another spring and damper behind it: compliances add, and so do the losses of slow twisting.
 
-        Friction is behind both of them that is behind each.
+        Only friction behind both of them stays on the load.
         """
-        before = 1.0 - (1.0 - self.motor_friction) * (1.0 - motor_friction)
+        before = max(self.motor_friction_share, motor_friction_share)
         if not self.elastic:
-            return replace(self, stiffness=stiffness, damping=damping, motor_friction=before)
+            return replace(self, stiffness=stiffness, damping=damping, motor_friction_share=before)
         together = 1.0 / (1.0 / self.stiffness + 1.0 / stiffness)
         losses = self.damping / self.stiffness**2 + damping / stiffness**2
-        return replace(self, stiffness=together, damping=losses * together**2, motor_friction=before)
+        return replace(self, stiffness=together, damping=losses * together**2, motor_friction_share=before)
 
 
 @in_place

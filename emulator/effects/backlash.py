@@ -45,13 +45,13 @@ class Backlash(TransmissionEffect):
         Parameter("gap", POSITION, low=0.0),
         Parameter("stiffness", STIFFNESS, low=1e-3),
         Parameter("damping", DAMPING, low=0.0),
-        Parameter("motor_friction", NUMBER, low=0.0, high=1.0),
+        Parameter("motor_friction_share", NUMBER, low=0.0, high=1.0),
     )
 
     gap: float
     stiffness: float
     damping: float = 0.0
-    motor_friction: float = 0.0
+    motor_friction_share: float = 0.0
 
     def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """A gear has minutes of arc of play, a hobby servo a degree or two: what has ten times that is no drive train."""
@@ -64,15 +64,15 @@ class Backlash(TransmissionEffect):
         return super().sizes(motion, axis) | {
             "gap": self.gap or gives or 1.0,
             "damping": damping or 1.0,
-            "motor_friction": 1.0,
+            "motor_friction_share": 1.0,
         }
 
     def natural(self, axis: AxisDynamics) -> Backlash | None:
         """With all friction behind the spring, as most models have it: a parameter less."""
-        return replace(self, motor_friction=0.0) if self.motor_friction > 0.0 else None
+        return replace(self, motor_friction_share=0.0) if self.motor_friction_share > 0.0 else None
 
     def fixed(self, axis: AxisDynamics) -> frozenset[str]:
-        return frozenset() if self.motor_friction > 0.0 else frozenset({"motor_friction"})
+        return frozenset() if self.motor_friction_share > 0.0 else frozenset({"motor_friction_share"})
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         return too_soft(motion, self.stiffness)
@@ -113,5 +113,5 @@ class Backlash(TransmissionEffect):
         return Start((cls(gap, *flank, share),), compose)
 
     def on(self, axis: AxisDynamics) -> AxisDynamics:
-        meshing = axis.transmission.in_series(self.stiffness, self.damping, self.motor_friction)
+        meshing = axis.transmission.in_series(self.stiffness, self.damping, self.motor_friction_share)
         return replace(axis, transmission=replace(meshing, gap=self.gap))

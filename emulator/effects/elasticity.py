@@ -21,8 +21,8 @@ from drivetwin.emulator.effects.transmission_effect import SIDES, TransmissionEf
 class Elasticity(TransmissionEffect):
     """Torque = stiffness (m - q) + damping (m' - q'), m the motor's angle by the gear ratio, q the joint's.
 
-    The joint's armature is the motor's side of the spring. Of its friction, a share `motor_friction` acts on the motor: that of
-    its bearings, seals and mesh; the rest on the joint. Spong, ASME J. Dyn. Sys. Meas. Control 109(4), 1987.
+    The joint's armature is the motor's side of the spring. Of its friction, `motor_friction_share` acts on the motor: that of
+    bearings, seals and mesh; the rest on the joint. Spong, ASME J. Dyn. Sys. Meas. Control 109(4), 1987.
     """
 
     name: ClassVar[str] = "elasticity"
@@ -35,23 +35,23 @@ class Elasticity(TransmissionEffect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("stiffness", STIFFNESS, low=1e-3),
         Parameter("damping", DAMPING, low=0.0),
-        Parameter("motor_friction", NUMBER, low=0.0, high=1.0),
+        Parameter("motor_friction_share", NUMBER, low=0.0, high=1.0),
     )
 
     stiffness: float
     damping: float = 0.0
-    motor_friction: float = 0.0
+    motor_friction_share: float = 0.0
 
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
         damping = self.damping or tenth_of_critical(motion, self.stiffness)
-        return super().sizes(motion, axis) | {"damping": damping or 1.0, "motor_friction": 1.0}
+        return super().sizes(motion, axis) | {"damping": damping or 1.0, "motor_friction_share": 1.0}
 
     def natural(self, axis: AxisDynamics) -> Elasticity | None:
         """With all friction behind the spring, as most models have it: a parameter less."""
-        return replace(self, motor_friction=0.0) if self.motor_friction > 0.0 else None
+        return replace(self, motor_friction_share=0.0) if self.motor_friction_share > 0.0 else None
 
     def fixed(self, axis: AxisDynamics) -> frozenset[str]:
-        return frozenset() if self.motor_friction > 0.0 else frozenset({"motor_friction"})
+        return frozenset() if self.motor_friction_share > 0.0 else frozenset({"motor_friction_share"})
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         return too_soft(motion, self.stiffness)
@@ -82,4 +82,4 @@ class Elasticity(TransmissionEffect):
         return Start((cls(*spring, share),), compose)
 
     def on(self, axis: AxisDynamics) -> AxisDynamics:
-        return replace(axis, transmission=axis.transmission.in_series(self.stiffness, self.damping, self.motor_friction))
+        return replace(axis, transmission=axis.transmission.in_series(self.stiffness, self.damping, self.motor_friction_share))

@@ -59,5 +59,5 @@ def test_play_is_found_again_wherever_its_search_went(begun: Backlash, tmp_path:
     (play,) = found.whole.effects
     assert isinstance(play.effect, Backlash)
     assert play.effect.gap == pytest.approx(TRUE.gap, rel=0.1)
-    assert play.effect.motor_friction == pytest.approx(TRUE.motor_friction, abs=0.1)
+    assert play.effect.motor_friction_share == pytest.approx(TRUE.motor_friction_share, abs=0.1)
     assert found.whole.left["turn"] < 0.1

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig_bench import TURNING, ready
+from rig_bench import TURNING, Swing, as_modelled, moved, ready, recording, swing
 from test_steadied import error_of, inertia_of, part_of, recorded, velocity
 
 from drivetwin.diagnosis.prepare.prepared import Prepared
@@ -35,17 +35,48 @@ def test_the_inertia_is_right_whatever_the_noise_of_the_position(noise: float, t
     assert error_of(made) < 0.05
 
 
+def gentle(seed: int, most: float) -> Recording:
+    """The machine as modelled, whose column moves with at most so much acceleration [rad/s²]; noise of 0.3 mrad by `seed`."""
+    both = moved(3, 20.0) | {"turn": swing(6, 20.0, 0.8, most)}
+    seen = {axis: at.position for axis, at in both.items()}
+    seen["turn"] = seen["turn"] + 3e-4 * np.random.default_rng(seed).standard_normal(len(seen["turn"]))
+    return recording(as_modelled(both), seen, seed, noise=1.0)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 5, 21])
+def test_no_frequency_passes_as_motion_by_chance(seed: int, tmp_path: Path) -> None:
+    """Gentle strokes, in which one such frequency has as much acceleration as the motion."""
+    assert inertia_of(ready(tmp_path, gentle(seed, 1.0))) == pytest.approx(TURNING, rel=0.03)
+
+
+def test_a_recording_in_which_the_axis_stands_has_no_say(tmp_path: Path) -> None:
+    """As written where one axis moves at a time."""
+    still = moved(4, 20.0)
+    still["turn"] = Swing(*(still["turn"].time, *(np.zeros_like(still["turn"].time) for _ in range(3))))
+    noise = 3e-4 * np.random.default_rng(9).standard_normal(len(still["turn"].time))
+    seen = {"turn": noise, "lift": still["lift"].position}
+    made = ready(tmp_path, recorded(3e-4), recording(as_modelled(still), seen, name="lift alone", noise=1.0))
+    assert is_smoothed(made)
+    assert inertia_of(made) == pytest.approx(TURNING, rel=0.005)
+
+
+def test_a_smoothed_axis_moves_as_slowly_as_it_then_can_tell(tmp_path: Path) -> None:
+    """Noise of 1 mrad over 48 Hz would be 0.5 rad/s, a third of its top speed."""
+    made = ready(tmp_path, recorded(1e-3))
+    own = made.runs[0].axes["turn"]
+    assert made.standstill["turn"] < 0.03 * np.abs(own.motion.velocity).max()
+
+
 def test_steps_of_an_encoder_are_noise_too(tmp_path: Path) -> None:
     made = ready(tmp_path, counted(2e-4))
     assert is_smoothed(made)
     assert inertia_of(made) == pytest.approx(TURNING, rel=0.005)
-    assert any("differences of its position are more noise than motion" in note for note in made.notes)
+    assert any("its position is smoothed" in note for note in made.notes)
 
 
 def test_a_clean_position_stays_as_it_is(tmp_path: Path) -> None:
     made = ready(tmp_path, recorded(0.0))
-    smooth = made.runs[0].recording.columns["turn"]
-    np.testing.assert_allclose(smooth.get(SMOOTHED, smooth["position"]), smooth["position"], atol=1e-6)
+    assert not is_smoothed(made)
     assert error_of(made) < 1e-3
     assert made.notes == ()
 

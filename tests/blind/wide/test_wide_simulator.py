@@ -184,8 +184,8 @@ SIZES: dict[str, dict[str, float]] = {
     "gravity": {"moment": 1.5, "angle": 0.3},
     "spring": {"stiffness": 3.0, "rest": 0.2},
     "coupling": {"inertia": 0.2, "ratio": -0.5},
-    "backlash": {"gap": 0.004, "stiffness": 20000.0, "damping": 10.0, "motor_friction": 0.4},
-    "elasticity": {"stiffness": 3000.0, "damping": 3.0, "motor_friction": 0.7},
+    "backlash": {"gap": 0.004, "stiffness": 20000.0, "damping": 10.0},
+    "elasticity": {"stiffness": 3000.0, "damping": 3.0, "motor_friction_share": 0.7},
     "transmission_error": {"amplitude": 0.002, "order": 1.0, "phase": 0.3},
     "torque_constant": {"error": 0.1},
     "torque_offset": {"offset": 0.7},
@@ -211,6 +211,20 @@ def test_what_a_machine_gives_is_what_its_motion_needs(effect: str) -> None:
     given = run.given[2000:, 1]
     assert rms(given - told) < 0.005 * rms(given)
     assert rms(given - told) < 0.3 * rms(given - other)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.5, 0.8, 1.0])
+def test_play_with_friction_on_both_sides_gives_what_its_motion_needs(share: float) -> None:
+    """In the median: single impacts come at other moments forwards and backwards."""
+    machine = draw_family(np.random.default_rng(8), "arm2")
+    axes = axes_of(machine)
+    axes["law"], axes["coulomb"], axes["viscous"], axes["stiffness"] = LAWS.index("maxwell_slip"), 1.0, 0.2, 1.0 / 2e-3
+    axes["micro_damping"], axes["gear_ratio"] = 0.5, 20.0
+    put(axes, 1, 0, Cause("backlash", "j2", {**SIZES["backlash"], "motor_friction_share": share}))
+    run, outside = follow(machine, axes, bandwidth=8.0)
+    told = needed(rigid_bodies(machine.xml()), axes, Motion(run.position, run.velocity, run.acceleration), outside, 0.0)
+    given = run.given[2000:, 1]
+    assert np.median(np.abs(given - told[2000:, 1])) < 0.003 * rms(given)
 
 
 def test_every_effect_of_the_library_is_tried() -> None:
