@@ -14,6 +14,7 @@ from scipy.interpolate import CubicSpline
 
 from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
 from drivetwin.diagnosis.prepare.channel import earlier, step_of, torque_of, unchanged
+from drivetwin.diagnosis.prepare.cutoff import HIGHEST_SHARE_OF_RATE
 from drivetwin.diagnosis.prepare.deflection import deflection
 from drivetwin.diagnosis.prepare.positions import moved
 from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
@@ -158,8 +159,11 @@ class Run:
         return replace(stretch, axes={name: axis.without_edges(edge) for name, axis in stretch.axes.items()})
 
     def thinned(self) -> Run:
-        """No more samples than effects need to be predicted from: those of a torque are not in what is filtered."""
-        step = max(1, int(1.0 / (PREDICTED_RATE * self.motion_hz * self.period)))
+        """No more samples than effects need to be predicted from, and the comparison to be filtered: those of a torque are not
+        in what is filtered.
+        """
+        needed = max(PREDICTED_RATE * self.motion_hz, self.cutoff_hz / HIGHEST_SHARE_OF_RATE)
+        step = max(1, int(1.0 / (needed * self.period)))
         if step == 1:
             return self
         period = step * self.period

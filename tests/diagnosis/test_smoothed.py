@@ -11,6 +11,8 @@ from rig_bench import TURNING, Swing, as_modelled, moved, ready, recording, swin
 from test_steadied import error_of, inertia_of, part_of, recorded, velocity
 
 from drivetwin.diagnosis.prepare.prepared import Prepared
+from drivetwin.diagnosis.propose.nominal import nominal_parameters
+from drivetwin.diagnosis.settings import Settings
 from drivetwin.motion.axis_motion import SMOOTHED
 from drivetwin.recording.recording import Recording
 
@@ -99,3 +101,15 @@ def test_a_recording_of_some_samples_does_not_vote(samples: int, tmp_path: Path)
     made = ready(tmp_path, noisy, part_of(noisy, slice(0, samples)))
     assert is_smoothed(made)
     assert inertia_of(made) == pytest.approx(TURNING, rel=0.005)
+
+
+def test_a_motion_of_a_tenth_of_the_compared_band_is_thinned_only_as_far_as_that_bears(tmp_path: Path) -> None:
+    """Of positions that stay noisy, for a second encoder is compared with them: motion up to 8 Hz, torque up to 48 Hz."""
+    both, rng = moved(3, 20.0), np.random.default_rng(5)
+    whole = recording(
+        as_modelled(both), {axis: at.position + 1e-3 * rng.standard_normal(len(at.time)) for axis, at in both.items()}
+    )
+    columns = {axis: {**own, "joint_position": both[axis].position} for axis, own in whole.columns.items()}
+    made = ready(tmp_path, replace(whole, columns=columns))
+    assert made.runs[0].motion_hz < 0.2 * made.cutoff_hz
+    assert all(np.isfinite(one.column[axis]).all() for one in nominal_parameters(made.rows, Settings()) for axis in one.column)
