@@ -8,12 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 from scipy.integrate import cumulative_trapezoid
 
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.filtering import derivative, effective_cutoff, reach, zero_phase
 from drivetwin.motion.inverse_dynamics import Model
+from drivetwin.motion.spectrum import density
 from drivetwin.recording.recording import Recording, Samples
 
 Mask = NDArray[np.bool_]
@@ -187,12 +187,10 @@ def velocity_noise(recording: Recording, axis: str, raw: Samples, filtered: Samp
 def _left_by_smoothing(counted: Samples, smoothed: Samples, period: float) -> float:
     """Of white noise of a counted position, what a smoothing has left in the velocity [rad/s or m/s], by its own gain."""
     times, length = 4, min(512, len(counted) - 4)
-    frequency, before = signal.welch(np.diff(counted, times), fs=1.0 / period, nperseg=length, detrend=False)
-    _, after = signal.welch(np.diff(smoothed, times), fs=1.0 / period, nperseg=length, detrend=False)
-    at = frequency[1:]
-    density = before[1:] / (2.0 * np.sin(np.pi * at * period)) ** (2 * times)
-    white = float(np.median(density[at >= 0.35 / period]))
-    passed = np.minimum(after[1:] / np.maximum(before[1:], np.finfo(float).tiny), 1.0)
+    at, before = density(counted, period, times, length)
+    _, after = density(smoothed, period, times, length)
+    white = float(np.median(before[at >= 0.35 / period]))
+    passed = np.minimum(after / np.maximum(before, np.finfo(float).tiny), 1.0)
     return float(np.sqrt(np.sum(white * passed * (2.0 * np.pi * at) ** 2) * at[0]))
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from drivetwin.motion.axis_motion import measured_position
+from drivetwin.motion.spectrum import density
 from drivetwin.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -154,10 +155,7 @@ class Sensor:
         if len(self.samples) < 64:
             return np.zeros(0), np.zeros(0)
         times = self.order + 2
-        differences = np.diff(self.samples, times)
-        length = min(self._segment, len(differences))
-        frequency, power = signal.welch(differences, fs=1.0 / self.period, nperseg=length, detrend=False)
-        return frequency[1:], power[1:] / (2.0 * np.sin(np.pi * frequency[1:] * self.period)) ** (2 * times)
+        return density(self.samples, self.period, times, min(self._segment, len(self.samples) - times))
 
 
 def _in_motion(recording: Recording, axis: str) -> NDArray[np.bool_]:

@@ -54,7 +54,7 @@ class Proposer:
         taken = {(one.effect.name, one.axis) for one in pair.whole.effects}
         asked = [(axis, kind) for axis, kind in asked if kind.several or (kind.name, axis) not in taken]
         asked = [(axis, kind) for axis, kind in asked if kind is not Delay or pair.whole.late.get(axis, 0.0) == 0.0]
-        found = side_by_side(lambda one: self._proposed(pair, *one), asked)
+        found = side_by_side(lambda one: self._proposed(pair, *one, self._best.get((one[0], one[1].name))), asked)
         for one in found:
             if one is not None:
                 self._best[one.effect.axis, one.effect.effect.name] = one.effect.effect
@@ -62,7 +62,7 @@ class Proposer:
 
     def afresh(self, pair: Pair, axis: str, kind: type[Effect]) -> Proposal | None:
         """The best of an effect from all its starts, beside a set that has changed since they were compared."""
-        return self._proposed(pair, axis, kind, afresh=True)
+        return self._proposed(pair, axis, kind, None)
 
     def again(self, proposals: Sequence[Proposal], state: State) -> list[Proposal]:
         """Proposals on axes where nothing has changed, as they stand beside the set that is there now."""
@@ -70,10 +70,9 @@ class Proposer:
         found = side_by_side(lambda one: self.evaluated(state, one), begun)
         return [one for one in found if one is not None]
 
-    def _proposed(self, pair: Pair, axis: str, kind: type[Effect], afresh: bool = False) -> Proposal | None:
-        """Sought on a part of the rows, judged on all, and there moved the rest of its way."""
+    def _proposed(self, pair: Pair, axis: str, kind: type[Effect], known: Effect | None) -> Proposal | None:
+        """Sought on a part of the rows, from what is `known` of it too, judged on all, and there moved the rest of its way."""
         held = pair.part.held(kind.name, axis)
-        known = None if afresh else self._best.get((axis, kind.name))
         begun = self._begun(pair.part, axis, kind, held, known)
         if begun and known is not None and not kind.several:
             begun = [replace(begun[0], effect=known), *begun[: REFINED - 1]]

@@ -65,6 +65,8 @@ def strongest(motion: Motion, torque: NDArray[np.float64], most: int) -> list[fl
         return []
     place = ((motion.position[moves] - motion.position.min()) / way * (_BINS - 1)).astype(int)
     centred = torque[moves] - torque[moves].mean()
+    if not centred.any():
+        return []
     power = np.abs(np.fft.rfft(np.bincount(place, weights=centred, minlength=_BINS), 4 * _BINS))
     numbers = np.arange(len(power)) / (4.0 * way)
     power /= ndimage.uniform_filter1d(power, _NEIGHBOURS)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
 from drivetwin.emulator.conformance.bench import record
 from drivetwin.emulator.dynamics import Motion
 from drivetwin.emulator.effects.position_friction import PositionFriction
-from drivetwin.emulator.effects.waves import long_waves, orders, shortest, travel
+from drivetwin.emulator.effects.waves import long_waves, orders, shortest, strongest, travel
 
 
 @pytest.mark.parametrize("waves", [1.2, 1.7, 2.3, 3.3, 4.8, 6.2, 7.7])
@@ -39,3 +41,11 @@ def test_an_axis_that_stands_shows_no_waves() -> None:
     none = np.zeros(4)
     still = Motion(none, none, none, none, np.arange(4.0), none, np.ones(4), 0.1)
     assert long_waves(still) == []
+
+
+def test_a_torque_that_does_not_vary_shows_no_waves() -> None:
+    """And numpy does not warn of 0 / 0."""
+    motion = record("hinge").motion
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert strongest(motion, np.zeros_like(motion.position), 5) == []
