@@ -19,6 +19,7 @@ from drivetwin.recording.recording import Recording
 from drivetwin.twin.course import Course, Grid, as_interpolated, course_of, grid_of, of_motor, without_integral
 from drivetwin.twin.loops import Loops, loops_of
 from drivetwin.twin.plant import mechanism_of
+from drivetwin.twin.stepping import Stepping
 
 Array = NDArray[np.float64]
 
@@ -55,7 +56,7 @@ def replay(path: Path, recording: Recording, effects: tuple[PlacedEffect, ...]) 
     gears = np.array([axis.gear_ratio for axis in mechanism.dynamics.values()])
     servos = _servos(list(courses.values()), mechanism, gears, grid)
     demands = np.stack([of_motor(course.demand, gear) for course, gear in zip(courses.values(), gears, strict=True)], axis=1)
-    position, torque = _run(mechanism, servos, demands, grid, len(recording.time))
+    position, torque = Stepping(mechanism, servos, grid).run(demands, len(recording.time))
     if not np.isfinite(position).all() or mechanism.data.warning.number.any():
         raise UserError(
             f"{where}: the replay of {path} is unstable at steps of {grid.step:g} s: check the gains of `drive` in "
@@ -90,18 +91,3 @@ def _servos(courses: list[Course], mechanism: Mechanism, gears: Array, grid: Gri
                 state["integral"] = (course.torque - without_integral(course)) / gear
     equip(servos, mechanism.dynamics.values(), grid.period)
     return servos
-
-
-def _run(mechanism: Mechanism, servos: ServoBank, demands: Array, grid: Grid, count: int) -> tuple[Array, Array]:
-    """Motor position and reported torque (count, n) at the recording's rows, by demands (m, n, 4) of the motors."""
-    position, torque = np.empty((2, count, demands.shape[1]))
-    for tick in range((count - 1) * grid.row + 1):
-        mechanism.read()
-        if tick % grid.servo == 0:
-            servos.demand[0] = demands[tick // grid.servo]
-            servos.run(0, mechanism.motor_position, mechanism.motor_torque)
-        if tick % grid.row == 0:
-            position[tick // grid.row] = mechanism.motor_position
-            torque[tick // grid.row] = servos.state["torque_actual"]
-        mechanism.step()
-    return position, torque

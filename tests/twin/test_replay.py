@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +32,9 @@ from replay_bench import (
 )
 
 from drivetwin.cli import main
+from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import Effect, PlacedEffect, library, read_effects
+from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.file import effects_payload
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import write_json
@@ -81,6 +83,31 @@ def test_loops_of_the_recording_move_a_model_as_mujocos_do(drive: dict[str, Any]
     found = replay(write_model(tmp_path, MOTOR), told, ())["turn"]
     assert rms(found.position - measured.columns["turn"]["position"]) < 2e-4 * MOVED
     assert rms(found.torque - measured.columns["turn"]["torque"]) < 0.01 * rms(measured.columns["turn"]["torque"])
+
+
+@dataclass(frozen=True)
+class Drag:
+    """Resistance in proportion to velocity, as a stranger writes it."""
+
+    viscous: float
+
+    def resistance(self, position: Array, velocity: Array, time: Array) -> Array:
+        return np.asarray(self.viscous * velocity)
+
+
+@dataclass(frozen=True)
+class Dragging(Coulomb):
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        return replace(super().add_to(spec, joint, axis), resisting=(Drag(3.0),))
+
+
+def test_a_resistance_written_in_python_acts_at_every_step(tmp_path: Path) -> None:
+    """It moves the model as MuJoCo's own damping of the same size does."""
+    measured = by_mujoco(write_model(tmp_path, SERVO, damping=DAMPING + 3.0), COUNT)
+    model, dragging = write_model(tmp_path, SERVO), PlacedEffect("turn", Dragging(COULOMB), {})
+    dragged, free = (replay(model, measured, effects)["turn"] for effects in ((dragging,), ()))
+    position = measured.columns["turn"]["position"]
+    assert rms(dragged.position - position) < 0.05 * rms(free.position - position)
 
 
 def test_a_replay_begins_in_the_middle_of_a_motion(tmp_path: Path) -> None:
