@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
-from drivetwin.motion.axis_motion import measured_position
-from drivetwin.motion.filtering import effective_cutoff, fine_derivative, zero_phase
+from drivetwin.diagnosis.prepare.kinematics import Kinematics
+from drivetwin.diagnosis.prepare.simulation import Simulation
+from drivetwin.motion.filtering import effective_cutoff, zero_phase
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import TORQUE, DriveLaw, Recording
 from drivetwin.twin.asked import asked, loops_by_position
@@ -105,11 +105,7 @@ class _Slow:
         laws = {axis: loops_by_position(recording, axis, model) for axis in _without_torque(recording)}
         period = recording.info.sample_period
         cutoff = effective_cutoff(period, SLOW_HZ)
-        raw = [measured_position(recording.columns[axis], period) for axis in simulation.axes]
-        position = np.column_stack([zero_phase(samples, period, cutoff) for samples in raw])
-        velocity = np.column_stack([fine_derivative(samples, period) for samples in position.T])
-        acceleration = np.column_stack([fine_derivative(samples, period) for samples in velocity.T])
-        kinematics = Kinematics(position, velocity, acceleration).every(_every(recording))
+        kinematics = Kinematics.of(recording, simulation.axes, cutoff).every(_every(recording))
         return cls(recording, kinematics, simulation.torques(kinematics), laws)
 
     def led(self, leads: Mapping[str, float]) -> _Slow:

@@ -16,8 +16,9 @@ from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
 from drivetwin.diagnosis.prepare.channel import earlier, step_of, torque_of, unchanged
 from drivetwin.diagnosis.prepare.cutoff import HIGHEST_SHARE_OF_RATE
 from drivetwin.diagnosis.prepare.deflection import deflection
+from drivetwin.diagnosis.prepare.kinematics import Kinematics
 from drivetwin.diagnosis.prepare.positions import moved
-from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
+from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects import AxisEffect
 from drivetwin.emulator.effects.base import Strays
@@ -284,8 +285,8 @@ def prepare(
     period = recording.info.sample_period
     cutoff = effective_cutoff(period, cutoff_hz)
     wide = effective_cutoff(period, min(WIDE * cutoff, motion_hz))
-    kinematics = _kinematics(simulation, recording, wide)
-    compared = _kinematics(simulation, recording, min(cutoff, wide))
+    kinematics = Kinematics.of(recording, simulation.axes, wide)
+    compared = Kinematics.of(recording, simulation.axes, min(cutoff, wide))
     rigid = _rigid(simulation, kinematics, max(1, int(1.0 / (RIGID_RATE * wide * period))))
     inertia = _inertia(simulation, kinematics, max(1, int(0.02 / period)))
     weight = _weight(simulation, compared, max(1, int(0.02 / period)))
@@ -346,15 +347,6 @@ def _sticks(motion: Motion, threshold: float, moving: Mask, near: int) -> Mask:
     """
     speed, turned = np.abs(motion.velocity), TURNED * motion.period * np.abs(motion.acceleration)
     return np.asarray((speed <= np.maximum(threshold, turned)) & widen(moving, near))
-
-
-def _kinematics(simulation: Simulation, recording: Recording, cutoff: float) -> Kinematics:
-    period = recording.info.sample_period
-    raw = [measured_position(recording.columns[axis], period) for axis in simulation.axes]
-    position = np.column_stack([zero_phase(samples, period, cutoff) for samples in raw])
-    velocity = np.column_stack([fine_derivative(samples, period) for samples in position.T])
-    acceleration = np.column_stack([fine_derivative(samples, period) for samples in velocity.T])
-    return Kinematics(position, velocity, acceleration)
 
 
 def _narrow(simulation: Simulation, recording: Recording, cutoff_hz: float) -> dict[str, AxisMotion]:

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from drivetwin.diagnosis.prepare.channel import torque_of
+from drivetwin.diagnosis.prepare.kinematics import Kinematics
 from drivetwin.diagnosis.prepare.rates import ENOUGH, seconds
-from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
-from drivetwin.motion.axis_motion import SMOOTHED, STEADIED, measured_position
-from drivetwin.motion.filtering import effective_cutoff, fine_derivative, zero_phase
+from drivetwin.diagnosis.prepare.simulation import Simulation
+from drivetwin.motion.axis_motion import SMOOTHED, STEADIED
+from drivetwin.motion.filtering import effective_cutoff, zero_phase
 from drivetwin.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -147,13 +148,10 @@ class _Seen:
         period = recording.info.sample_period
         cutoff = effective_cutoff(period, cutoff_hz)
         every = max(1, len(recording.time) // SAMPLES)
-        raw = [measured_position(recording.columns[axis], period) for axis in simulation.axes]
-        position = np.column_stack([zero_phase(samples, period, cutoff) for samples in raw])
-        velocity = np.column_stack([fine_derivative(samples, period) for samples in position.T])
-        acceleration = np.column_stack([fine_derivative(samples, period) for samples in velocity.T])
+        kinematics = Kinematics.of(recording, simulation.axes, cutoff).every(every)
         torque = np.column_stack([zero_phase(torque_of(recording, axis), period, cutoff) for axis in simulation.axes])
         size = np.maximum(np.sqrt(np.mean(torque**2, axis=0)), 1e-12)
-        return cls(simulation, Kinematics(position, velocity, acceleration).every(every), torque[::every], size)
+        return cls(simulation, kinematics, torque[::every], size)
 
     def _model(self, zeros: Array) -> Array:
         own = self.kinematics

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from drivetwin.diagnosis.prepare.channel import torque_of
-from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation
-from drivetwin.motion.axis_motion import measured_position
+from drivetwin.diagnosis.prepare.kinematics import Kinematics
+from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
 from drivetwin.recording.recording import Recording
 
@@ -30,14 +30,11 @@ def left_by_rigid_body(simulation: Simulation, recording: Recording, axis: str, 
     cutoff = effective_cutoff(period, cutoff_hz)
     spare = max(len(recording.time) - SAMPLES, 0) // 2
     part = slice(spare, len(recording.time) - spare)
-    raw = [measured_position(recording.columns[one], period)[part] for one in simulation.axes]
-    position = np.column_stack([zero_phase(samples, period, cutoff) for samples in raw])
-    velocity = np.column_stack([fine_derivative(samples, period) for samples in position.T])
-    acceleration = np.column_stack([fine_derivative(samples, period) for samples in velocity.T])
-    rest, number = np.zeros_like(position), simulation.axes.index(axis)
-    weight = simulation.torques(Kinematics(position, rest, rest))[:, number]
-    moves = simulation.torques(Kinematics(position, velocity, acceleration))[:, number] - weight
-    speed = velocity[:, number]
+    kinematics = Kinematics.of(recording, simulation.axes, cutoff, part)
+    rest, number = np.zeros_like(kinematics.position), simulation.axes.index(axis)
+    weight = simulation.torques(Kinematics(kinematics.position, rest, rest))[:, number]
+    moves = simulation.torques(kinematics)[:, number] - weight
+    speed = kinematics.velocity[:, number]
     later = [fine_derivative(each, period) for each in (moves, weight)]
     edge = reach(period, cutoff)
     columns = np.column_stack((moves, weight, *later, np.sign(speed), speed, np.ones_like(speed)))[edge:-edge]

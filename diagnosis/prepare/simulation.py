@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.diagnosis.prepare.kinematics import Kinematics
 from drivetwin.emulator.assembly import DrivenJoint, assemble
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import Effect, PlacedEffect
@@ -33,23 +34,6 @@ ASSEMBLED = 512
 
 ASIDE = 1e-4
 """Step of a position [rad or m], over which a torque is differentiated."""
-
-
-@dataclass(frozen=True)
-class Kinematics:
-    """A motion of all axes: position, velocity, acceleration, each (n, k) in the order of the simulation's axes; SI."""
-
-    position: Array
-    velocity: Array
-    acceleration: Array
-
-    def part(self, span: slice) -> Kinematics:
-        """Some samples in a row."""
-        return Kinematics(self.position[span], self.velocity[span], self.acceleration[span])
-
-    def every(self, stride: int) -> Kinematics:
-        """Each stride-th sample."""
-        return Kinematics(self.position[::stride], self.velocity[::stride], self.acceleration[::stride])
 
 
 @dataclass(frozen=True)

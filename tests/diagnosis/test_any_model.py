@@ -12,7 +12,8 @@ import pytest
 from model_forms import FORMS, INERTIA, JOINT, Form, written
 
 from drivetwin.cli import main
-from drivetwin.diagnosis.prepare.simulation import Kinematics, Simulation, simulation
+from drivetwin.diagnosis.prepare.kinematics import Kinematics
+from drivetwin.diagnosis.prepare.simulation import Simulation, simulation
 from drivetwin.diagnosis.report.patched_model import patched_xml
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.emulator.effects.coupling import Coupling
