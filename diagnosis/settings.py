@@ -21,6 +21,7 @@ class Settings:
     misfit_waves: number of waves that a component of the unknown may have over its range.
     colour_order: order of the autoregression that describes the noise.
     model_error: share of the torque less the weight by which the comparison itself errs (filters, derivatives, resampling).
+    imitated: of an unknown torque, the share that one of many effects takes, usually: counted on machines of two simulators.
     least_share: share of an axis's gap energy that an effect must take to be named; `model_error` of the torque is enough.
     askew: probability that a hinge that is vertical in the model feels a weight: a tilted base, an unbalanced load.
     blocks: intervals of contiguous time in which motion is held out.
@@ -52,6 +53,7 @@ class Settings:
     misfit_waves: float = 8.0
     colour_order: int = 8
     model_error: float = 0.012
+    imitated: float = 0.1
     least_share: float = 0.01
     askew: float = 0.01
     blocks: int = 40

@@ -55,8 +55,10 @@ HARDLY_COUPLED = 1e-3
 ENOUGH_FITTED = 0.25
 """Of the samples in motion, that must be far from a standstill to be fitted alone; an axis may dwell everywhere."""
 PREDICTED_RATE = 8.0
-"""Samples from which effects are predicted while they are searched, a period of the motion's own cut-off: derivatives of them
-err by 0.2 %."""
+"""Samples from which effects are predicted while they are searched, a period of the highest frequency that is compared and
+moved: derivatives of them err by 0.2 %."""
+FOLLOWED_RATE = 4.0
+"""The same a period of the motion's own cut-off: of what moves faster than is compared only friction feels anything."""
 COMPARED_RATE = 2.5
 """Samples that are compared, a period of the cut-off: no more is in them."""
 
@@ -163,7 +165,8 @@ class Run:
         """No more samples than effects need to be predicted from, and the comparison to be filtered: those of a torque are not
         in what is filtered.
         """
-        needed = max(PREDICTED_RATE * self.motion_hz, self.cutoff_hz / HIGHEST_SHARE_OF_RATE)
+        predicted = max(PREDICTED_RATE * min(self.motion_hz, self.cutoff_hz), FOLLOWED_RATE * self.motion_hz)
+        needed = max(predicted, self.cutoff_hz / HIGHEST_SHARE_OF_RATE)
         step = max(1, int(1.0 / (needed * self.period)))
         if step == 1:
             return self

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.system import System
-from drivetwin.diagnosis.prepare.deflection import axis_of
+from drivetwin.diagnosis.prepare.deflection import axis_of, is_torque
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.settings import Settings
@@ -105,12 +105,29 @@ def weighed(family: Family, systematic: Mapping[str, float], settings: Settings)
     alike_ones = [k for k, one in enumerate(members, start=1) if one.as_good]
     probability, best = (min(1.0, float(each[alike_ones].sum())) for each in (mean, plain))
     certain, believed = _leaves_less(family, own, systematic, settings)
+    real = _more_than_chance(family, own, systematic, settings)
     return Answer(
         chosen,
-        max(probability, believed) if certain else probability,
-        certain or best >= PROBABLE,
-        tuple(sorted(members, key=lambda one: -one.weight)),
+        real * (max(probability, believed) if certain else probability),
+        (certain or best >= PROBABLE) and real >= PROBABLE,
+        tuple(sorted((replace(one, weight=real * one.weight) for one in members), key=lambda one: -one.weight)),
     )
+
+
+def _more_than_chance(family: Family, own: Proposal | None, systematic: Mapping[str, float], settings: Settings) -> float:
+    """How probable it is that the chosen effect is there and does not imitate a part of what is unknown.
+
+    Of an unknown torque one of many effects always takes a part: a usual one is `imitated`, of what is left with the effect. So
+    one that takes as much is as likely there as not.
+    """
+    if family.chosen is None or own is None:
+        return 1.0
+    without, home = family.state.left, family.chosen.axis
+    with_it = own.settled.left if own.settled is not None else {home: without[home] - own.takes}
+    acted = [axis for axis in with_it if axis in own.column and is_torque(axis)]
+    takes = sum(max(without[axis] - with_it[axis], 0.0) for axis in acted)
+    unknown = sum(max(with_it[axis], 0.0) * systematic[axis] for axis in acted)
+    return takes / max(takes + settings.imitated * unknown, np.finfo(float).tiny)
 
 
 def _leaves_less(

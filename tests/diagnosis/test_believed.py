@@ -70,6 +70,24 @@ def test_what_leaves_less_of_held_out_motion_predicts_though_no_density_says_so(
     assert told.predicts == there
 
 
+@pytest.mark.parametrize("known", [True, False], ids=["the rest is noise", "the rest is unknown"])
+@pytest.mark.parametrize(("order", "there"), [(2.0, True), (3.0, False)])
+def test_what_takes_little_of_what_is_unknown_is_no_more_than_an_imitation(
+    state: State, order: float, *, there: bool, known: bool
+) -> None:
+    """The machine's own cogging, and a wave of another order, both certain by their density."""
+    nothing = state.of(())
+    settled = settled_on(nothing.of((placed(state.bench.rows, "turn", TorqueRipple(0.6, order, 0.4)),)))
+    begun = Begun("turn", settled.effects[0].effect, 0.0, 1)
+    found = Proposer(state.bench, state.bench, {"turn": [TorqueRipple]}, {}).evaluated(nothing, begun)
+    assert found is not None
+    certain = replace(found, prior=1e3, settled=settled)
+    told = weighed(Family(settled.effects[0], nothing, [certain]), {"turn": 0.0 if known else 1.0}, Settings())
+    named = known or there
+    assert told.predicts == named
+    assert told.probability > 0.9 if named else told.probability < 0.2
+
+
 @pytest.mark.parametrize(("weight", "named"), [(0.3, "coulomb_asymmetry"), (0.45, "torque_offset")])
 def test_of_what_cannot_be_distinguished_the_most_probable_is_named(state: State, weight: float, named: str) -> None:
     """In sliding an offset is an asymmetry of friction: the weights decide, whichever the search came upon."""
