@@ -21,7 +21,7 @@ class Settings:
     misfit_waves: number of waves that a component of the unknown may have over its range.
     colour_order: order of the autoregression that describes the noise.
     model_error: share of the torque less the weight by which the comparison itself errs (filters, derivatives, resampling).
-    imitated: of an unknown torque, the share that one of many effects takes, usually: counted on machines of two simulators.
+    imitated: share of an unknown torque that some effect of the library usually takes by chance: machines of two simulators.
     least_share: share of an axis's gap energy that an effect must take to be named; `model_error` of the torque is enough.
     askew: probability that a hinge that is vertical in the model feels a weight: a tilted base, an unbalanced load.
     blocks: intervals of contiguous time in which motion is held out.

@@ -20,7 +20,7 @@ from drivetwin.emulator.machine import Axis, Machine
 from drivetwin.emulator.mechanism import Mechanism, act, read
 from drivetwin.foundation.compiled import in_place, settled
 from drivetwin.foundation.errors import UserError
-from drivetwin.foundation.mujoco_calls import ADDRESS, mujoco_call
+from drivetwin.foundation.mujoco_calls import mj_step
 
 _UNSTABLE = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
@@ -32,8 +32,6 @@ _UNSTABLE = (
 
 _NONE = np.zeros(len(_UNSTABLE), dtype=np.int32).tobytes()
 
-
-_mj_step = mujoco_call("mj_step", ADDRESS, ADDRESS)
 
 
 @in_place
@@ -57,7 +55,7 @@ def run_periods(  # type: ignore[no-untyped-def]  # record arrays have no static
         for axis in range(state.shape[0]):
             trace[period, axis] = state[axis].position
         act(parts, moving, constants, motor_torque, brakes, time)
-        _mj_step(model, data)
+        mj_step(model, data)
         time += length
 
 

@@ -21,6 +21,10 @@ def mujoco_call(name: str, *arguments: types.Type) -> Any:
     return types.ExternalFunction(name, types.void(*arguments))
 
 
+mj_step = mujoco_call("mj_step", ADDRESS, ADDRESS)
+"""One step of a model's data, by the addresses of both."""
+
+
 def stop_clocks() -> None:
     """Let MuJoCo no longer time the parts of its steps (`mjData.timer`, which nothing here reads) in this process.
 

@@ -10,15 +10,13 @@ from numpy.typing import NDArray
 from drivetwin.emulator.drive.servo import ServoBank, servo_period
 from drivetwin.emulator.mechanism import Mechanism, act, read
 from drivetwin.foundation.compiled import in_place
-from drivetwin.foundation.mujoco_calls import ADDRESS, mujoco_call
+from drivetwin.foundation.mujoco_calls import mj_step
 from drivetwin.twin.course import Grid
 
 Array = NDArray[np.float64]
 
 AT_ONCE = 4096
 """Steps without Python in between: some 20 ms, after which a replay can be interrupted."""
-
-_mj_step = mujoco_call("mj_step", ADDRESS, ADDRESS)
 
 
 @in_place
@@ -27,8 +25,9 @@ def run_steps(  # type: ignore[no-untyped-def]  # record arrays have no static t
 ) -> None:
     """Steps `first` to `last`: of these, every `servo`-th begins a servo period, and every `row`-th is a row that is told.
 
-    `drives`: parameters, state, loops and demands (m, n, 4) of the servos; `sensors`: motor position and torque (n,);
-    `told`: the same at each row (count, n); `reading` and `acting` are the mechanism's; `period` and `step` are in s.
+    `drives`: parameters, state, loops and demands (m, n, 4) of the servos, `noise` (n,) of their torque; `sensors`: motor
+    position and torque (n,); `reading`, `acting` and `brakes` (n,) are the mechanism's, at a `time` [s]; `period` of the servos
+    and `step` are in s; `model` and `data` are addresses. `told`: motor position and reported torque at each row (count, n).
     """
     parameters, state, loops, demands = drives
     motor_position, motor_torque = sensors
@@ -43,7 +42,7 @@ def run_steps(  # type: ignore[no-untyped-def]  # record arrays have no static t
                 position[tick // row, axis] = motor_position[axis]
                 torque[tick // row, axis] = state[axis].torque_actual
         act(parts, moving, constants, motor_torque, brakes, time)
-        _mj_step(model, data)
+        mj_step(model, data)
         time += step
 
 
@@ -57,20 +56,16 @@ class Stepping:
 
     def run(self, demands: Array, count: int) -> tuple[Array, Array]:
         """Motor position [rad] and reported torque [N·m], (count, n) each, at a recording's rows, by demands (m, n, 4)."""
-        position, torque = np.empty((2, count, demands.shape[1]))
-        steps = (count - 1) * self.grid.row + 1
-        resistances = self.mechanism.resistances
-        at_once = 1 if resistances.present else AT_ONCE  # what is written in Python is asked before each step
-        for first in range(0, steps, at_once):
-            resistances.evaluate()
-            self._run(first, min(first + at_once, steps), demands, (position, torque))
-        return position, torque
-
-    def _run(self, first: int, last: int, demands: Array, told: tuple[Array, Array]) -> None:
         mechanism, servos, grid = self.mechanism, self.servos, self.grid
-        noise = np.zeros(demands.shape[1])
-        drives = (servos.parameters, servos.state, servos.loops, demands)
-        sensors = (mechanism.motor_position, mechanism.motor_torque)
-        where = (mechanism.reading, mechanism.acting, mechanism.brakes, mechanism.data.time)
-        addresses = (mechanism.model._address, mechanism.data._address)
-        run_steps(first, last, grid.servo, grid.row, drives, noise, sensors, *where, grid.period, grid.step, *addresses, told)
+        position, torque = np.empty((2, count, demands.shape[1]))
+        drives, noise = (servos.parameters, servos.state, servos.loops, demands), np.zeros(demands.shape[1])
+        moving = (mechanism.motor_position, mechanism.motor_torque), mechanism.reading, mechanism.acting, mechanism.brakes
+        addresses = mechanism.model._address, mechanism.data._address
+        steps = (count - 1) * grid.row + 1
+        at_once = 1 if mechanism.resistances.present else AT_ONCE  # what is written in Python is asked before each step
+        for first in range(0, steps, at_once):
+            mechanism.resistances.evaluate()
+            span = first, min(first + at_once, steps), grid.servo, grid.row
+            time = mechanism.data.time, grid.period, grid.step
+            run_steps(*span, drives, noise, *moving, *time, *addresses, (position, torque))
+        return position, torque

@@ -1,4 +1,4 @@
-"""The motion of all axes of a recording: filtered and differentiated in one place."""
+"""The motion of all axes of a recording, filtered and differentiated alike."""
 
 from __future__ import annotations
 

@@ -55,10 +55,10 @@ HARDLY_COUPLED = 1e-3
 ENOUGH_FITTED = 0.25
 """Of the samples in motion, that must be far from a standstill to be fitted alone; an axis may dwell everywhere."""
 PREDICTED_RATE = 8.0
-"""Samples from which effects are predicted while they are searched, a period of the highest frequency that is compared and
-moved: derivatives of them err by 0.2 %."""
+"""Samples from which effects are predicted while they are searched, a period of the cut-off of the comparison, or of the motion
+where that is lower: derivatives of them err by 0.2 %."""
 FOLLOWED_RATE = 4.0
-"""The same a period of the motion's own cut-off: of what moves faster than is compared only friction feels anything."""
+"""The same, a period of the motion's own cut-off: what of it is above that of the comparison only bends friction and joints."""
 COMPARED_RATE = 2.5
 """Samples that are compared, a period of the cut-off: no more is in them."""
 

@@ -9,6 +9,9 @@ whose intraclass correlation rho is the share of what is left that is neither no
 A density with an unknown that is large predicts anything, and then decides nothing. So an effect also counts as one that
 predicts where it leaves less energy of motion that was held out, without an unknown: what a patch is judged by. It is then at
 least as probable as that.
+
+A part of an unknown torque looks like one of many effects, and does so in all blocks. So a member that takes little beside much
+that is unknown has less weight, and a chosen one that is rather an imitation predicts nothing (`_no_imitation`).
 """
 
 from __future__ import annotations
@@ -21,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.system import System
-from drivetwin.diagnosis.prepare.deflection import axis_of, is_torque
+from drivetwin.diagnosis.prepare.deflection import axis_of
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.settings import Settings
@@ -95,7 +98,8 @@ def weighed(family: Family, systematic: Mapping[str, float], settings: Settings)
     draws = np.random.default_rng(settings.seed).dirichlet(np.ones(told.shape[1]), DRAWS) * told.shape[1]
     scores = draws @ told.T + prior
     doubted = (1.0 + (draws - 1.0) * _enlarged(family, systematic)) @ told.T + prior
-    mean, plain = _weights(doubted), _weights(scores)
+    real = np.array([1.0, *(_no_imitation(one, family, systematic, settings) for one in considered)])
+    mean, plain = real * _weights(doubted), _weights(scores)
     place = next((k for k, one in enumerate(considered, start=1) if chosen is not None and _same(one, chosen)), None)
     members = []
     for k, one in enumerate(considered, start=1):
@@ -105,29 +109,30 @@ def weighed(family: Family, systematic: Mapping[str, float], settings: Settings)
     alike_ones = [k for k, one in enumerate(members, start=1) if one.as_good]
     probability, best = (min(1.0, float(each[alike_ones].sum())) for each in (mean, plain))
     certain, believed = _leaves_less(family, own, systematic, settings)
-    real = _more_than_chance(family, own, systematic, settings)
+    there = float(real[place]) if place is not None else 1.0
     return Answer(
         chosen,
-        real * (max(probability, believed) if certain else probability),
-        (certain or best >= PROBABLE) and real >= PROBABLE,
-        tuple(sorted((replace(one, weight=real * one.weight) for one in members), key=lambda one: -one.weight)),
+        max(probability, there * believed) if certain else probability,
+        (certain or best >= PROBABLE) and there >= PROBABLE,
+        tuple(sorted(members, key=lambda one: -one.weight)),
     )
 
 
-def _more_than_chance(family: Family, own: Proposal | None, systematic: Mapping[str, float], settings: Settings) -> float:
-    """How probable it is that the chosen effect is there and does not imitate a part of what is unknown.
+def _no_imitation(one: Proposal, family: Family, systematic: Mapping[str, float], settings: Settings) -> float:
+    """Probability that a member does not imitate a part of what is unknown, by the rows on which it takes most of a gap.
 
-    Of an unknown torque one of many effects always takes a part: a usual one is `imitated`, of what is left with the effect. So
-    one that takes as much is as likely there as not.
+    Some effect always takes a part of an unknown torque, usually `imitated` of it: one that takes as much is as likely there as
+    not, and the odds grow with the square of what it takes.
     """
-    if family.chosen is None or own is None:
+    rows, without = family.state.rows, family.state.left
+    acted = [name for name in one.column if rows.gap_energy[name] > 0.0]
+    taken = one.taken if one.settled is None else {name: without[name] - one.settled.left[name] for name in acted}
+    most = max(acted, key=lambda name: taken[name], default=None)
+    if most is None:
         return 1.0
-    without, home = family.state.left, family.chosen.axis
-    with_it = own.settled.left if own.settled is not None else {home: without[home] - own.takes}
-    acted = [axis for axis in with_it if axis in own.column and is_torque(axis)]
-    takes = sum(max(without[axis] - with_it[axis], 0.0) for axis in acted)
-    unknown = sum(max(with_it[axis], 0.0) * systematic[axis] for axis in acted)
-    return takes / max(takes + settings.imitated * unknown, np.finfo(float).tiny)
+    takes = max(taken[most], 0.0)
+    imitation = settings.imitated * max(without[most] - takes, 0.0) * systematic[axis_of(most)]
+    return takes**2 / (takes**2 + imitation**2) if imitation > 0.0 else 1.0
 
 
 def _leaves_less(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from drivetwin.diagnosis.prepare.deflection import is_torque
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.propose.placing import in_order
 from drivetwin.diagnosis.weigh.state import State
@@ -28,10 +29,8 @@ class Proposal:
     score: float
     prior: float
     """Of the score, the logarithm of how rare it is, and how many effects and starts were tried."""
-    share: float
-    """Of the gap's energy, that it takes from what is left, on the axis where that is most."""
-    takes: float
-    """The same of everything that is compared: of the gap, or of the deflection of an axis."""
+    taken: Mapping[str, float]
+    """Share of the energy of a gap, or of a deflection, that it takes from what is left, on all rows that it acts on."""
     column: Column
     tangents: Sequence[Column]
     held: frozenset[int]
@@ -39,6 +38,16 @@ class Proposal:
     """Starts that were compared."""
     settled: State | None = None
     """The set with it, moved together to where the evidence gains no more, where that was done."""
+
+    @property
+    def takes(self) -> float:
+        """What it takes where that is most: of a gap, or of a deflection."""
+        return max(self.taken.values())
+
+    @property
+    def share(self) -> float:
+        """What it takes of a gap, on the axis where that is most."""
+        return max(part for rows, part in self.taken.items() if is_torque(rows))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ from math import log
 import numpy as np
 
 from drivetwin.diagnosis.model.solve import Fit
-from drivetwin.diagnosis.prepare.deflection import is_torque
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.rigid import rigid_starts
 from drivetwin.diagnosis.propose.search import BRIEFLY, ONE_STEP, REFINED, REFINED_REPLAYS, Begun, coarse, moved
@@ -54,7 +53,8 @@ class Proposer:
         taken = {(one.effect.name, one.axis) for one in pair.whole.effects}
         asked = [(axis, kind) for axis, kind in asked if kind.several or (kind.name, axis) not in taken]
         asked = [(axis, kind) for axis, kind in asked if kind is not Delay or pair.whole.late.get(axis, 0.0) == 0.0]
-        found = side_by_side(lambda one: self._proposed(pair, *one, self._best.get((one[0], one[1].name))), asked)
+        known = [(axis, kind, self._best.get((axis, kind.name))) for axis, kind in asked]
+        found = side_by_side(lambda one: self._proposed(pair, *one), known)
         for one in found:
             if one is not None:
                 self._best[one.effect.axis, one.effect.effect.name] = one.effect.effect
@@ -157,14 +157,13 @@ class Proposer:
         taken = {axis: state.left[axis] - left[axis] for axis in felt.added}
         if one.effect.felt_at_home and taken.get(one.axis, 0.0) < self.bench.settings.least_share:
             return None
-        share = max(part for axis, part in taken.items() if is_torque(axis))
         gain = fit.evidence - state.fit.evidence
         rare = one.effect.unlikely(state.rows.motion[one.axis], state.dynamics[one.axis])
         if one.effect.name in self.askew.get(one.axis, ()):
             rare -= log(self.bench.settings.askew)
         prior = -log(self.tried(one.axis)) - log(max(one.tried, 1)) - rare
-        effect, takes = placed(state.rows, one.axis, one.effect), max(taken.values())
-        return Proposal(effect, gain + prior, prior, share, takes, less, tangent, held, one.tried)
+        effect = placed(state.rows, one.axis, one.effect)
+        return Proposal(effect, gain + prior, prior, taken, less, tangent, held, one.tried)
 
     def _suits(self, state: State, one: Begun, fit: Fit) -> bool:
         """Whether an effect on an axis makes a mechanism with what its fit makes of the model's friction there.

@@ -15,11 +15,9 @@ from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects import AxisEffect, Effect, Ground, PlacedEffect, Site, UnnamedEffect, library
 from drivetwin.emulator.mechanism import Mechanism, act, read
 from drivetwin.foundation.compiled import compiled
-from drivetwin.foundation.mujoco_calls import ADDRESS, mujoco_call
+from drivetwin.foundation.mujoco_calls import mj_step
 from drivetwin.motion.filtering import derivative, zero_phase
 from drivetwin.motion.inverse_dynamics import Model
-
-_mj_step = mujoco_call("mj_step", ADDRESS, ADDRESS)
 
 Array = NDArray[np.float64]
 Kind = Literal["hinge", "slide"]
@@ -192,5 +190,5 @@ def _run(  # type: ignore[no-untyped-def]  # record arrays have no static type
         seen[k], asked[k] = position, torque
         motor_torque[0] = torque / GEAR
         act(parts, state, constants, motor_torque, brakes, time)
-        _mj_step(model, data)
+        mj_step(model, data)
         time += PERIOD

@@ -19,6 +19,7 @@ _SHOWN = 10
 _LEAST_ORDER = 0.9
 FRACTIONAL = 1e5
 """To one, that an order is a whole number of waves a motor turn."""
+_ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
 _LONGEST = 8.0
 """Waves a travel up to which all lengths are tried."""
 
@@ -65,7 +66,7 @@ def strongest(motion: Motion, torque: NDArray[np.float64], most: int) -> list[fl
         return []
     place = ((motion.position[moves] - motion.position.min()) / way * (_BINS - 1)).astype(int)
     centred = torque[moves] - torque[moves].mean()
-    if not centred.any():
+    if np.abs(centred).max() <= _ROUNDING * np.abs(torque[moves]).max():
         return []
     power = np.abs(np.fft.rfft(np.bincount(place, weights=centred, minlength=_BINS), 4 * _BINS))
     numbers = np.arange(len(power)) / (4.0 * way)

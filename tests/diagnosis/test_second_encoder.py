@@ -7,28 +7,39 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig_bench import COULOMB, GEAR, MOTOR, TURNING, VISCOUS, as_modelled, compared, diagnosed, moved, recording, strokes
+from rig_bench import COULOMB, GEAR, MOTOR, TURNING, VISCOUS, as_modelled, compared, diagnosed, moved, ready, recording, strokes
 
 from drivetwin.diagnosis.prepare.deflection import deflection_of
+from drivetwin.diagnosis.propose.placing import placed
+from drivetwin.diagnosis.propose.search import Begun
 from drivetwin.diagnosis.report.result import Array
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.averaging import weighed
+from drivetwin.diagnosis.weigh.bench import bench_of
+from drivetwin.diagnosis.weigh.colouring import coloured
+from drivetwin.diagnosis.weigh.proposal import Family
+from drivetwin.diagnosis.weigh.proposer import Proposer
+from drivetwin.diagnosis.weigh.state import first_colours, state_of
+from drivetwin.diagnosis.weigh.yielding import settled_on
+from drivetwin.emulator.effects.transmission_error import TransmissionError
 from drivetwin.recording.recording import Recording
 
 AMPLITUDE, ORDER, PHASE = 3e-4, 2.0, 0.7
 WAVE = ORDER * GEAR
 
 
-def uneven(seed: int, name: str = "strokes") -> Recording:
+def uneven(seed: int, name: str = "strokes", amplitude: float = AMPLITUDE) -> Recording:
     """q = m + e(m) of `turn`, whose motor moves by a formula; torque by virtual work. Both encoders are recorded."""
     both = moved(seed, 20.0)
     motor = both["turn"]
     angle = WAVE * motor.position + PHASE
-    ratio = 1.0 + AMPLITUDE * WAVE * np.cos(angle)
+    ratio = 1.0 + amplitude * WAVE * np.cos(angle)
     speed = ratio * motor.velocity
-    acceleration = ratio * motor.acceleration - AMPLITUDE * WAVE**2 * np.sin(angle) * motor.velocity**2
+    acceleration = ratio * motor.acceleration - amplitude * WAVE**2 * np.sin(angle) * motor.velocity**2
     joint = (TURNING - MOTOR) * acceleration + COULOMB["turn"] * np.sign(speed) + VISCOUS["turn"] * speed
     torques = as_modelled(both) | {"turn": MOTOR * motor.acceleration + ratio * joint}
     made = recording(torques, {axis: at.position for axis, at in both.items()}, seed, name)
-    return with_joint(made, motor.position + AMPLITUDE * np.sin(angle) + 0.3)
+    return with_joint(made, motor.position + amplitude * np.sin(angle) + 0.3)
 
 
 def with_joint(made: Recording, position: Array) -> Recording:
@@ -65,3 +76,26 @@ def test_a_gear_error_is_found_by_it(tmp_path: Path) -> None:
     assert cause.indistinguishable_from == ()
     assert cause.parameters["amplitude"].value == pytest.approx(AMPLITUDE, rel=0.02)
     assert cause.parameters["order"].value == ORDER
+
+
+@pytest.mark.parametrize("settles", [True, False], ids=["settled", "as proposed"])
+def test_what_the_encoder_proves_is_no_imitation_of_an_unknown_torque(tmp_path: Path, *, settles: bool) -> None:
+    """A gear error that takes all of what the encoder saw, and 2 % of a torque of which the rest has no name."""
+    made = uneven(1, amplitude=2e-5)
+    turn = made.columns["turn"]
+    unknown = 0.8 * np.sin(2.3 * made.time) * np.sin(8.2 * made.time + 1.0)
+    made = replace(made, columns=made.columns | {"turn": turn | {"torque": turn["torque"] + unknown}})
+    told = ready(tmp_path, made)
+    bench = bench_of(told.rows, Settings(), told.absolute)
+    nothing = coloured(state_of(bench, (), first_colours(bench), {}), ())
+    settled = settled_on(nothing.of((placed(bench.rows, "turn", TransmissionError(2e-5, ORDER, PHASE)),)), 3)
+    chosen = settled.effects[0]
+    proposer = Proposer(bench, bench, {"turn": [TransmissionError]}, {})
+    proposal = proposer.evaluated(nothing, Begun("turn", chosen.effect, 0.0, 1))
+    assert proposal is not None
+    assert proposal.share < 0.05
+    assert proposal.takes > 0.95
+    member = replace(proposal, settled=settled) if settles else proposal
+    answer = weighed(Family(chosen, nothing, [member]), {"turn": 0.9, "lift": 0.9}, Settings())
+    assert answer.predicts
+    assert answer.probability > 0.8

@@ -43,9 +43,10 @@ def test_an_axis_that_stands_shows_no_waves() -> None:
     assert long_waves(still) == []
 
 
-def test_a_torque_that_does_not_vary_shows_no_waves() -> None:
+@pytest.mark.parametrize("torque", [0.0, 0.1, 2.7])
+def test_a_torque_that_does_not_vary_shows_no_waves(torque: float) -> None:
     """And numpy does not warn of 0 / 0."""
     motion = record("hinge").motion
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert strongest(motion, np.zeros_like(motion.position), 5) == []
+        assert strongest(motion, np.full_like(motion.position, torque), 5) == []
