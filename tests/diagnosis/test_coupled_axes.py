@@ -124,7 +124,7 @@ def test_play_lets_the_upper_cart_coast_which_the_lower_one_feels(tmp_path: Path
     inside = parted & np.roll(parted, 2) & np.roll(parted, -2)
     assert inside.sum() > 100
     lower = run.axes["lower"].motion.acceleration
-    speed = np.cumsum(true) * PERIOD
+    speed = np.cumsum(true) * run.period
     force = UPPER * (true + lower)[inside]
     fitted = np.polyfit(speed[inside], force, 1)
     assert fitted[0] == pytest.approx(-VISCOUS, rel=0.01)
