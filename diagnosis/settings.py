@@ -21,7 +21,6 @@ class Settings:
     misfit_waves: number of waves that a component of the unknown may have over its range.
     colour_order: order of the autoregression that describes the noise.
     model_error: share of the torque less the weight by which the comparison itself errs (filters, derivatives, resampling).
-    imitated: share of an unknown torque that some effect of the library usually takes by chance: machines of two simulators.
     least_share: share of an axis's gap energy that an effect must take to be named; `model_error` of the torque is enough.
     askew: probability that a hinge that is vertical in the model feels a weight: a tilted base, an unbalanced load.
     blocks: intervals of contiguous time in which motion is held out.
@@ -39,6 +38,8 @@ class Settings:
         level of a test.
     substitutes: of the share that the chosen effect takes, that another must take to stand in its place: what takes less is
         one beside it.
+    imitated: share of an unknown torque that some effect of the library usually takes by chance: 8 machines of an independent
+        simulator.
     wide_step: of a parameter's own size, for differences where a joint or a bristle slips: each sample begins to slip at
         another value, and a narrow difference sees the steps and not the slope.
     """
@@ -53,7 +54,6 @@ class Settings:
     misfit_waves: float = 8.0
     colour_order: int = 8
     model_error: float = 0.012
-    imitated: float = 0.1
     least_share: float = 0.01
     askew: float = 0.01
     blocks: int = 40
@@ -65,4 +65,5 @@ class Settings:
     off: float = 2.5
     as_good: float = 0.05
     substitutes: float = 0.5
+    imitated: float = 0.1
     wide_step: float = 0.05
