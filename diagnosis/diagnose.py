@@ -24,6 +24,7 @@ from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.averaging import believed, preferred, weighed
 from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.moves import Search
+from drivetwin.diagnosis.weigh.needed import needed
 from drivetwin.diagnosis.weigh.off import corrected, heavier
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.refit import refitted
@@ -84,7 +85,7 @@ def diagnose(
     state, answers = preferred(found.state, answers)
     state, off = corrected(believed(state, answers), proposer)
     answers += [weighed(family, systematic, settings) for family in off]
-    state = aligned(believed(state, answers))
+    state = needed(aligned(believed(state, answers)), proposer)
     ready = ready.aligned(state.lateness(), state.apart())
     answers.append(weighed(search.further(found, state), systematic, settings))
     drives = [

@@ -86,9 +86,9 @@ def _ahead(state: State, bodies: Collection[int]) -> State:
 
 
 def _held(state: State, bodies: Collection[int]) -> frozenset[int]:
-    """All nominal parameters but some bodies' masses, and the timing, which no patch holds and no gap is."""
-    nominals = enumerate(state.bench.nominals)
-    return state.held() | {number for number, one in nominals if not one.timing and one.body not in bodies}
+    """All nominal parameters but some bodies' masses, and the time by which a torque is read earlier."""
+    free = {number for number, one in enumerate(state.bench.nominals) if one.body in bodies and one.body is not None}
+    return state.held() | ((state.patched | state.as_recorded) - free)
 
 
 def _fit(state: State, bodies: Collection[int]) -> Fit:

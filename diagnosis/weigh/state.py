@@ -255,6 +255,11 @@ class State:
         return frozenset(number for number, one in enumerate(self.bench.nominals) if not one.timing)
 
     @cached_property
+    def as_recorded(self) -> frozenset[int]:
+        """The timing of axes whose torque is not read earlier: other motion is compared as it was recorded."""
+        return frozenset(self.bench.timing(axis) for axis in self.rows.axes if self.late.get(axis, 0.0) == 0.0)
+
+    @cached_property
     def left(self) -> dict[str, float]:
         """`energy` of the set as it stands, with the model's own parameters."""
         return self.energy(self.patched)

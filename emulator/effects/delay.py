@@ -22,7 +22,7 @@ class Delay(AxisEffect):
 
     name: ClassVar[str] = "delay"
     family: ClassVar[str] = "sensing and timing"
-    needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION})
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.ACCELERATION, Need.TWO_SPEEDS})
     shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.SHORT_MOVES, Exciting.SWEEP})
     by_motion: ClassVar[str] = "the same moves with higher accelerations and jerks"
     looks: ClassVar[frozenset[Look]] = frozenset({Look.LAG})

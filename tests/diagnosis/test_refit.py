@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-import pytest
-from plain_bench import COGGING, COULOMB, ORDER, PHASE, SLIDES, STICKS, Machine
+from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
+import pytest
+from plain_bench import COGGING, COULOMB, GEAR, INERTIA, ORDER, PERIOD, PHASE, SLIDES, STICKS, VISCOUS, Machine
+
+from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.report.result import TWO_SIDED_90
-from drivetwin.diagnosis.weigh.bench import Bench
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.refit import Refitted, refitted
 from drivetwin.diagnosis.weigh.state import first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
@@ -15,6 +21,7 @@ from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
+from drivetwin.recording.recording import Recording
 
 
 @pytest.fixture(scope="module")
@@ -53,3 +60,37 @@ def test_of_another_form_than_the_machine_the_interval_is_as_wide_as_two_ways_to
     assert isinstance(likeliest.effect, Coulomb)
     assert told["coulomb"] >= abs(least.effect.coulomb - likeliest.effect.coulomb)
     assert told["coulomb"] > 3.0 * scatter["coulomb"]
+
+
+def test_where_a_torque_comes_early_the_patch_is_fitted_to_it_as_it_was_recorded(tmp_path: Path) -> None:
+    """No recording is read later. So the phase of the cogging is that at which it then leaves least, by a search."""
+    path = tmp_path / "model.xml"
+    path.write_text(Machine().model, encoding="utf-8")
+    ready = prepared(path, [_early(1, 30.0)], [_early(2, 20.0)], Settings())
+    bench = bench_of(ready.rows, Settings(), ready.absolute)
+    found = fitted(bench, TorqueRipple(COGGING, ORDER, PHASE))
+    (ripple,) = found.effects
+    assert isinstance(ripple.effect, TorqueRipple)
+    assert found.state.late == {}
+
+    def left(phase: float) -> float:
+        cogging = placed(bench.rows, "turn", TorqueRipple(COGGING, ORDER, phase))
+        return float(np.sum(found.state.of([cogging]).target["turn"] ** 2))
+
+    phases = PHASE + np.linspace(-0.15, 0.15, 301)
+    best = phases[int(np.argmin([left(float(phase)) for phase in phases]))]
+    assert abs(best - PHASE) > 0.05, "what a sample is at this speed"
+    assert ripple.effect.phase == pytest.approx(best, abs=0.003)
+
+
+def _early(seed: int, seconds: float) -> Recording:
+    """One way, shaken more and less; the torque is recorded a sample before the position that goes with it."""
+    whole = Machine().recording(seed, seconds, f"early{seed}")
+    waves = ORDER * GEAR * 0.8 * (whole.time + seed)
+    shaken = 0.1 * (1.0 + 0.5 * np.sin(0.9 * whole.time)) * np.sin(waves + 1.0)
+    position = (waves + shaken) / (ORDER * GEAR)
+    velocity, acceleration = (np.gradient(position, PERIOD), np.gradient(np.gradient(position, PERIOD), PERIOD))
+    cogging = COGGING * np.sin(ORDER * GEAR * position + PHASE)
+    torque = INERTIA * acceleration + COULOMB + VISCOUS * velocity - cogging
+    columns = {"turn": {"position": position[2:-3], "torque": torque[3:-2]}}
+    return replace(whole, time=whole.time[2:-3], columns=columns)

@@ -81,6 +81,7 @@ def test_of_one_speed_no_law_of_speed(tmp_path: Path) -> None:
     found = asked(tmp_path, moved(trapezia(0.3)))
     assert refused(found) >= {"stribeck", "viscous", "viscous_nonlinear", "viscous_asymmetry"}
     assert why(found, "stribeck")[0] == "all motion at one speed"
+    assert "delay" in refused(found), "a phase of what goes with the position"
     assert not refused(found) & {"coulomb", "coulomb_asymmetry", "torque_ripple", "position_friction", "torque_offset"}
 
 
