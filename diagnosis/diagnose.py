@@ -85,7 +85,7 @@ def diagnose(
     state, answers = preferred(found.state, answers)
     state, off = corrected(believed(state, answers), proposer)
     answers += [weighed(family, systematic, settings) for family in off]
-    state = needed(aligned(believed(state, answers)), proposer)
+    state = needed(aligned(believed(state, answers)))
     ready = ready.aligned(state.lateness(), state.apart())
     answers.append(weighed(search.further(found, state), systematic, settings))
     drives = [

@@ -49,10 +49,7 @@ class Refitted:
 def refitted(state: State, bodies: Collection[int]) -> Refitted:
     """A few Gauss-Newton steps from the set's values: what the energy does not tell stays near. `bodies`: of free mass."""
     likeliest = state.effects
-    for _ in range(STEPS if state.effects else 0):
-        before, state = state, _ahead(state, bodies)
-        if state is before:
-            break
+    state = least_squares(state, bodies)
     values = _fit(state, bodies).coefficients
     heavier = {
         one.body: float(values[k]) for k, one in enumerate(state.bench.nominals) if one.body is not None and one.body in bodies
@@ -64,6 +61,20 @@ def refitted(state: State, bodies: Collection[int]) -> Refitted:
     return Refitted(state, state.effects, deviations, heavier)
 
 
+def least_squares(state: State, bodies: Collection[int], axis: str | None = None) -> State:
+    """The set a few Gauss-Newton steps on, as far as less energy is left; `axis`: only effects of one axis move."""
+    for _ in range(STEPS if state.effects else 0):
+        before, state = state, _ahead(state, bodies, axis)
+        if state is before:
+            break
+    return state
+
+
+def left_by(state: State, bodies: Collection[int]) -> float:
+    """Share of the gaps' energy that a patch of the set as it stands leaves, the sum of all axes."""
+    return _left(state, _fit(state, bodies))
+
+
 def _apart(one: PlacedEffect, likeliest: Sequence[PlacedEffect]) -> dict[str, float]:
     """How far each parameter of an effect is from where the likelihood has it."""
     other = next((each for each in likeliest if alike(each, one)), one)
@@ -71,16 +82,16 @@ def _apart(one: PlacedEffect, likeliest: Sequence[PlacedEffect]) -> dict[str, fl
     return {name: abs(float(getattr(one.effect, name)) - float(getattr(other.effect, name))) for name in names}
 
 
-def _ahead(state: State, bodies: Collection[int]) -> State:
+def _ahead(state: State, bodies: Collection[int], axis: str | None) -> State:
     """One Gauss-Newton step on, as far as less energy is left; as it was where no share of the step is better."""
     fit = _fit(state, bodies)
     left = _left(state, fit)
     for share in SHARES:
         try:
-            ahead = state.of(moved_by_fit(state, fit, share))
+            ahead = state.of(moved_by_fit(state, fit, share, axis))
         except UserError:
             continue
-        if _left(ahead, _fit(ahead, bodies)) < left:
+        if left_by(ahead, bodies) < left:
             return ahead
     return state
 

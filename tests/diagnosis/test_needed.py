@@ -8,9 +8,8 @@ from plain_bench import COGGING, COULOMB, INERTIA, ORDER, PHASE, SLIDES, STICKS,
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.weigh.bench import Bench
 from drivetwin.diagnosis.weigh.needed import needed
-from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import first_colours, state_of
-from drivetwin.emulator.effects import Effect, library
+from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.inertia import Inertia
@@ -31,9 +30,8 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 
 
 def kept(bench: Bench, *effects: Effect) -> set[str]:
-    kinds = [kind for kind in library().values() if any(isinstance(one, kind) for one in effects)]
     state = state_of(bench, [placed(bench.rows, "turn", one) for one in effects], first_colours(bench), {})
-    return {one.effect.name for one in needed(state, Proposer(bench, bench, {"turn": kinds}, {})).effects}
+    return {one.effect.name for one in needed(state).effects}
 
 
 @pytest.mark.parametrize("beside", [(CoulombAsymmetry(0.01),), UNDONE], ids=["takes nothing", "undo each other"])
