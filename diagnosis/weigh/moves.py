@@ -26,7 +26,7 @@ from drivetwin.diagnosis.weigh.proposal import (
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.restart import restarted
 from drivetwin.diagnosis.weigh.state import NEARBY, State
-from drivetwin.diagnosis.weigh.yielding import best_together, level_that_yields, settled_on, simpler, yields
+from drivetwin.diagnosis.weigh.yielding import best_together, level_that_yields, settled_on, simpler, tried_set, yields
 from drivetwin.emulator.effects import ModelEffect, PlacedEffect
 from drivetwin.emulator.effects.base import Look
 
@@ -167,9 +167,11 @@ class Search:
             levels = [one.effect.effect for one in sorted(largest(own, settings.large), key=lambda one: -one.score)]
             levels = [effect for effect in levels if Look.LEVEL in effect.looks and not yields(type(effect))]
             levels = levels[: settings.levels_tried]
-            others = [one for one in ahead.effects if all(one is not each for each in added)]
+            beside = tried_set(before.part, [one for one in ahead.effects if all(one is not each for each in added)])
+            if beside is None:
+                continue
             for kind in kinds:
-                begun = level_that_yields(before.part.of(others), axis, levels, kind)
+                begun = level_that_yields(beside, axis, levels, kind)
                 found = settled_on(before.whole.of(begun.effects), axis=axis) if begun is not None else None
                 if found is not None and found.reached > ahead.reached + CLEARLY:
                     ahead = found

@@ -38,7 +38,7 @@ def best_together(state: State, axis: str, kind: type[Effect]) -> State | None:
     alone = [one for one in state.effects if not (one.axis == axis and yields(type(one.effect)))]
     dynamics = state.rows.simulation.dynamics_of(axis, alone)
     starts = [start.members[0] for start in kind.starts(state.rows.motion[axis], dynamics)]
-    tried = side_by_side(lambda effect: _state(state, (*state.effects, placed(state.rows, axis, effect))), starts)
+    tried = side_by_side(lambda effect: tried_set(state, (*state.effects, placed(state.rows, axis, effect))), starts)
     begun = [one for one in tried if one is not None]
     begun.sort(key=lambda one: -one.reached)
     found = side_by_side(lambda one: settled_on(one, axis=axis), begun[:STARTS])
@@ -53,11 +53,11 @@ def level_that_yields(state: State, axis: str, levels: Sequence[Effect], kind: t
     assert issubclass(kind, AxisEffect)
 
     def begun(level: Effect) -> list[State]:
-        alone = _state(state, (*state.effects, placed(state.rows, axis, level)))
+        alone = tried_set(state, (*state.effects, placed(state.rows, axis, level)))
         if alone is None:
             return []
         starts = [start.members[0] for start in kind.starts(state.rows.motion[axis], alone.dynamics[axis])]
-        tried = side_by_side(lambda effect: _state(alone, (*alone.effects, placed(state.rows, axis, effect))), starts)
+        tried = side_by_side(lambda effect: tried_set(alone, (*alone.effects, placed(state.rows, axis, effect))), starts)
         return [one for one in tried if one is not None]
 
     each = [max(tried, key=lambda one: one.reached) for level in levels if (tried := begun(level))]
@@ -70,7 +70,7 @@ def simpler(state: State, axis: str, kinds: Sequence[type[Effect]]) -> list[Stat
     for one in state.effects:
         if one.axis == axis and type(one.effect) in kinds:
             beside = [each for each in state.effects if each is not one]
-            found += [_state(state, (*beside, placed(state.rows, axis, each))) for each in reduced(one.effect, kinds)]
+            found += [tried_set(state, (*beside, placed(state.rows, axis, each))) for each in reduced(one.effect, kinds)]
     return [each for each in found if each is not None]
 
 
@@ -131,7 +131,8 @@ def _best_step(state: State, axis: str | None) -> State | None:
     return best
 
 
-def _state(state: State, effects: Sequence[PlacedEffect]) -> State | None:
+def tried_set(state: State, effects: Sequence[PlacedEffect]) -> State | None:
+    """Another set; None where it makes no mechanism."""
     try:
         return state.of(effects)
     except UserError:

@@ -13,6 +13,9 @@ from rig_bench import compared, strokes
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
+from drivetwin.diagnosis.weigh.moves import Search
+from drivetwin.diagnosis.weigh.pair import Pair
+from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import Effect
@@ -23,6 +26,8 @@ from drivetwin.emulator.effects.presliding import Presliding
 from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.emulator.effects.temperature_drift import TemperatureDrift
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
+from drivetwin.emulator.effects.viscous import Viscous
+from drivetwin.emulator.effects.viscous_nonlinear import ViscousNonlinear
 
 RIPPLE = TorqueRipple(COGGING, ORDER, PHASE)
 TRUE = Stribeck(COULOMB + STICKS, SLIDES, 2.0)
@@ -93,3 +98,11 @@ def test_a_nominal_friction_that_is_off_gives_way_and_warms_as_the_set_has_it(la
     column = as_modelled.columns[number]["turn"]
     np.testing.assert_allclose(column, by_hand, atol=1e-9 * float(np.abs(by_hand).max()))
     assert np.std(column - own.nominals[number].column["turn"]) > 0.01 * np.std(column), "in the model it sets in at once"
+
+
+def test_where_the_others_make_no_mechanism_without_what_was_added_that_stays(bench: Bench) -> None:
+    """A friction that falls with the speed needs the viscous one: alone it would push."""
+    before = state(bench, ViscousNonlinear(-0.05, 0.01))
+    ahead = state(bench, Viscous(3.0), Coulomb(1.2 * COULOMB), ViscousNonlinear(-0.8, 0.1))
+    search = Search(Proposer(bench, bench, {"turn": [Coulomb, Presliding]}, {}), lambda _stage, _share: None)
+    assert search.with_yielding_friction(Pair(before, before), ahead, (), {"turn"}) is ahead
