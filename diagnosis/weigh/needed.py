@@ -15,6 +15,9 @@ from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.errors import UserError
 
+ROUNDED = 6
+"""Digits of a share of energy, up to which two effects take the same."""
+
 
 def needed(state: State) -> State:
     """The set without the effects that a patch does not need: the others, fitted anew, leave hardly more of the gap.
@@ -24,7 +27,7 @@ def needed(state: State) -> State:
     """
     whole, bodies = state, heavier(state)
     state = least_squares(state, bodies)
-    for axis in state.rows.axes:
+    for axis in sorted(state.rows.axes):  # in whichever order they were recorded
         while own := [one for one in state.effects if one.axis == axis]:
             needs, rest = _least_needed(state, bodies, own)
             if needs >= 0.0:
@@ -34,11 +37,11 @@ def needed(state: State) -> State:
 
 
 def _least_needed(state: State, bodies: Collection[int], own: Sequence[PlacedEffect]) -> tuple[float, State]:
-    """Of some effects, the one without which a patch leaves least: what it takes beyond what it has to, and the set without it.
+    """Of some effects the one that takes least beyond what it has to: how much that is, and the set without it.
 
-    `bodies`: of free mass. No other one takes an effect's place.
+    `bodies`: of free mass; those of others are held. Equal ones go in the order of the set, whatever the rounding.
     """
-    return min(side_by_side(partial(_without, state, bodies), own), key=lambda each: each[0])
+    return min(side_by_side(partial(_without, state, bodies), own), key=lambda each: round(each[0], ROUNDED))
 
 
 def _without(state: State, bodies: Collection[int], one: PlacedEffect) -> tuple[float, State]:

@@ -79,7 +79,7 @@ def test_where_a_torque_comes_early_the_patch_is_fitted_to_it_as_it_was_recorded
 
     phases = PHASE + np.linspace(-0.15, 0.15, 301)
     best = phases[int(np.argmin([left(float(phase)) for phase in phases]))]
-    assert abs(best - PHASE) > 0.05, "what a sample is at this speed"
+    assert abs(best - PHASE) > 0.05, "a sample is more than 0.05 rad at this speed"
     assert ripple.effect.phase == pytest.approx(best, abs=0.003)
 
 
