@@ -167,12 +167,12 @@ class Search:
             levels = [one.effect.effect for one in sorted(largest(own, settings.large), key=lambda one: -one.score)]
             levels = [effect for effect in levels if Look.LEVEL in effect.looks and not yields(type(effect))]
             levels = levels[: settings.levels_tried]
-            beside = tried_set(before.part, [one for one in ahead.effects if all(one is not each for each in added)])
-            if beside is None:
-                continue
+            others = [one for one in ahead.effects if all(one is not each for each in added)]
+            beside = tried_set(before.part, others) or before.part  # where the others have moved to what needs the new ones
             for kind in kinds:
                 begun = level_that_yields(beside, axis, levels, kind)
-                found = settled_on(before.whole.of(begun.effects), axis=axis) if begun is not None else None
+                whole = tried_set(before.whole, begun.effects) if begun is not None else None
+                found = settled_on(whole, axis=axis) if whole is not None else None
                 if found is not None and found.reached > ahead.reached + CLEARLY:
                     ahead = found
         return ahead

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from functools import partial
 from math import inf
 
+from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.off import heavier
 from drivetwin.diagnosis.weigh.pair import that_moves
@@ -15,43 +16,45 @@ from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.errors import UserError
 
-ROUNDED = 6
-"""Digits of a share of energy, up to which two effects take the same."""
+CONVERGED = 30
+"""Steps at most: sets are compared where they have come to rest."""
+ALIKE = 1e-4
+"""Share of the gaps up to which two effects take the same: some of the least step. The first of the set goes."""
 
 
 def needed(state: State) -> State:
-    """The set without the effects that a patch does not need: the others, fitted anew, leave hardly more of the gap.
+    """The set without the effects that a patch does not need: the others, fitted again, leave hardly more of the gap.
 
-    The most needless of an axis goes first, and the others are asked again (backward elimination: Efroymson, in Mathematical
-    Methods for Digital Computers, 1960).
+    The most needless goes first, and the others are asked again (backward elimination: Efroymson, in Mathematical Methods for
+    Digital Computers, 1960). What goes may cost as much as one effect has to take, all together. So what is needed in the whole
+    set is needed in each part of it, and is not asked again.
     """
     whole, bodies = state, heavier(state)
-    state = least_squares(state, bodies)
-    for axis in sorted(state.rows.axes):  # in whichever order they were recorded
-        while own := [one for one in state.effects if one.axis == axis]:
-            needs, rest = _least_needed(state, bodies, own)
-            if needs >= 0.0:
-                break
-            state = rest
+    state = least_squares(state, bodies, CONVERGED)
+    best, asked = left_by(state, bodies), list(state.effects)
+    while asked:
+        found = side_by_side(partial(_without, state, bodies), asked)
+        best = min(best, *(left for left, _ in found))  # of a part: the whole set had not come to rest
+        needless = [
+            (one, left, rest) for one, (left, rest) in zip(asked, found, strict=True) if left - best < state.bench.least(one)
+        ]
+        if not needless:
+            break
+        least = min(left for _, left, _ in needless)
+        gone, _, state = next(each for each in needless if each[1] <= least + ALIKE)
+        open_ones = [one for one, _, _ in needless if one is not gone]
+        asked = [each for each in state.effects if any(alike(each, one) for one in open_ones)]
     return whole if len(state.effects) == len(whole.effects) else settled_on(state)
 
 
-def _least_needed(state: State, bodies: Collection[int], own: Sequence[PlacedEffect]) -> tuple[float, State]:
-    """Of some effects the one that takes least beyond what it has to: how much that is, and the set without it.
-
-    `bodies`: of free mass; those of others are held. Equal ones go in the order of the set, whatever the rounding.
-    """
-    return min(side_by_side(partial(_without, state, bodies), own), key=lambda each: round(each[0], ROUNDED))
-
-
 def _without(state: State, bodies: Collection[int], one: PlacedEffect) -> tuple[float, State]:
-    """What an effect takes of the gaps of all axes beyond what it has to, and the set without it.
+    """Share of the gaps that a set leaves without one of its effects, and that set; infinite where it makes no mechanism.
 
-    Infinite where the others make no mechanism.
+    `bodies`: of free mass; those of others are held.
     """
     try:
         rest = state.of([each for each in state.effects if each is not one])
     except UserError:
         return inf, state
-    rest = least_squares(rest, bodies, that_moves(one))
-    return left_by(rest, bodies) - left_by(state, bodies) - state.bench.least(one), rest
+    rest = least_squares(rest, bodies, CONVERGED, that_moves(one))
+    return left_by(rest, bodies), rest

@@ -11,7 +11,7 @@ in all blocks: by how much more parameters miss than blocks tell was counted on 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from drivetwin.diagnosis.model.solve import Fit, inverse_of
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.weigh.state import State, moved_by_fit
+from drivetwin.diagnosis.weigh.yielding import DAMPINGS
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.errors import UserError
 
@@ -26,8 +27,8 @@ Array = NDArray[np.float64]
 
 STEPS = 3
 """Gauss-Newton steps at most."""
-SHARES = (1.0, 0.5, 0.25, 0.1)
-"""Of a Gauss-Newton step, tried in turn until one is better: Nocedal and Wright, Numerical Optimization, 2006, sec. 3.1."""
+GAIN = 1e-5
+"""Share of the gaps that a step must close."""
 NOTHING = 1e-6
 """Information on a step that matters to a parameter, below which nothing tells it: the place of a load on a slide, say."""
 
@@ -50,7 +51,7 @@ def refitted(state: State, bodies: Collection[int]) -> Refitted:
     """A few Gauss-Newton steps from the set's values: what the energy does not tell stays near. `bodies`: of free mass."""
     likeliest = state.effects
     state = least_squares(state, bodies)
-    values = _fit(state, bodies).coefficients
+    values = _standing(state, bodies).coefficients
     heavier = {
         one.body: float(values[k]) for k, one in enumerate(state.bench.nominals) if one.body is not None and one.body in bodies
     }
@@ -61,9 +62,9 @@ def refitted(state: State, bodies: Collection[int]) -> Refitted:
     return Refitted(state, state.effects, deviations, heavier)
 
 
-def least_squares(state: State, bodies: Collection[int], axis: str | None = None) -> State:
-    """The set a few Gauss-Newton steps on, as far as less energy is left; `axis`: only effects of one axis move."""
-    for _ in range(STEPS if state.effects else 0):
+def least_squares(state: State, bodies: Collection[int], steps: int = STEPS, axis: str | None = None) -> State:
+    """The set some Gauss-Newton steps on, as far as less energy is left; `axis`: only effects of one axis move."""
+    for _ in range(steps if state.effects else 0):
         before, state = state, _ahead(state, bodies, axis)
         if state is before:
             break
@@ -72,7 +73,7 @@ def least_squares(state: State, bodies: Collection[int], axis: str | None = None
 
 def left_by(state: State, bodies: Collection[int]) -> float:
     """Share of the gaps' energy that a patch of the set as it stands leaves, the sum of all axes."""
-    return _left(state, _fit(state, bodies))
+    return _left(state, _standing(state, bodies))
 
 
 def _apart(one: PlacedEffect, likeliest: Sequence[PlacedEffect]) -> dict[str, float]:
@@ -83,27 +84,39 @@ def _apart(one: PlacedEffect, likeliest: Sequence[PlacedEffect]) -> dict[str, fl
 
 
 def _ahead(state: State, bodies: Collection[int], axis: str | None) -> State:
-    """One Gauss-Newton step on, as far as less energy is left; as it was where no share of the step is better."""
-    fit = _fit(state, bodies)
-    left = _left(state, fit)
-    for share in SHARES:
+    """One damped Gauss-Newton step on that leaves less energy; as it was where none does (Marquardt 1963, as in a search)."""
+    left, held = left_by(state, bodies), _held(state, bodies) | _of_others(state, axis)
+    for damping in DAMPINGS:
+        fit = replace(state.plain, near=damping * state.plain.near).fit(held=held)
         try:
-            ahead = state.of(moved_by_fit(state, fit, share, axis))
+            ahead = state.of(moved_by_fit(state, fit, 1.0, axis))
         except UserError:
             continue
-        if left_by(ahead, bodies) < left:
+        if left_by(ahead, bodies) < left - GAIN:
             return ahead
     return state
 
 
+def _of_others(state: State, axis: str | None) -> frozenset[int]:
+    """Columns of effects that do not move, where only those of one axis do."""
+    first = len(state.bench.nominals)
+    return frozenset(first + k for k, owner in enumerate(state.owners) if axis not in (None, state.effects[owner].axis))
+
+
 def _held(state: State, bodies: Collection[int]) -> frozenset[int]:
-    """All nominal parameters but some bodies' masses, and the time by which a torque is read earlier."""
+    """All nominal parameters but some bodies' masses; the timing too where the torque is not read earlier."""
     free = {number for number, one in enumerate(state.bench.nominals) if one.body in bodies and one.body is not None}
     return state.held() | ((state.patched | state.as_recorded) - free)
 
 
 def _fit(state: State, bodies: Collection[int]) -> Fit:
     return state.plain.fit(held=_held(state, bodies))
+
+
+def _standing(state: State, bodies: Collection[int]) -> Fit:
+    """The same with the effects where they are."""
+    first = len(state.bench.nominals)
+    return state.plain.fit(held=_held(state, bodies) | frozenset(range(first, first + len(state.owners))))
 
 
 def _left(state: State, fit: Fit) -> float:

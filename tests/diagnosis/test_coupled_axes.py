@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from carts_bench import CUTOFF, GEAR, LOWER, MODEL, MOTOR, PERIOD, STIFFNESS, TIME, UPPER, VISCOUS, slope, waves
 
 from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.prepare.rows import Rows
@@ -22,17 +23,6 @@ from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.emulator.effects.transmission_error import TransmissionError
 from drivetwin.recording.recording import Recording, RecordingInfo
 
-PERIOD, CUTOFF = 1e-3, 48.0
-LOWER, UPPER, MOTOR, VISCOUS = 5.0, 2.0, 0.5, 4.0
-"""Masses of the carts, and of the upper one's motor on its joint's side [kg]; damping of the upper one [N·s/m]."""
-GEAR, STIFFNESS = 40.0, 9000.0
-MODEL = f"""<mujoco model="carts"><option gravity="0 0 -10"/><worldbody>
-<body><joint name="lower" type="slide" axis="1 0 0"/><inertial pos="0 0 0" mass="{LOWER}" diaginertia="1 1 1"/>
-<body><joint name="upper" type="slide" axis="1 0 0" armature="{MOTOR}" damping="{VISCOUS}"/>
-<inertial pos="0 0 0" mass="{UPPER}" diaginertia="1 1 1"/></body></body></worldbody>
-<actuator><motor name="lower" joint="lower"/><motor name="upper" joint="upper" gear="{GEAR}"/></actuator></mujoco>"""
-TIME = np.arange(12000, dtype=np.float64) * PERIOD
-
 
 @dataclass(frozen=True)
 class Case:
@@ -41,17 +31,6 @@ class Case:
     effect: AxisEffect
     motor: Callable[[Array, Array], Array]
     read: Callable[[Array], Array]
-
-
-def slope(values: Array) -> Array:
-    return np.gradient(values, PERIOD)
-
-
-def waves(*of: tuple[float, float, float]) -> Array:
-    """Sum of amplitude sin(2 pi frequency t + phase), (n,); from and to a rest of half a second, within two."""
-    swings = np.sum([size * np.sin(2.0 * np.pi * rate * TIME + phase) for size, rate, phase in of], axis=0)
-    share = np.clip((np.minimum(TIME, TIME[-1] - TIME) - 0.5) / 2.0, 0.0, 1.0)
-    return np.asarray(swings * share**4 * (35.0 - 84.0 * share + 70.0 * share**2 - 20.0 * share**3))
 
 
 def before_the_gear(at: Array) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import carts_bench as carts
 import numpy as np
 import pytest
 from plain_bench import COGGING, COULOMB, INERTIA, ORDER, PERIOD, PHASE, SLIDES, STICKS, VISCOUS, Machine
@@ -13,23 +14,30 @@ from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
-from drivetwin.diagnosis.weigh.needed import needed
+from drivetwin.diagnosis.weigh.needed import CONVERGED, needed
+from drivetwin.diagnosis.weigh.refit import least_squares, left_by
 from drivetwin.diagnosis.weigh.state import first_colours, state_of
+from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.inertia import Inertia
+from drivetwin.emulator.effects.payload import Payload
 from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.emulator.effects.torque_constant import TorqueConstant
 from drivetwin.emulator.effects.torque_offset import TorqueOffset
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
 from drivetwin.emulator.effects.viscous import Viscous
-from drivetwin.recording.recording import Recording
+from drivetwin.emulator.effects.viscous_nonlinear import ViscousNonlinear
+from drivetwin.recording.recording import Recording, RecordingInfo
 
 TRUE = (Stribeck(COULOMB + STICKS, SLIDES, 2.0), TorqueRipple(COGGING, ORDER, PHASE))
 SCALED = 0.1
 MORE = 1.0 + SCALED
 UNDONE = (TorqueConstant(SCALED), Coulomb(MORE * COULOMB), Viscous(MORE * VISCOUS), Inertia(SCALED * INERTIA))
+
+STICKY = 600.0
+"""Viscous friction of the upper cart that the model does not have [N·s/m]: beside its gap a load there is little."""
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +65,28 @@ def test_of_two_effects_of_one_torque_the_same_stays_in_every_unit(scale: float,
     assert one_way(1.0, tmp_path / "one") == one_way(scale, tmp_path / "other")
 
 
+@pytest.mark.parametrize("seed", [3, 7, 8])
+def test_no_set_leaves_more_than_one_that_is_part_of_it_and_what_takes_enough_stays(seed: int, tmp_path: Path) -> None:
+    """Viscous friction that stands beside a nonlinear one is told badly: a step that clips each for itself stalls."""
+    own = bench_of_seed(seed, tmp_path)
+    effects = (Viscous(1.0), ViscousNonlinear(-0.3, 0.1), Coulomb(1.2 * COULOMB), TRUE[1])
+    state = settled_on(state_of(own, [placed(own.rows, "turn", one) for one in effects], first_colours(own), {}), 20)
+    whole = least_squares(state, (), CONVERGED)
+    left = left_by(whole, ())
+    for one in whole.effects:
+        rest = least_squares(whole.of([each for each in whole.effects if each is not one]), (), CONVERGED)
+        assert left_by(rest, ()) > left - 1e-4, one.effect.name
+    assert {one.effect.name for one in needed(state).effects} == {"viscous", "viscous_nonlinear", "coulomb", "torque_ripple"}
+
+
+def bench_of_seed(seed: int, folder: Path) -> Bench:
+    path = folder / "model.xml"
+    path.write_text(Machine().model, encoding="utf-8")
+    one, other = (Machine().recording(each, 12.0, f"seed{each}") for each in (seed, seed + 50))
+    ready = prepared(path, [one], [other], Settings())
+    return bench_of(ready.rows, Settings(), ready.absolute)
+
+
 def one_way(scale: float, folder: Path) -> set[str]:
     folder.mkdir()
     machine = Machine(torque_scale=scale)
@@ -75,3 +105,40 @@ def _one_way(machine: Machine, seed: int) -> Recording:
     acceleration = 0.39 * np.cos(1.3 * whole.time + seed)
     torque = machine.torque_scale * (INERTIA * acceleration + 1.5 * COULOMB + VISCOUS * speed)
     return replace(whole, columns={"turn": {"position": position, "torque": torque}})
+
+
+def test_a_load_stays_on_the_axis_that_carries_it_in_whichever_order_the_axes_come(tmp_path: Path) -> None:
+    """A payload is felt by the axes before its own as well: what explains both is not taken for what explains one."""
+    for number, names in enumerate((("lower", "upper"), ("upper", "lower"))):
+        own = loaded(names, 0.3, tmp_path / str(number))
+        effects = [placed(own.rows, axis, Payload(0.15)) for axis in names]
+        effects.append(placed(own.rows, "upper", Viscous(carts.VISCOUS + STICKY)))
+        state = state_of(own, effects, first_colours(own), {})
+        assert {(one.effect.name, one.axis) for one in needed(state).effects} == {("payload", "lower"), ("viscous", "upper")}
+
+
+def loaded(names: tuple[str, ...], load: float, folder: Path) -> Bench:
+    """One cart on another, the lower with a load that the model does not have [kg]."""
+    folder.mkdir()
+    path = folder / "model.xml"
+    path.write_text(carts.MODEL, encoding="utf-8")
+    lower = carts.waves((0.25, 0.5, 0.0), (0.02, 1.9, 1.0))
+    upper = 0.5 * carts.waves((0.02, 0.6, 0.5), (0.002, 2.3, 0.0))
+    of_lower, of_upper = (carts.slope(carts.slope(each)) for each in (lower, upper))
+    shared = carts.UPPER * (of_lower + of_upper)
+    torque = {
+        "lower": (carts.LOWER + load) * of_lower + shared,
+        "upper": shared + carts.MOTOR * of_upper + (carts.VISCOUS + STICKY) * carts.slope(upper),
+    }
+    noise, gears = np.random.default_rng(0), {"lower": 1.0, "upper": carts.GEAR}
+    torque = {axis: rows + 0.02 * noise.standard_normal(len(rows)) for axis, rows in torque.items()}
+    position = {"lower": lower, "upper": upper}
+    sensors = {"torque_resolution": 1e-3, "position_resolution": 1e-8}
+    known = {axis: {"joint": axis, "gear_ratio": gears[axis], **sensors} for axis in names}
+    info = RecordingInfo.model_validate(
+        {"schema": "recording/1", "machine": "carts", "sample_period": carts.PERIOD, "axes": known}
+    )
+    columns = {axis: {"position": position[axis], "torque": torque[axis]} for axis in names}
+    one, other = (Recording(name, info, carts.TIME, columns) for name in ("one", "other"))
+    ready = prepared(path, [one], [other], Settings(cutoff_hz=carts.CUTOFF))
+    return bench_of(ready.rows, Settings(), ready.absolute)
