@@ -80,14 +80,14 @@ def diagnose(
     first = refitted(found.state, heavier(found.state))
     patch = Patch(in_order(first.effects), first.heavier)
     read = placed_by(ready.aligned(found.state.lateness(), found.state.apart()), patch)
-    systematic = gaps_of(read, patch, settings).systematic()
-    answers = [weighed(family, systematic, settings) for family in found.families]
+    unexplained = gaps_of(read, patch, settings).unexplained()
+    answers = [weighed(family, unexplained, settings) for family in found.families]
     state, answers = preferred(found.state, answers)
     state, off = corrected(believed(state, answers), proposer)
-    answers += [weighed(family, systematic, settings) for family in off]
+    answers += [weighed(family, unexplained, settings) for family in off]
     state = needed(aligned(believed(state, answers)))
     ready = ready.aligned(state.lateness(), state.apart())
-    answers.append(weighed(search.further(found, state), systematic, settings))
+    answers.append(weighed(search.further(found, state), unexplained, settings))
     drives = [
         one for axis in kinds for one in drive_effects(ready.runs, axis, ready.testable[axis].kinds, settings.least_share)
     ]

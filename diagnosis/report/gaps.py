@@ -12,6 +12,7 @@ from drivetwin.diagnosis.prepare.prepared import Prepared
 from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
 from drivetwin.diagnosis.report.result import Prediction
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.averaging import Unexplained
 
 
 @dataclass(frozen=True)
@@ -23,10 +24,18 @@ class Gaps:
     fitted: Sequence[Prediction]
     noise: Mapping[str, Noise]
 
-    def systematic(self) -> dict[str, float]:
-        """Share of the energy that the patch leaves on each axis which is neither noise nor what the comparison errs by."""
+    def unexplained(self) -> Unexplained:
+        """Shares of what the patch leaves on each axis."""
         left = {axis: max(gap_rms(motion, axis, "after") for motion in (self.unseen, self.fitted)) for axis in self.noise}
-        return {axis: 1.0 - min(own.floor / max(left[axis], own.floor, 1e-300), 1.0) ** 2 for axis, own in self.noise.items()}
+        return Unexplained(
+            {axis: _beyond(own.rms, left[axis]) for axis, own in self.noise.items()},
+            {axis: _beyond(own.floor, left[axis]) for axis, own in self.noise.items()},
+        )
+
+
+def _beyond(level: float, left: float) -> float:
+    """Share of the energy of an rms `left` that is above a level."""
+    return 1.0 - min(level / max(left, level, 1e-300), 1.0) ** 2
 
 
 def gaps_of(ready: Prepared, patch: Patch, settings: Settings) -> Gaps:

@@ -10,8 +10,9 @@ A density with an unknown that is large predicts anything, and then decides noth
 predicts where it leaves less energy of motion that was held out, without an unknown: what a patch is judged by. It is then at
 least as probable as that.
 
-A part of an unknown torque looks like one of many effects, and does so in all blocks. So a member that takes little beside much
-that is unknown has less weight, and a chosen one that is rather an imitation predicts nothing (`_no_imitation`).
+A part of an unknown torque looks like one of many effects, and does so in all blocks. So does a part of what the comparison
+errs by. A member that takes little beside much of either has less weight, and a chosen one that is rather an imitation
+predicts nothing (`_no_imitation`).
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from drivetwin.diagnosis.prepare.deflection import axis_of
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal
 from drivetwin.diagnosis.weigh.state import NEARBY, State
 from drivetwin.diagnosis.weigh.yielding import settled_on
@@ -79,11 +81,19 @@ class Answer:
         return tuple(dict.fromkeys(name for name in names if name != self.chosen.effect.name))
 
 
-def weighed(family: Family, systematic: Mapping[str, float], settings: Settings) -> Answer:
-    """Probabilities of a family's members, and of none of them.
-
-    `systematic`: of the energy that is left on each axis, the share that is neither noise nor what the comparison errs by.
+@dataclass(frozen=True)
+class Unexplained:
+    """Of the energy that a patch leaves on each axis, the share that is no noise, and the share that is `systematic`: neither
+    noise nor what the comparison errs by.
     """
+
+    no_noise: Mapping[str, float]
+    systematic: Mapping[str, float]
+
+
+def weighed(family: Family, unexplained: Unexplained, settings: Settings) -> Answer:
+    """Probabilities of a family's members, and of none of them."""
+    systematic = unexplained.systematic
     chosen = family.chosen
     own = next((one for one in family.proposals if chosen is not None and _same(one, chosen)), None)
     least = settings.substitutes * own.takes if own is not None else -np.inf
@@ -98,7 +108,7 @@ def weighed(family: Family, systematic: Mapping[str, float], settings: Settings)
     draws = np.random.default_rng(settings.seed).dirichlet(np.ones(told.shape[1]), DRAWS) * told.shape[1]
     scores = draws @ told.T + prior
     doubted = (1.0 + (draws - 1.0) * _enlarged(family, systematic)) @ told.T + prior
-    real = np.array([1.0, *(_no_imitation(one, family, systematic, settings) for one in considered)])
+    real = np.array([1.0, *(_no_imitation(one, family, unexplained.no_noise, settings) for one in considered)])
     mean, plain = real * _weights(doubted), _weights(scores)
     place = next((k for k, one in enumerate(considered, start=1) if chosen is not None and _same(one, chosen)), None)
     members = []
@@ -118,11 +128,12 @@ def weighed(family: Family, systematic: Mapping[str, float], settings: Settings)
     )
 
 
-def _no_imitation(one: Proposal, family: Family, systematic: Mapping[str, float], settings: Settings) -> float:
-    """Probability that a member does not imitate a part of what is unknown, by the rows on which it takes most of a gap.
+def _no_imitation(one: Proposal, family: Family, no_noise: Mapping[str, float], settings: Settings) -> float:
+    """Probability that a member does not imitate a part of what is left, by the rows on which it takes most of a gap.
 
-    Some effect always takes a part of an unknown torque, usually `imitated` of it: one that takes as much is as likely there as
-    not, and the odds grow with the square of what it takes.
+    Some effect always takes a part of a torque that no effect is, unknown or what the comparison errs by, usually `imitated` of
+    it: one that takes as much is as likely there as not, and the odds grow with the square of what it takes.
+    `no_noise`: of what is left on each axis, the share that is none.
     """
     rows, without = family.state.rows, family.state.left
     acted = [name for name in one.column if rows.gap_energy[name] > 0.0]
@@ -131,7 +142,7 @@ def _no_imitation(one: Proposal, family: Family, systematic: Mapping[str, float]
     if most is None:
         return 1.0
     takes = max(taken[most], 0.0)
-    imitation = settings.imitated * max(without[most] - takes, 0.0) * systematic[axis_of(most)]
+    imitation = settings.imitated * max(without[most] - takes, 0.0) * no_noise[axis_of(most)]
     return takes**2 / (takes**2 + imitation**2) if imitation > 0.0 else 1.0
 
 
@@ -149,8 +160,8 @@ def _leaves_less(
 
 
 def _energy_held_out(state: State, settings: Settings) -> Array:
-    """Log density [nats] of all blocks of all axes, (B,), of white noise about the set, nominal parameters as modelled."""
-    return _of_blocks(state.plain, (), None, state.patched | state.held(), settings)
+    """Log density [nats] of all blocks of all axes, (B,), of white noise about the set, nominal parameters by their priors."""
+    return _of_blocks(state.plain, (), None, state.held(), settings)
 
 
 def _weights(scores: Array) -> Array:
@@ -225,14 +236,15 @@ def _unlike(one: Proposal, other: Proposal) -> float:
 def believed(state: State, answers: Sequence[Answer]) -> State:
     """The set without the effects that have less than half of the weight: the median probability model, which predicts best.
 
-    Barbieri and Berger, Annals of Statistics 32(3), 2004. As it was where the others make no mechanism without them.
+    Barbieri and Berger, Annals of Statistics 32(3), 2004. As it was where the others make no mechanism without them. The noise
+    is coloured as what is left now: that of the whole set does not know what the others explained.
     """
     doubted = [one.chosen for one in answers if one.chosen is not None and not one.predicts]
     kept = [one for one in state.effects if not any(alike(one, each) for each in doubted)]
     if len(kept) == len(state.effects):
         return state
     try:
-        return state.of(kept)
+        return coloured(state.of(kept), ())
     except UserError:
         return state
 

@@ -8,6 +8,7 @@ from math import inf
 
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.off import heavier
 from drivetwin.diagnosis.weigh.pair import that_moves
 from drivetwin.diagnosis.weigh.refit import least_squares, left_by
@@ -44,7 +45,7 @@ def needed(state: State) -> State:
         gone, _, state = next(each for each in needless if each[1] <= least + ALIKE)
         open_ones = [one for one, _, _ in needless if one is not gone]
         asked = [each for each in state.effects if any(alike(each, one) for one in open_ones)]
-    return whole if len(state.effects) == len(whole.effects) else settled_on(state)
+    return whole if len(state.effects) == len(whole.effects) else settled_on(coloured(state, ()))
 
 
 def _without(state: State, bodies: Collection[int], one: PlacedEffect) -> tuple[float, State]:

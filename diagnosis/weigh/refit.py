@@ -115,22 +115,14 @@ def _fit(state: State, bodies: Collection[int]) -> Fit:
 
 def _standing(state: State, bodies: Collection[int]) -> Fit:
     """The same with the effects where they are."""
-    first = len(state.bench.nominals)
-    return state.plain.fit(held=_held(state, bodies) | frozenset(range(first, first + len(state.owners))))
+    return state.still.fit(held=_held(state, bodies))
 
 
 def _left(state: State, fit: Fit) -> float:
-    """Energy of what the set leaves as it stands, its tangents at 0, by axis over the gap's; all axes together."""
-    count = len(state.bench.nominals)
-    total = 0.0
-    for axis, own in state.plain.axes.items():
-        rows = own.target.copy()
-        for number in range(count):
-            value = fit.coefficients[number]
-            if value != 0.0 and axis in state.plain.columns[number]:
-                rows -= value * state.plain.columns[number][axis]
-        total += float(rows @ rows) * own.colour.level**2 / max(state.rows.gap_energy[axis], 1e-300)
-    return total
+    """Energy of what the set leaves as it stands, by axis over the gap's; all axes together."""
+    left = state.still.residual(fit)
+    energy = {axis: float(rows @ rows) * state.still.axes[axis].colour.level ** 2 for axis, rows in left.items()}
+    return sum(own / max(state.rows.gap_energy[axis], 1e-300) for axis, own in energy.items())
 
 
 def _deviations(state: State, bodies: Collection[int]) -> list[dict[str, float]]:

@@ -181,13 +181,22 @@ class State:
     @cached_property
     def plain(self) -> System:
         """The same without colour and unknown: what energy is left."""
+        return self._plain(self.columns, self.system.spreads, self.system.near)
+
+    @cached_property
+    def still(self) -> System:
+        """`plain` with the effects where they are: nobody has to ask for their slopes."""
+        count = len(self.bench.nominals)
+        return self._plain(self.nominal_columns, self.bare.spreads, np.zeros(count))
+
+    def _plain(self, columns: Sequence[Column], spreads: Array, near: Array) -> System:
         rows, first = self.rows, first_colours(self.bench)
         none, nothing = {axis: np.zeros((rows.count(axis), 0)) for axis in rows.compared}, np.zeros(0, dtype=np.intp)
         bare = {
             one: axis_system(first[one], none[one], nothing, 1.0, self.target[one], rows.of[one].block) for one in rows.compared
         }
-        flat = [{axis: first[axis].whiten(torque) for axis, torque in column.items()} for column in self.columns]
-        return system_of(bare, flat, self.system.spreads, near=self.system.near)
+        flat = [{axis: first[axis].whiten(torque) for axis, torque in column.items()} for column in columns]
+        return system_of(bare, flat, spreads, near=near)
 
     @cached_property
     def dynamics(self) -> dict[str, AxisDynamics]:

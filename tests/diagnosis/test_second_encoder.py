@@ -14,7 +14,7 @@ from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.search import Begun
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.diagnosis.weigh.averaging import weighed
+from drivetwin.diagnosis.weigh.averaging import Unexplained, weighed
 from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.proposal import Family
@@ -96,6 +96,7 @@ def test_what_the_encoder_proves_is_no_imitation_of_an_unknown_torque(tmp_path: 
     assert proposal.share < 0.05
     assert proposal.takes > 0.95
     member = replace(proposal, settled=settled) if settles else proposal
-    answer = weighed(Family(chosen, nothing, [member]), {"turn": 0.9, "lift": 0.9}, Settings())
+    left = {"turn": 0.9, "lift": 0.9}
+    answer = weighed(Family(chosen, nothing, [member]), Unexplained(left, left), Settings())
     assert answer.predicts
     assert answer.probability > 0.8
