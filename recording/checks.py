@@ -23,7 +23,7 @@ class Advice:
 
 
 UNREPAIRED = Advice(
-    "export it again, cut the recording before it, or import it with --repair",
+    "record or export it again, cut the recording before it, or, where `drivetwin import` wrote it, import it with --repair",
     "sort the rows, or take the repeated ones out (import --repair)",
 )
 REPAIRED = Advice("export it again, or cut the recording before it", "sort the rows, and take out those of the same time")
@@ -78,7 +78,9 @@ def check_torque(recording: Recording, purpose: str) -> None:
 
 
 def _have(axis: str, present: set[str]) -> str:
-    columns = ", ".join(f"{axis}.{name}" for name in sorted(present)) or "none"
+    if not present:
+        return "no column is of this axis; correct its name in recording.json, or take the axis out"
+    columns = ", ".join(f"{axis}.{name}" for name in sorted(present))
     return f"columns of this axis: {columns}; record it, or take the axis out of recording.json"
 
 

@@ -47,7 +47,8 @@ def find_recordings(path: Path) -> list[Path]:
     below = sorted(child.parent for child in path.glob(f"*/{INFO}"))
     if not below:
         raise UserError(
-            f"{path} holds no {INFO}, nor does a folder in it; give the folder that `drivetwin import` wrote"
+            f"{path} holds no {INFO}, nor does a folder in it; give the folder of a recording, or one of recordings: "
+            "`drivetwin identify` writes OUT/recordings"
         )
     return below
 

@@ -29,6 +29,15 @@ Array = NDArray[np.float64]
 LAW_HOLDS = 0.05
 """Share of the torque's rms, within which the law has to give the recorded torque in the median."""
 
+Missing = tuple[str, str]
+"""What is missing, and what would be needed."""
+
+NOT_RECORDED: Missing = ("the drive's demand and loops are not recorded", "`position_demand`, and `drive` with its gains")
+OTHER_LAW: Missing = (
+    "the recorded demand and loops do not give the recorded torque",
+    "in `drive`, the law and the gains that the drive has",
+)
+
 FEWEST = 20
 """Rows of a recording that are worth a comparison."""
 
@@ -86,18 +95,32 @@ def _loops(drive: DriveLoops) -> Loops | None:
     return loops if loops is not None and loops.loop is Loop.POSITION else None
 
 
-def law_holds(runs: Sequence[Run], axis: str) -> bool:
-    """Whether the recorded loops and demand give the recorded torque in the median sample, as they are or with one effect.
+def law_missing(runs: Sequence[Run], axis: str) -> Missing | None:
+    """Why it is not known what the drive asked for; None where the recorded loops and demand give the recorded torque in the
+    median sample, as they are or with one effect.
 
     Where the drive has an effect of its own, the law without it holds nowhere: a slow current loop is late everywhere.
     """
-    told = [(run, asked_of(run, axis)) for run in runs if run.axes[axis].used.any()]
-    known = [(run, asked) for run, asked in told if asked is not None]
-    if not known or len(known) < len(told):
-        return False
+    moving = [run for run in runs if run.axes[axis].used.any()]
+    for run in moving:
+        missing = _missing(run, axis)
+        if missing is not None:
+            return missing
+    known = [(run, asked) for run in moving if (asked := asked_of(run, axis)) is not None]
+    if not known:
+        return NOT_RECORDED
     size = float(np.sqrt(np.mean(np.concatenate([run.axes[axis].torque[run.axes[axis].used] for run, _ in known]) ** 2)))
     tried: list[tuple[DriveEffect, ...]] = [(), *((effect,) for effect in drive_candidates(known))]
-    return any(_median_error(known, axis, effects) <= LAW_HOLDS * size for effects in tried)
+    return None if any(_median_error(known, axis, effects) <= LAW_HOLDS * size for effects in tried) else OTHER_LAW
+
+
+def _missing(run: Run, axis: str) -> Missing | None:
+    """What of demand and loops a recording does not have."""
+    demand = run.recording.columns[axis].get("position_demand")
+    if demand is not None and not np.isfinite(demand).all():
+        rows = int(np.sum(~np.isfinite(demand)))
+        return f"`position_demand` is no number in {rows} rows of {run.recording.name}", "a number in every row"
+    return NOT_RECORDED if asked_of(run, axis) is None else None
 
 
 def _median_error(known: Sequence[tuple[Run, Asked]], axis: str, effects: Sequence[DriveEffect]) -> float:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from drivetwin.diagnosis.prepare.asked_torque import completed, notes
 from drivetwin.diagnosis.prepare.cutoff import chosen_cutoff, motion_cutoff
-from drivetwin.diagnosis.prepare.drive_law import law_holds
+from drivetwin.diagnosis.prepare.drive_law import law_missing
 from drivetwin.diagnosis.prepare.hold_back import hold_back
 from drivetwin.diagnosis.prepare.motion import Run, begins, prepare, standstill_of
 from drivetwin.diagnosis.prepare.positions import positions
@@ -88,7 +88,7 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
             "them; record a motion, or give the true `position_resolution`"
         )
     absolute = {axis: is_absolute(runs, axis) for axis in twin.axes}
-    asked = {axis: testable(rows, axis, absolute[axis], law_holds(runs, axis), unrecorded.get(axis)) for axis in twin.axes}
+    asked = {axis: testable(rows, axis, absolute[axis], law_missing(runs, axis), unrecorded.get(axis)) for axis in twin.axes}
     middle = {axis: sorted(each[axis] for each in standstill)[len(standstill) // 2] for axis in twin.axes}
     told = (*notes(unrecorded), *slow, *steady.notes, *smooth.notes, *fit_at.notes, *check_at.notes)
     return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, told, check_at.adrift)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
+from drivetwin.diagnosis.prepare.drive_law import Missing
 from drivetwin.diagnosis.prepare.motion import Run
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, Need, library
@@ -45,10 +46,6 @@ WHY: Mapping[Need, tuple[str, str]] = {
         "too short, or the time since the machine was switched on is unknown",
         "`start_time` in recording.json, or longer",
     ),
-    Need.DEMAND: (
-        "the drive's demand and loops are not recorded, or do not give the recorded torque",
-        "`position_demand` and `drive`",
-    ),
 }
 
 GIVEN_UNKNOWN = "no torque was recorded: the demanded torque does not show what the drive delivered"
@@ -75,12 +72,13 @@ class Testable:
     askew: frozenset[str]
 
 
-def testable(rows: Rows, axis: str, absolute: bool, drive_told: bool, asked: AskedTorque | None) -> Testable:
-    """`absolute`: the position means the same in all recordings; `drive_told`: the drive's law gives the recorded torque.
+def testable(rows: Rows, axis: str, absolute: bool, lawless: Missing | None, asked: AskedTorque | None) -> Testable:
+    """`absolute`: the position means the same in all recordings; `lawless`: why it is not known what the drive asked for.
 
     `asked`: how the torque is known that was not recorded.
     """
-    met = _met(rows, axis, absolute, drive_told)
+    met = _met(rows, axis, absolute, lawless is None)
+    why = WHY if lawless is None else {**WHY, Need.DEMAND: lawless}
     shown = rows.deflects(axis)  # a second encoder shows flanks that change without a reversal
     kinds, refused = [], []
     hidden = _hidden(asked)
@@ -94,7 +92,7 @@ def testable(rows: Rows, axis: str, absolute: bool, drive_told: bool, asked: Ask
         elif kind.name in hidden:
             refused.append(NotTestable(kind.name, hidden[kind.name], "the torque that the drive gives: `torque`"))
         elif missing is not None:
-            refused.append(NotTestable(kind.name, *WHY[missing]))
+            refused.append(NotTestable(kind.name, *why[missing]))
         else:
             kinds.append(kind)
     weights = [kind.name for kind in kinds if Need.WEIGHT in kind.needs]

@@ -16,7 +16,7 @@ import typer
 
 from drivetwin.bus.channel import host_bus
 from drivetwin.bus.timing.bit_rate import read_bit_rate
-from drivetwin.cli.effects_from import EffectsFrom, use_effects
+from drivetwin.cli.effects_from import EffectsFrom, say_what_lies_beside, use_effects
 from drivetwin.cli.ended import ended_by_signals
 from drivetwin.cli.panel_beside import panel_beside
 from drivetwin.cli.terminal import AsJson
@@ -101,6 +101,8 @@ def emulate_command(
     use_effects(effects_from)
     chosen = load_machine(machine)
     joints = {name: axis.joint for name, axis in chosen.axes.items()}
+    if model is not None:
+        say_what_lies_beside(model, effects)
     acting = composed(read_effects(truth_path(chosen, truth)), read_effects(effects) if effects else (), model, joints)
     drive_type = load_profile(profile) if eds is None else profile_from_eds(eds, load_profile(profile))
     rate = None if bit_rate is None else read_bit_rate(bit_rate)

@@ -10,7 +10,7 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from drivetwin.cli.effects_from import EffectsFrom, use_effects
+from drivetwin.cli.effects_from import EffectsFrom, say_what_lies_beside, use_effects
 from drivetwin.cli.terminal import AsJson, Quiet, terminal
 from drivetwin.emulator.effects import read_effects
 from drivetwin.foundation.errors import UserError
@@ -54,6 +54,7 @@ def replay_command(
         raise UserError(f"--cutoff {cutoff:g}: expected a frequency above 0 Hz")
     refuse_foreign(out)
     use_effects(effects_from)
+    say_what_lies_beside(model, effects)
     placed = None if effects is None else read_effects(effects)
     read = read_for(model, recordings, cutoff, allow_gaps=allow_gaps)
     recorded = [file for each in read for file in each.files]

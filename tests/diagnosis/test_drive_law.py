@@ -13,7 +13,7 @@ from rig_bench import COULOMB, PERIOD, TURNING, VISCOUS, compared, ready, record
 from scipy.signal import lfilter
 
 from drivetwin.diagnosis.diagnose import diagnose
-from drivetwin.diagnosis.prepare.drive_law import asked_of
+from drivetwin.diagnosis.prepare.drive_law import NOT_RECORDED, OTHER_LAW, asked_of, law_missing
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.propose.drives import DriveFound, drive_effects
 from drivetwin.diagnosis.report.result import Array, Diagnosis, Verdict
@@ -186,7 +186,7 @@ def test_a_pid_is_asked_as_a_cascade_is(tmp_path: Path) -> None:
 def not_testable(folder: Path, moved: Moved, drive: DriveLoops = DRIVE) -> set[str]:
     """Effects that the column is not asked for, for want of a demand or of a law that holds."""
     told = ready(folder, recorded(moved, drive)).testable["turn"].not_testable
-    return {one.effect for one in told if one.needed == "`position_demand` and `drive`"}
+    return {one.effect for one in told if (one.reason, one.needed) in (NOT_RECORDED, OTHER_LAW)}
 
 
 def test_a_drive_is_asked_where_its_law_gives_the_recorded_torque(tmp_path: Path) -> None:
@@ -237,3 +237,23 @@ def test_a_slow_channel_of_the_torque_is_no_slow_current_loop(channel: Callable[
     found = diagnosed(tmp_path, float, channel)
     assert "current_bandwidth" not in {one.effect for one in found.causes}
     assert found.selected == ()
+
+
+def test_what_is_missing_of_a_law_is_told(tmp_path: Path) -> None:
+    """No demand, a demand with a hole, and gains of another drive are three reasons, and ask for three things."""
+    made = recorded(closed_loop())
+    columns = made.columns["turn"]
+    torn = columns["position_demand"].copy()
+    torn[100:103] = np.nan
+    cases = {
+        "not recorded": {name: values for name, values in columns.items() if name != "position_demand"},
+        "no number in 3 rows of": columns | {"position_demand": torn},
+    }
+    for reason, own in cases.items():
+        runs = compared(tmp_path, replace(made, columns=made.columns | {"turn": own})).runs
+        missing = law_missing(runs, "turn")
+        assert missing is not None
+        assert reason in missing[0]
+    other = DRIVE.model_copy(update={"velocity_gain": 0.4 * GAIN})
+    assert law_missing(rows_of(tmp_path, closed_loop(), other).runs, "turn") == OTHER_LAW
+    assert law_missing(rows_of(tmp_path, closed_loop()).runs, "turn") is None

@@ -47,7 +47,7 @@ def why(found: Testable, effect: str) -> tuple[str, str]:
 def test_of_strokes_to_and_fro_every_effect_of_the_motion_can_be_asked(tmp_path: Path) -> None:
     found = asked(tmp_path, moved(TO_AND_FRO))
     assert refused(found) == ALWAYS
-    assert why(found, "torque_saturation")[1] == "`position_demand` and `drive`"
+    assert why(found, "torque_saturation")[1] == "`position_demand`, and `drive` with its gains"
 
 
 def test_of_one_direction_neither_asymmetries_nor_what_turns_round(tmp_path: Path) -> None:

@@ -113,6 +113,14 @@ def _rename(old: str, new: str) -> Callable[[Columns], Any]:
     return lambda columns: columns.__setitem__(new, columns.pop(old))
 
 
+def _rename_axis(old: str, new: str) -> Callable[[Columns], Any]:
+    def spoil(columns: Columns) -> None:
+        for name in [each for each in columns if each.startswith(f"{old}.")]:
+            columns[f"{new}.{name.removeprefix(f'{old}.')}"] = columns.pop(name)
+
+    return spoil
+
+
 def _cut(first: int, last: int) -> Callable[[Columns], Any]:
     def cut(columns: Columns) -> None:
         for values in columns.values():
@@ -126,6 +134,7 @@ REFUSED = {
     "no torque": (_drop("elbow.torque"), r"elbow\.torque is missing"),
     "neither position nor velocity": (_drop("elbow.position"), r"elbow\.position or elbow\.velocity"),
     "only a lookalike": (_rename("elbow.torque", "elbow.Torque"), r"elbow\.torque is missing"),
+    "axis of another name": (_rename_axis("elbow", "elbo"), r"no column is of this axis; correct its name in recording\.json"),
     "shorter column": (_set("elbow.torque", 49, None), r"elbow\.torque has 49 values, time has 50"),
     "hole": (_set("elbow.torque", 10, None), r"elbow\.torque is nan at row 11"),
     "NaN": (_set("elbow.position", 10, float("nan")), r"elbow\.position is nan at row 11"),
