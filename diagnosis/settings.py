@@ -38,7 +38,7 @@ class Settings:
         level of a test.
     substitutes: of the share that the chosen effect takes, that another must take to stand in its place: what takes less is
         one beside it.
-    imitated: share of a torque that no effect is, which some effect of the library usually takes by chance: 8 machines of an
+    imitated: share of a torque without a name that some effect of the library usually takes by chance: 8 machines of an
         independent simulator.
     wide_step: of a parameter's own size, for differences where a joint or a bristle slips: each sample begins to slip at
         another value, and a narrow difference sees the steps and not the slope.

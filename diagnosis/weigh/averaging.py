@@ -83,7 +83,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Unexplained:
-    """Of the energy that a patch leaves on each axis, the share that is no noise, and the share that is `systematic`: neither
+    """Of the energy that a patch leaves on each axis, the share that is not noise, and the share that is `systematic`: neither
     noise nor what the comparison errs by.
     """
 
@@ -131,9 +131,9 @@ def weighed(family: Family, unexplained: Unexplained, settings: Settings) -> Ans
 def _no_imitation(one: Proposal, family: Family, no_noise: Mapping[str, float], settings: Settings) -> float:
     """Probability that a member does not imitate a part of what is left, by the rows on which it takes most of a gap.
 
-    Some effect always takes a part of a torque that no effect is, unknown or what the comparison errs by, usually `imitated` of
+    Some effect always takes a part of a torque that has no name, unknown or what the comparison errs by, usually `imitated` of
     it: one that takes as much is as likely there as not, and the odds grow with the square of what it takes.
-    `no_noise`: of what is left on each axis, the share that is none.
+    `no_noise`: of what is left on each axis, the share that is not noise.
     """
     rows, without = family.state.rows, family.state.left
     acted = [name for name in one.column if rows.gap_energy[name] > 0.0]
@@ -153,15 +153,19 @@ def _leaves_less(
     how probable it is that it does, with the scatter enlarged."""
     if own is None or own.settled is None:
         return False, 0.0
-    gain = _energy_held_out(own.settled, settings) - _energy_held_out(family.state, settings)
+    held = _without(family)
+    gain = _energy_held_out(own.settled, held | own.settled.held(), settings) - _energy_held_out(family.state, held, settings)
     draws = np.random.default_rng(settings.seed).dirichlet(np.ones(len(gain)), DRAWS) * len(gain)
     doubted = 1.0 + (draws - 1.0) * _enlarged(family, systematic)
     return float(np.mean(draws @ gain > 0.0)) >= CERTAIN, float(np.mean(doubted @ gain > 0.0))
 
 
-def _energy_held_out(state: State, settings: Settings) -> Array:
-    """Log density [nats] of all blocks of all axes, (B,), of white noise about the set, nominal parameters by their priors."""
-    return _of_blocks(state.plain, (), None, state.held(), settings)
+def _energy_held_out(state: State, held: frozenset[int], settings: Settings) -> Array:
+    """Log density [nats] of all blocks of all axes, (B,), of white noise about the set.
+
+    `held`: nominal parameters as modelled; the others have their priors.
+    """
+    return _of_blocks(state.plain, (), None, held, settings)
 
 
 def _weights(scores: Array) -> Array:

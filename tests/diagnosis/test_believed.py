@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from plain_bench import Machine
-from rig_bench import as_modelled, moved, ready, recording, strokes
+from rig_bench import COULOMB, as_modelled, moved, ready, recording, strokes
 
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.search import Begun
@@ -22,6 +22,7 @@ from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import Effect
+from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.payload import Payload
 from drivetwin.emulator.effects.position_friction import PositionFriction
@@ -92,7 +93,7 @@ def test_what_leaves_less_of_held_out_motion_predicts_though_no_density_says_so(
     ],
 )
 @pytest.mark.parametrize(("order", "there"), [(2.0, True), (3.0, False)])
-def test_what_takes_little_of_what_no_effect_is_is_no_more_than_an_imitation(
+def test_what_takes_little_of_what_has_no_name_is_no_more_than_an_imitation(
     state: State, order: float, rest: Unexplained, *, there: bool, noisy: bool
 ) -> None:
     """The machine's own cogging, and a wave of another order, both certain by their density."""
@@ -125,6 +126,27 @@ def test_what_a_usual_model_is_off_by_explains_needs_no_other_cause(tmp_path: Pa
     rare = replace(found, effect=settled.effects[0], prior=-1e9, settled=settled)
     none = {"turn": 0.0, "lift": 0.0}
     assert weighed(Family(rare.effect, nothing, [rare]), Unexplained(none, none), Settings()).predicts == there
+
+
+def test_a_friction_that_is_off_is_no_parameter_of_the_set_that_has_nothing_in_its_place(tmp_path: Path) -> None:
+    """Coulomb friction 30 % above the model's, beside a torque without a name: left free, it would explain itself."""
+    both = moved(1, 20.0)
+    torques = as_modelled(both)
+    raised = 0.3 * COULOMB["turn"] * np.sign(both["turn"].velocity)
+    time = both["turn"].time
+    unknown = 0.8 * np.sin(2.3 * time) * np.sin(8.2 * time + 1.0)
+    positions = {axis: at.position for axis, at in both.items()}
+    made = recording(torques | {"turn": torques["turn"] + raised + unknown}, positions, 1, "one")
+    told = ready(tmp_path, made)
+    bench = bench_of(told.rows, Settings(), told.absolute)
+    nothing = settled_on(coloured(state_of(bench, (), first_colours(bench), {}), ()))
+    proposer = Proposer(bench, bench, {"turn": [Coulomb]}, {})
+    found = proposer.evaluated(nothing, Begun("turn", Coulomb(1.3 * COULOMB["turn"]), 0.0, 1))
+    assert found is not None
+    settled = settled_on(nothing.of((found.effect,)))
+    rare = replace(found, effect=settled.effects[0], prior=-1e9, settled=settled)
+    none = {"turn": 0.0, "lift": 0.0}
+    assert weighed(Family(rare.effect, nothing, [rare]), Unexplained(none, none), Settings()).predicts
 
 
 @pytest.mark.parametrize(("weight", "named"), [(0.3, "coulomb_asymmetry"), (0.45, "torque_offset")])
