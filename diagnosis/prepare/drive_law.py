@@ -101,12 +101,10 @@ def law_missing(runs: Sequence[Run], axis: str) -> Missing | None:
 
     Where the drive has an effect of its own, the law without it holds nowhere: a slow current loop is late everywhere.
     """
-    moving = [run for run in runs if run.axes[axis].used.any()]
-    for run in moving:
-        missing = _missing(run, axis)
-        if missing is not None:
-            return missing
-    known = [(run, asked) for run in moving if (asked := asked_of(run, axis)) is not None]
+    told = [(run, asked_of(run, axis)) for run in runs if run.axes[axis].used.any()]
+    known = [(run, asked) for run, asked in told if asked is not None]
+    if len(known) < len(told):
+        return next(_missing(run, axis) for run, asked in told if asked is None)
     if not known:
         return NOT_RECORDED
     size = float(np.sqrt(np.mean(np.concatenate([run.axes[axis].torque[run.axes[axis].used] for run, _ in known]) ** 2)))
@@ -114,13 +112,13 @@ def law_missing(runs: Sequence[Run], axis: str) -> Missing | None:
     return None if any(_median_error(known, axis, effects) <= LAW_HOLDS * size for effects in tried) else OTHER_LAW
 
 
-def _missing(run: Run, axis: str) -> Missing | None:
-    """What of demand and loops a recording does not have."""
-    demand = run.recording.columns[axis].get("position_demand")
-    if demand is not None and not np.isfinite(demand).all():
-        rows = int(np.sum(~np.isfinite(demand)))
-        return f"`position_demand` is no number in {rows} rows of {run.recording.name}", "a number in every row"
-    return NOT_RECORDED if asked_of(run, axis) is None else None
+def _missing(run: Run, axis: str) -> Missing:
+    """Why a recording does not tell what the drive asked for."""
+    drive, demand = run.recording.info.axes[axis].drive, run.recording.columns[axis].get("position_demand")
+    holes = 0 if demand is None else int(np.sum(~np.isfinite(demand)))
+    if holes and drive is not None and _loops(drive) is not None:
+        return f"`position_demand` is no number in {holes} rows of {run.recording.name}", "a number in every row"
+    return NOT_RECORDED
 
 
 def _median_error(known: Sequence[tuple[Run, Asked]], axis: str, effects: Sequence[DriveEffect]) -> float:

@@ -132,8 +132,8 @@ def _no_imitation(one: Proposal, family: Family, no_noise: Mapping[str, float], 
     """Probability that a member does not imitate a part of what is left, by the rows on which it takes most of a gap.
 
     Some effect always takes a part of a torque that has no name, unknown or what the comparison errs by, usually `imitated` of
-    it: one that takes as much is as likely there as not, and the odds grow with the square of what it takes.
-    `no_noise`: of what is left on each axis, the share that is not noise.
+    it: one that takes as much is as likely there as not, and the odds grow with the square of what it takes. What nominal
+    parameters explain has a name. `no_noise`: of what is left on each axis, the share that is not noise.
     """
     rows, without = family.state.rows, family.state.left
     acted = [name for name in one.column if rows.gap_energy[name] > 0.0]
@@ -142,7 +142,9 @@ def _no_imitation(one: Proposal, family: Family, no_noise: Mapping[str, float], 
     if most is None:
         return 1.0
     takes = max(taken[most], 0.0)
-    imitation = settings.imitated * max(without[most] - takes, 0.0) * no_noise[axis_of(most)]
+    beside = one.settled or family.state
+    left = beside.energy_still(beside.held())[most] - (0.0 if one.settled is not None else takes)
+    imitation = settings.imitated * max(left, 0.0) * no_noise[axis_of(most)]
     return takes**2 / (takes**2 + imitation**2) if imitation > 0.0 else 1.0
 
 

@@ -73,7 +73,7 @@ def least_squares(state: State, bodies: Collection[int], steps: int = STEPS, axi
 
 def left_by(state: State, bodies: Collection[int]) -> float:
     """Share of the gaps' energy that a patch of the set as it stands leaves, the sum of all axes."""
-    return _left(state, _standing(state, bodies))
+    return sum(state.energy_still(_held(state, bodies)).values())
 
 
 def _apart(one: PlacedEffect, likeliest: Sequence[PlacedEffect]) -> dict[str, float]:
@@ -116,13 +116,6 @@ def _fit(state: State, bodies: Collection[int]) -> Fit:
 def _standing(state: State, bodies: Collection[int]) -> Fit:
     """The same with the effects where they are."""
     return state.still.fit(held=_held(state, bodies))
-
-
-def _left(state: State, fit: Fit) -> float:
-    """Energy of what the set leaves as it stands, by axis over the gap's; all axes together."""
-    left = state.still.residual(fit)
-    energy = {axis: float(rows @ rows) * state.still.axes[axis].colour.level ** 2 for axis, rows in left.items()}
-    return sum(own / max(state.rows.gap_energy[axis], 1e-300) for axis, own in energy.items())
 
 
 def _deviations(state: State, bodies: Collection[int]) -> list[dict[str, float]]:

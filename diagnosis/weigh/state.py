@@ -251,10 +251,17 @@ class State:
         """Share of the gap's energy that is left on each axis, least squares; further columns and torque as they are felt."""
         whiten = self.plain.whiten
         columns, torque = [whiten(each) for each in extra], whiten(less) if less is not None else None
-        left = self.plain.residual(self.plain.fit(columns, torque, held, NEARBY), columns, torque)
+        return self._shares(self.plain, self.plain.residual(self.plain.fit(columns, torque, held, NEARBY), columns, torque))
+
+    def energy_still(self, held: frozenset[int]) -> dict[str, float]:
+        """The same, the effects where they are."""
+        return self._shares(self.still, self.still.residual(self.still.fit(held=held)))
+
+    def _shares(self, system: System, left: Mapping[str, Array]) -> dict[str, float]:
+        """Of the gap's energy, by axis, of rows that are left as a system whitens them."""
         gap = self.bench.rows.gap_energy
         return {
-            axis: float(rows @ rows) * self.plain.axes[axis].colour.level ** 2 / max(gap[axis], 1e-300)
+            axis: float(rows @ rows) * system.axes[axis].colour.level ** 2 / max(gap[axis], 1e-300)
             for axis, rows in left.items()
         }
 

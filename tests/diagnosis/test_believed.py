@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from plain_bench import Machine
-from rig_bench import COULOMB, as_modelled, moved, ready, recording, strokes
+from rig_bench import COULOMB, GEAR, TURNING, as_modelled, moved, ready, recording, strokes
 
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.search import Begun
+from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.averaging import Answer, Unexplained, Weighed, believed, preferred, weighed
 from drivetwin.diagnosis.weigh.bench import bench_of
@@ -21,7 +22,7 @@ from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
-from drivetwin.emulator.effects import Effect
+from drivetwin.emulator.effects import AxisEffect, Effect
 from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.payload import Payload
@@ -33,6 +34,8 @@ from drivetwin.emulator.effects.viscous_asymmetry import ViscousAsymmetry
 from drivetwin.emulator.effects.waves import travel
 from drivetwin.foundation.errors import UserError
 
+NOISE = Unexplained({"turn": 0.0, "lift": 0.0}, {"turn": 0.0, "lift": 0.0})
+"""All that is left is."""
 WAVE, OFFSET = PositionFriction(0.1, 0.5), TorqueOffset(0.3)
 
 
@@ -45,6 +48,26 @@ def state(tmp_path_factory: pytest.TempPathFactory) -> State:
 
 def answer(state: State, chosen: Effect, *, predicts: bool) -> Answer:
     return Answer(placed(state.bench.rows, "turn", chosen), 0.6, predicts, ())
+
+
+def of_turn(
+    folder: Path,
+    torque: Array,
+    effect: AxisEffect,
+    prior: float,
+    rest: Unexplained = NOISE,
+) -> Answer:
+    """What is said of the only effect that is asked for, of an axis that was moved with such a torque (n,) [N·m]."""
+    both = moved(1, 20.0)
+    positions = {axis: at.position for axis, at in both.items()}
+    told = ready(folder, recording(as_modelled(both) | {"turn": torque}, positions, 1, "one"))
+    bench = bench_of(told.rows, Settings(), told.absolute)
+    nothing = settled_on(coloured(state_of(bench, (), first_colours(bench), {}), ()))
+    found = Proposer(bench, bench, {"turn": [type(effect)]}, {}).evaluated(nothing, Begun("turn", effect, 0.0, 1))
+    assert found is not None
+    settled = settled_on(nothing.of((found.effect,)))
+    member = replace(found, effect=settled.effects[0], prior=prior, settled=settled)
+    return weighed(Family(member.effect, nothing, [member]), rest, Settings())
 
 
 def names(state: State) -> list[str]:
@@ -65,7 +88,7 @@ def test_beside_what_is_left_noise_is_as_loud_as_what_the_given_up_explained(sta
     left = believed(found, [answer(state, chosen, predicts=False)])
     assert names(left) == ["torque_offset"]
     assert left.of(found.effects).axes["turn"].colour.level > 5.0 * found.axes["turn"].colour.level
-    assert left.standing.level["turn"] == pytest.approx(1.0, abs=0.1)
+    assert left.standing.level["turn"] < 1.1
 
 
 @pytest.mark.parametrize(("effect", "there"), [(TorqueRipple(0.6, 2.0, 0.4), True), (TorqueRipple(0.6, 7.0, 0.4), False)])
@@ -113,40 +136,28 @@ def test_what_takes_little_of_what_has_no_name_is_no_more_than_an_imitation(
 def test_what_a_usual_model_is_off_by_explains_needs_no_other_cause(tmp_path: Path, scale: float, *, there: bool) -> None:
     """All torque of an axis is so many times the modelled one: by 1 % friction and inertia are usually off, by 20 % hardly."""
     both = moved(1, 20.0)
-    torques = as_modelled(both)
-    made = recording(torques | {"turn": scale * torques["turn"]}, {axis: at.position for axis, at in both.items()}, 1, "one")
-    told = ready(tmp_path, made)
-    bench = bench_of(told.rows, Settings(), told.absolute)
-    nothing = settled_on(coloured(state_of(bench, (), first_colours(bench), {}), ()))
-    proposer = Proposer(bench, bench, {"turn": [TorqueConstant]}, {})
-    found = proposer.evaluated(nothing, Begun("turn", TorqueConstant(1.0 / scale - 1.0), 0.0, 1))
-    assert found is not None
-    assert found.takes > 0.9
-    settled = settled_on(nothing.of((found.effect,)))
-    rare = replace(found, effect=settled.effects[0], prior=-1e9, settled=settled)
-    none = {"turn": 0.0, "lift": 0.0}
-    assert weighed(Family(rare.effect, nothing, [rare]), Unexplained(none, none), Settings()).predicts == there
+    answer = of_turn(tmp_path, scale * as_modelled(both)["turn"], TorqueConstant(1.0 / scale - 1.0), prior=-1e9)
+    assert answer.predicts == there
 
 
 def test_a_friction_that_is_off_is_no_parameter_of_the_set_that_has_nothing_in_its_place(tmp_path: Path) -> None:
     """Coulomb friction 30 % above the model's, beside a torque without a name: left free, it would explain itself."""
     both = moved(1, 20.0)
-    torques = as_modelled(both)
     raised = 0.3 * COULOMB["turn"] * np.sign(both["turn"].velocity)
     time = both["turn"].time
     unknown = 0.8 * np.sin(2.3 * time) * np.sin(8.2 * time + 1.0)
-    positions = {axis: at.position for axis, at in both.items()}
-    made = recording(torques | {"turn": torques["turn"] + raised + unknown}, positions, 1, "one")
-    told = ready(tmp_path, made)
-    bench = bench_of(told.rows, Settings(), told.absolute)
-    nothing = settled_on(coloured(state_of(bench, (), first_colours(bench), {}), ()))
-    proposer = Proposer(bench, bench, {"turn": [Coulomb]}, {})
-    found = proposer.evaluated(nothing, Begun("turn", Coulomb(1.3 * COULOMB["turn"]), 0.0, 1))
-    assert found is not None
-    settled = settled_on(nothing.of((found.effect,)))
-    rare = replace(found, effect=settled.effects[0], prior=-1e9, settled=settled)
-    none = {"turn": 0.0, "lift": 0.0}
-    assert weighed(Family(rare.effect, nothing, [rare]), Unexplained(none, none), Settings()).predicts
+    torque = as_modelled(both)["turn"] + raised + unknown
+    assert of_turn(tmp_path, torque, Coulomb(1.3 * COULOMB["turn"]), prior=-1e9).predicts
+
+
+def test_what_takes_little_beside_what_nominal_parameters_are_off_by_is_no_imitation(tmp_path: Path) -> None:
+    """A cogging beside an inertia and a friction that are off by 1 %, which as a gap is much larger."""
+    turn = moved(1, 20.0)["turn"]
+    off = 0.01 * TURNING * turn.acceleration - 0.005 * COULOMB["turn"] * np.sign(turn.velocity)
+    amplitude = 0.3 * float(np.std(off))
+    torque = as_modelled(moved(1, 20.0))["turn"] + off - amplitude * np.sin(2.0 * GEAR * turn.position + 0.4)
+    rest = Unexplained({"turn": 1.0, "lift": 1.0}, {"turn": 0.0, "lift": 0.0})
+    assert of_turn(tmp_path, torque, TorqueRipple(amplitude, 2.0, 0.4), prior=1e3, rest=rest).predicts
 
 
 @pytest.mark.parametrize(("weight", "named"), [(0.3, "coulomb_asymmetry"), (0.45, "torque_offset")])
