@@ -51,10 +51,10 @@ class CaseScore:
 
     @property
     def reached(self) -> bool | None:
-        """Whether enough of what the reference closes is closed; None where nothing is lacking."""
+        """Whether enough of what the reference closes is closed, and nothing made worse; None where nothing is lacking."""
         if self.expected == NOTHING:
             return None
-        return self.ratio is not None and self.ratio >= WANTED
+        return self.closed is not None and self.closed >= WANTED * max(self.reference.closed, 0.0)
 
     def to_json(self) -> dict[str, Any]:
         """Every figure."""

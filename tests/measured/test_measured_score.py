@@ -140,6 +140,14 @@ def test_closed_is_held_against_what_the_reference_closes(gap_of: Any) -> None:
     assert scored(RIPPLE, enough, held_against=reference(diagnosed=0.45)).reached is True
 
 
+@pytest.mark.parametrize(("after", "reached"), [(0.9, True), (1.0, True), (1.1, False)])
+def test_where_the_reference_closes_nothing_nothing_may_be_made_worse(gap_of: Any, after: float, *, reached: bool) -> None:
+    answer = gap_of(report([cause("torque_ripple")], before=1.0, after=after))
+    found = scored(RIPPLE, answer, held_against=reference(diagnosed=after, after=1.2))
+    assert found.ratio is None
+    assert found.reached is reached
+
+
 def test_a_validation_made_worse_is_a_fault(gap_of: Any) -> None:
     found = scored(RIPPLE, gap_of(report([cause("torque_ripple")], after=1.1)), held_against=reference(diagnosed=1.1))
     assert found.faults == ("makes the validation of motor worse: 1 to 1.1",)
