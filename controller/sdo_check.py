@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t
 
 from drivetwin.controller.cycle import Cycle
 from drivetwin.controller.drive_node import DriveNode
@@ -22,6 +23,9 @@ LEVELS = (0.2, 0.5)
 SETTLE, READ, STOP = 0.12, 0.2, 0.15
 """Seconds from the new target to the first reading, of reading, and for the ramp to rest."""
 
+BATCHES = 8
+"""Into which the readings of a cruise are divided."""
+
 
 @dataclass(frozen=True)
 class FrictionPoint:
@@ -31,6 +35,12 @@ class FrictionPoint:
     velocity: float
     torque: float
     standard_error: float
+
+    @property
+    def ci90(self) -> tuple[float, float]:
+        """90 % interval of the torque [N or N·m], by Student's t: the error is of the means of `BATCHES` in each direction."""
+        reach = float(t.ppf(0.95, 2 * (BATCHES - 1))) * self.standard_error
+        return self.torque - reach, self.torque + reach
 
 
 @dataclass(frozen=True)
@@ -76,8 +86,8 @@ def _point(drive: DriveNode, forward: _Polled, backward: _Polled) -> FrictionPoi
 
 
 def _standard_error(values: NDArray[np.float64]) -> float:
-    """Of the mean, from the means of eight batches: readings a few milliseconds apart are not independent."""
-    means = [float(batch.mean()) for batch in np.array_split(values, 8)]
+    """Of the mean, from the means of `BATCHES` batches: readings a few milliseconds apart are not independent."""
+    means = [float(batch.mean()) for batch in np.array_split(values, BATCHES)]
     return float(np.std(means, ddof=1) / np.sqrt(len(means)))
 
 

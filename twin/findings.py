@@ -39,5 +39,7 @@ def _schema(path: Path) -> str:
         raise UserError(f"{path} is not JSON: {error}; give identified.json or effects.json") from None
     schema = content.get("schema") if isinstance(content, dict) else None
     if not isinstance(schema, str) or schema not in ("identified/1", "effects/1"):
-        raise UserError(f"{path}: schema is {schema!r:.80}; expected 'identified/1' or 'effects/1'")
+        beside = path.with_name("effects.json")
+        advice = f"; give {beside}" if beside.is_file() else ""
+        raise UserError(f"{path}: schema is {schema!r:.80}; expected 'identified/1' or 'effects/1'{advice}")
     return schema

@@ -43,10 +43,11 @@ def replay(path: Path, recording: Recording, effects: tuple[PlacedEffect, ...]) 
     where recording and model do not say enough, and where the simulation is unstable.
     """
     where = str(recording.files[0] if recording.files else recording.name)
+    columns = str(recording.files[-1] if recording.files else recording.name)
     model = read_mjcf(path)
     axes = recording.info.axes
     grid = grid_of(recording)
-    courses = {axis: _course(f"{where}: axis {axis}", recording, axis, model, grid) for axis in axes}
+    courses = {axis: _course(where, columns, recording, axis, model, grid) for axis in axes}
     start = {axis: course.position for axis, course in courses.items()}
     mechanism = mechanism_of(path, axes, start, effects, grid.step)
     begins = {axis: each.encoder.joint_at(start[axis], each.gear_ratio) for axis, each in mechanism.dynamics.items()}
@@ -68,9 +69,10 @@ def replay(path: Path, recording: Recording, effects: tuple[PlacedEffect, ...]) 
     }
 
 
-def _course(where: str, recording: Recording, axis: str, model: mujoco.MjModel, grid: Grid) -> Course:
-    loops = loops_of(where, recording.info.axes[axis], model)
-    return course_of(where, recording, axis, loops, grid, as_interpolated(recording, axis))
+def _course(where: str, columns: str, recording: Recording, axis: str, model: mujoco.MjModel, grid: Grid) -> Course:
+    """`where` its drive is written, and in which file its `columns` are, for what is refused."""
+    loops = loops_of(f"{where}: axis {axis}", recording.info.axes[axis], model)
+    return course_of(f"{columns}: axis {axis}", recording, axis, loops, grid, as_interpolated(recording, axis))
 
 
 def _servos(courses: list[Course], mechanism: Mechanism, gears: Array, grid: Grid) -> ServoBank:

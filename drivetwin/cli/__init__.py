@@ -84,7 +84,9 @@ def main() -> None:
         _end("not confirmed (--yes confirms without asking); nothing was done", UserError.exit_status)
     except TyperException as error:
         message = " ".join(error.format_message().split()).rstrip(".?") or "no command given"
-        _end(f"{message}; see: {_help_of(error)}", UserError.exit_status)
+        refused = _value_of(error)
+        it_is = f"; it is {refused}" if refused not in message else ""
+        _end(f"{message}{it_is}; see: {_help_of(error)}", UserError.exit_status)
     if status == INTERRUPTED:
         _end("interrupted", INTERRUPTED)
     if status:
@@ -95,6 +97,14 @@ def _bus_errors() -> tuple[type[Exception], ...]:
     """What python-can raises, where a command has loaded it."""
     loaded = sys.modules.get("can")
     return () if loaded is None else (loaded.CanError,)
+
+
+def _value_of(error: TyperException) -> str:
+    """The value that was refused; empty where it was none."""
+    from pydantic import ValidationError  # noqa: PLC0415  # typer has loaded it by then; `--help` does without
+
+    refused = error.__cause__
+    return f"{refused.errors()[0]['input']!s:.80}" if isinstance(refused, ValidationError) else ""
 
 
 def _help_of(error: TyperException) -> str:

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from drivetwin.controller.procedure import Captured
 from drivetwin.controller.sdo_check import FrictionPoint
-from drivetwin.foundation.quantities import quantity, scale_of, with_interval
+from drivetwin.foundation.quantities import quantity, with_interval
 from drivetwin.identification import Identification, Truth
 from drivetwin.identification.friction_law import FrictionLaw
 from drivetwin.identification.truth import true_value
@@ -67,15 +67,16 @@ def _parameters(found: Identification, truth: Truth) -> Table:
 def _witness(found: Identification, points: Sequence[FrictionPoint]) -> Table:
     title = "Cross-check: the drive moves by itself, 6077h is polled by SDO"
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
-    for name in ("axis", "speed", "friction by SDO", "fitted law", "unit"):
+    for name in ("axis", "speed", "friction by SDO", "90 % interval", "fitted law", "difference", "unit"):
         table.add_column(name, justify="left" if name in ("axis", "unit") else "right", no_wrap=True)
     for point in points:
         axis = found.axes.get(point.axis)
         if axis is not None:
-            ends = (point.torque - point.standard_error, point.torque + point.standard_error)
-            (value, _, _, law), unit = with_interval(point.torque, ends, axis.units.torque, _friction(axis.law, point.velocity))
-            error = f"{scale_of(axis.units.torque, point.torque).factor * point.standard_error:.2g}"
-            table.add_row(point.axis, quantity(point.velocity, axis.units.velocity), f"{value} ± {error}", law, unit)
+            fitted = _friction(axis.law, point.velocity)
+            (value, low, high, law), unit = with_interval(point.torque, point.ci90, axis.units.torque, fitted)
+            difference = f"{100.0 * (fitted / point.torque - 1.0):+.1f} %" if point.torque else "-"
+            speed = quantity(point.velocity, axis.units.velocity)
+            table.add_row(point.axis, speed, value, f"{low} .. {high}", law, difference, unit)
     return table
 
 

@@ -8,7 +8,7 @@ import pytest
 from virtual_bench import VirtualBench
 
 from drivetwin.controller.motion import enable_streaming, home, positions_now, stream
-from drivetwin.controller.sdo_check import friction_by_sdo
+from drivetwin.controller.sdo_check import FrictionPoint, friction_by_sdo
 from drivetwin.controller.trajectory import move
 
 
@@ -33,3 +33,9 @@ def test_friction_by_sdo_is_the_plants_and_stays_within_the_travel(machine: str,
             rise = (true["static_torque"] - true["coulomb"]) * exp(-((point.velocity / true["stribeck_velocity"]) ** 2))
         friction = true["coulomb"] + rise + true["viscous"] * point.velocity
         assert point.torque == pytest.approx(friction, abs=5.0 * point.standard_error + 0.01 * friction)
+
+
+def test_the_interval_of_a_point_is_students_at_fourteen_degrees_of_freedom() -> None:
+    """Eight means in each direction; the quantile of the published tables at 0.95 and 14 degrees of freedom is 1.761."""
+    low, high = FrictionPoint("slide", 0.05, 30.0, 0.1).ci90
+    assert (low, high) == pytest.approx((30.0 - 0.1761, 30.0 + 0.1761), abs=1e-4)

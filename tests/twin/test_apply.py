@@ -235,6 +235,18 @@ def test_what_cannot_be_written_is_one_line_and_no_file(
     assert not out.parent.exists() or not list(out.parent.iterdir())
 
 
+def test_who_gives_the_report_is_told_the_effects_beside_it(
+    arm: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    report = arm.with_name("report.json")
+    report.write_text(json.dumps({"schema": "gap-report/2"}))
+    report.with_name("effects.json").write_text(json.dumps(effects()))
+    monkeypatch.setattr(sys, "argv", ["drivetwin", "apply", str(report), str(arm), "--out", str(arm.with_name("out.xml"))])
+    with pytest.raises(SystemExit):
+        main()
+    assert f"expected 'identified/1' or 'effects/1'; give {report.with_name('effects.json')}" in capsys.readouterr().err
+
+
 def test_the_model_that_is_read_is_not_replaced(
     arm: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -38,6 +38,7 @@ from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.file import effects_payload
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import write_json
+from drivetwin.recording.reader import read_recording
 from drivetwin.recording.writer import write_recording
 from drivetwin.twin.replay import replay
 
@@ -255,6 +256,14 @@ def test_what_cannot_be_replayed_is_said(
     mujoco.set_mju_user_warning(lambda _message: None)  # of the unstable one it has to warn
     with pytest.raises(UserError, match=said):
         replay(write_model(tmp_path), recording(columns, drive), ())
+
+
+def test_what_is_wrong_in_a_column_names_the_file_of_the_columns(tmp_path: Path) -> None:
+    columns = {"position": np.zeros(50), "torque": np.zeros(50), "position_demand": np.full(50, np.nan)}
+    write_recording(recording(columns, {"law": "pd_position_servo", **GAINS}), tmp_path / "swing")
+    [read] = read_recording(tmp_path / "swing")
+    with pytest.raises(UserError, match=rf"{tmp_path / 'swing' / 'signals.parquet'}: axis turn: position_demand row 1 is not"):
+        replay(write_model(tmp_path), read, ())
 
 
 def test_the_command_writes_figures_signals_and_a_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
