@@ -17,11 +17,12 @@ from drivetwin.diagnosis.propose.drives import DriveFound
 from drivetwin.diagnosis.propose.placing import alike, in_order, placed
 from drivetwin.diagnosis.propose.search import ANGLES
 from drivetwin.diagnosis.report.distinguish import sensor_that_tells, tell_apart
+from drivetwin.diagnosis.report.divided import Divided, divided
 from drivetwin.diagnosis.report.gap_test import NAME, GapFound, gap_of, significance
 from drivetwin.diagnosis.report.gaps import Gaps, gaps_of
 from drivetwin.diagnosis.report.patched_model import patched_xml
 from drivetwin.diagnosis.report.patterns import patterns
-from drivetwin.diagnosis.report.prediction import Patch, attributed, contributions, gap_rms, predict
+from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
 from drivetwin.diagnosis.report.residual import with_residual
 from drivetwin.diagnosis.report.result import (
     TWO_SIDED_90,
@@ -31,12 +32,10 @@ from drivetwin.diagnosis.report.result import (
     Diagnosis,
     Estimate,
     Prediction,
-    Share,
     Shrink,
     Unknown,
     Verdict,
 )
-from drivetwin.diagnosis.report.shares import shares
 from drivetwin.diagnosis.report.shrink import shrink
 from drivetwin.diagnosis.report.where import above_noise, regimes
 from drivetwin.diagnosis.report.worth import worth_a_name
@@ -77,12 +76,18 @@ def build(
         axis: gap_of(gaps.unseen, gaps.fitted, axis, gaps.noise[axis].floor, ready.cutoff_hz) for axis in ready.simulation.axes
     }
     open_axes = [axis for axis in ready.simulation.axes if tests[axis].significant]
-    kept = Patch(tuple(one for one in gaps.patch.effects if one.axis in open_axes), gaps.patch.heavier if open_axes else None)
+    parts = {axis: divided(ready, gaps, axis, settings.seed) for axis in ready.simulation.axes}
+    felt = [
+        one
+        for one in gaps.patch.effects
+        if one.axis in open_axes or any(parts[axis].share_of(one) >= settings.least_share for axis in open_axes)
+    ]
+    kept = Patch(tuple(felt), gaps.patch.heavier if open_axes else None)
     if kept != gaps.patch:
         gaps = gaps_of(ready, kept, settings)
-    divided = {axis: _shares(ready, gaps, axis, settings) for axis in ready.simulation.axes}
-    axes = {axis: _axis(ready, gaps, axis, tests[axis], divided[axis]) for axis in ready.simulation.axes}
-    causes = _causes(ready, values, answers, strong, gaps, open_axes, divided, settings)
+        parts = {axis: divided(ready, gaps, axis, settings.seed) for axis in ready.simulation.axes}
+    axes = {axis: _axis(ready, gaps, axis, tests[axis], parts[axis]) for axis in ready.simulation.axes}
+    causes = _causes(ready, values, answers, strong, gaps, open_axes, parts, settings)
     unknown = {axis: axes[axis].unknown.share for axis in open_axes if axes[axis].unknown.share > 0.0}
     residual, told = with_residual(ready, gaps, unknown, settings) if tables else ((), ())
     return Diagnosis(
@@ -113,39 +118,12 @@ def _drive_matters(rows: Rows, one: DriveFound, settings: Settings) -> bool:
     return one.gain > np.log(25.0) and one.without - one.left > (settings.model_error * rows.size[one.axis]) ** 2
 
 
-def _shares(ready: Prepared, gaps: Gaps, axis: str, settings: Settings) -> tuple[tuple[PlacedEffect, ...], tuple[Share, ...]]:
-    """Effects that act on an axis, its own first, and the shares of its gap."""
-    parts = [contributions(ready.simulation, run, gaps.patch) for run in ready.checks]
-    named = [k for k, one in enumerate(gaps.patch.effects) if one.axis == axis]
-    own = [each.axes[axis] for each in gaps.unseen]
-    gap = [(each.measured - each.before)[each.used] for each in own]
-    effects = tuple(gaps.patch.effects[k] for k in named)
-    torque = [
-        [attributed(ready.simulation, run, effects, k, axis)[each.used] for run, each in zip(ready.checks, own, strict=True)]
-        for k in range(len(effects))
-    ]
-    others = [
-        sum((p.get(axis, np.zeros(len(each.used))) for j, p in enumerate(part) if j not in named), np.zeros(len(each.used)))[
-            each.used
-        ]
-        for part, each in zip(parts, own, strict=True)
-    ]
-    names = [one.effect.name for one in effects]
-    if any(rows.any() for rows in others):
-        torque.append(others)
-        names.append("other_axes" if len(ready.simulation.axes) > 1 else "masses")
-    found = shares(gap, torque, names, [run.period for run in ready.checks], gaps.noise[axis].rms, settings.seed)
-    return effects, found
-
-
-def _axis(
-    ready: Prepared, gaps: Gaps, axis: str, test: GapFound, divided: tuple[Sequence[PlacedEffect], Sequence[Share]]
-) -> AxisGap:
+def _axis(ready: Prepared, gaps: Gaps, axis: str, test: GapFound, parts: Divided) -> AxisGap:
     noise, speed = gaps.noise[axis], ready.standstill[axis]
-    parts = [each.axes[axis] for each in gaps.unseen]
-    still = np.concatenate([(part.measured - part.before)[~part.used] for part in parts])
-    used = np.concatenate([part.measured[part.used] for part in parts])
-    moves = bool(np.isfinite(speed)) and any(part.used.any() for part in parts)
+    seen = [each.axes[axis] for each in gaps.unseen]
+    still = np.concatenate([(each.measured - each.before)[~each.used] for each in seen])
+    used = np.concatenate([each.measured[each.used] for each in seen])
+    moves = bool(np.isfinite(speed)) and any(each.used.any() for each in seen)
     significant = test.significant
     after = [_as_it_stands(each, axis) for each in gaps.unseen]
     unit = "N" if ready.simulation.slides(axis) else "N·m"
@@ -161,20 +139,19 @@ def _axis(
         significant=significant,
         test=NAME,
         p_value=test.p_value,
-        shares=tuple(divided[1]),
+        shares=parts.shares,
         where=regimes(gaps.unseen, axis, noise.floor, speed) if moves else (),
         where_after=regimes(after, axis, noise.floor, speed) if moves and above_noise(after, axis, noise.floor, speed) else (),
         patterns=patterns(gaps.unseen, axis, noise.floor, ready.cutoff_hz, unit) if significant and moves else (),
-        unknown=_unknown(after, axis, divided[1], noise, ready.cutoff_hz, unit, moves and significant),
+        unknown=_unknown(after, axis, parts.of(UNKNOWN), noise, ready.cutoff_hz, unit, moves and significant),
         not_testable=ready.testable[axis].not_testable,
     )
 
 
 def _unknown(
-    after: Sequence[Prediction], axis: str, divided: Sequence[Share], noise: Noise, cutoff_hz: float, unit: str, told: bool
+    after: Sequence[Prediction], axis: str, share: float, noise: Noise, cutoff_hz: float, unit: str, told: bool
 ) -> Unknown:
     """What is left, what it goes with by the patterns of what is left, and how fast it varies."""
-    share = next((one.share for one in divided if one.of == UNKNOWN), 0.0)
     if not told:
         return Unknown(share, (), 0.0)
     with_it = patterns(after, axis, noise.floor, cutoff_hz, unit)
@@ -212,25 +189,26 @@ def _causes(
     drives: Sequence[DriveFound],
     gaps: Gaps,
     open_axes: Sequence[str],
-    divided: Mapping[str, tuple[Sequence[PlacedEffect], Sequence[Share]]],
+    parts: Mapping[str, Divided],
     settings: Settings,
 ) -> list[Cause]:
     """Selected effects, what else may be there, and the unknown, of every axis that has a gap; most probable share first."""
+    weights = _weights(gaps, open_axes)
     causes = []
     for number, one in enumerate(gaps.patch.effects):
+        taken = {axis: weight * parts[axis].share_of(one) for axis, weight in weights.items()}
         if isinstance(one.effect, DriveEffect):
             drive = next(each for each in drives if each.axis == one.axis and type(each.effect) is type(one.effect))
-            causes.append(_drive_cause(one, drive, _share_of(one, divided[one.axis])))
-        elif one.axis in open_axes:
-            causes.append(_selected(ready, values, answers, gaps, number, divided[one.axis], settings))
-    causes.extend(_alternatives(answers, gaps.patch, open_axes, divided, settings))
+            causes.append(_drive_cause(one, drive, sum(taken.values())))
+        else:
+            causes.append(_selected(ready, values, answers, gaps, number, taken, settings))
+    causes.extend(_alternatives(answers, gaps.patch, weights, parts, settings))
     for axis in open_axes:
         repeats = _repeats(ready, gaps, axis)
         named = any(cause.axis == axis and cause.probability > LEAST_ALONE for cause in causes)
-        causes.append(_unknown_cause(gaps, axis, divided[axis][1], ready.cutoff_hz, repeats, named))
-    weights = _weights(gaps, open_axes)
-    told = [replace(cause, share=cause.share * weights.get(cause.axis, 0.0)) for cause in causes]
-    return sorted(told, key=lambda cause: -cause.probability * cause.share)
+        share = weights[axis] * parts[axis].of(UNKNOWN)
+        causes.append(_unknown_cause(gaps, axis, share, ready.cutoff_hz, repeats, named))
+    return sorted(causes, key=lambda cause: -cause.probability * cause.share)
 
 
 def _weights(gaps: Gaps, open_axes: Sequence[str]) -> dict[str, float]:
@@ -249,21 +227,22 @@ def _selected(
     answers: Sequence[Answer],
     gaps: Gaps,
     number: int,
-    divided: tuple[Sequence[PlacedEffect], Sequence[Share]],
+    taken: Mapping[str, float],
     settings: Settings,
 ) -> Cause:
+    """`taken`: what it takes of the gap of each axis that has one. How far it closes the gap is told where it takes most."""
     one = gaps.patch.effects[number]
     answer = next((each for each in answers if each.chosen is not None and alike(each.chosen, one)), None)
-    share = _share_of(one, divided)
+    where = max(taken, key=lambda axis: (taken[axis], axis == one.axis))
     others = answer.indistinguishable if answer is not None else ()
     rest = Patch(tuple(each for each in gaps.patch.effects if each is not one), gaps.patch.heavier)
     return Cause(
         one.effect.name,
         one.axis,
         answer.probability if answer is not None else 1.0,
-        share,
+        sum(taken.values()),
         _estimates(ready, values, one),
-        _closed(ready, gaps, rest, one.axis, settings),
+        _closed(ready, gaps, rest, where, settings),
         others,
         tell_apart(one.effect.name, others),
         sensor_that_tells((one.effect.name, *others), _sensors(ready, one.axis)) if others else "",
@@ -273,11 +252,6 @@ def _selected(
 def _sensors(ready: Prepared, axis: str) -> tuple[str, ...]:
     """What the axis has beside its motor's encoder and torque."""
     return (JOINT_ENCODER,) if deflection_of(axis) in ready.rows.compared else ()
-
-
-def _share_of(one: PlacedEffect, divided: tuple[Sequence[PlacedEffect], Sequence[Share]]) -> float:
-    """Of the gap of its axis, what goes to an effect."""
-    return next(part.share for own, part in zip(*divided, strict=False) if alike(own, one))
 
 
 def _estimates(ready: Prepared, values: Refitted, one: PlacedEffect) -> dict[str, Estimate]:
@@ -328,28 +302,29 @@ def _drive_cause(one: PlacedEffect, drive: DriveFound, share: float) -> Cause:
 def _alternatives(
     answers: Sequence[Answer],
     patch: Patch,
-    open_axes: Sequence[str],
-    divided: Mapping[str, tuple[Sequence[PlacedEffect], Sequence[Share]]],
+    weights: Mapping[str, float],
+    parts: Mapping[str, Divided],
     settings: Settings,
 ) -> list[Cause]:
-    """Effects that were not selected and may be there all the same, once each.
+    """Effects that were not selected and may be there all the same, once each; `weights` of each axis that has a gap.
 
     What may stand in a selected effect's place would take what that takes.
     """
-    taken = {(one.effect.name, one.axis) for one in patch.effects}
+    selected = {(one.effect.name, one.axis) for one in patch.effects}
     told: dict[tuple[str, str], Cause] = {}
     for answer in answers:
         for member in answer.members:
             one = member.proposal.effect
             key = (one.effect.name, one.axis)
-            if key in taken or one.axis not in open_axes or member.weight < SHOWN:
+            if key in selected or not weights.keys() & member.proposal.taken.keys() or member.weight < SHOWN:
                 continue
             if member.proposal.share < settings.least_share or not (answer.chosen is None or _is_in(answer.chosen, patch)):
                 continue
             if key not in told or told[key].probability < member.weight:
-                share = float(np.clip(member.proposal.share, 0.0, 1.0))
+                taken = member.proposal.taken
+                share = sum(weight * float(np.clip(taken.get(axis, 0.0), 0.0, 1.0)) for axis, weight in weights.items())
                 if answer.chosen is not None and one.axis == answer.chosen.axis:
-                    share = _share_of(answer.chosen, divided[one.axis])
+                    share = sum(weight * parts[axis].share_of(answer.chosen) for axis, weight in weights.items())
                 told[key] = Cause(one.effect.name, one.axis, member.weight, share, {}, None)
     return list(told.values())
 
@@ -365,10 +340,9 @@ def _is_in(one: PlacedEffect, patch: Patch) -> bool:
     return any(alike(one, other) for other in patch.effects)
 
 
-def _unknown_cause(gaps: Gaps, axis: str, divided: Sequence[Share], cutoff_hz: float, repeats: float, named: bool) -> Cause:
+def _unknown_cause(gaps: Gaps, axis: str, share: float, cutoff_hz: float, repeats: float, named: bool) -> Cause:
     """What is left: how surely it is more than noise. Half of that is doubted of what does not repeat."""
     left = [_as_it_stands(each, axis) for each in gaps.unseen]
-    share = next((one.share for one in divided if one.of == UNKNOWN), 0.0)
     p_value = significance(left, axis, gaps.noise[axis].floor, cutoff_hz)
     probability = float(np.clip((1.0 - p_value) * (0.5 + 0.5 * repeats), 0.01, 0.99))
     return Cause(UNKNOWN, axis, probability if named else max(probability, LEAST_ALONE), share, {}, None)
