@@ -17,7 +17,8 @@ AXIS = np.dtype(
         (name, "f8")
         for name in (
             # motor: joint side; gear in motor turns a joint turn
-            *("gear", "rotor", "brake", "constant_error", "offset", "ripple_amplitude", "ripple_order", "ripple_phase"),
+            *("gear", "rotor", "brake", "constant_error", "cubic_loss", "offset"),
+            *("ripple_amplitude", "ripple_order", "ripple_phase"),
             # a transmission that is a second body, where its stiffness is not 0
             *("mesh_stiffness", "mesh_damping", "hardening", "gap", "error_amplitude", "error_order", "error_phase"),
             # friction
@@ -117,6 +118,10 @@ def _weight(record: np.void, values: Values) -> None:
     record["constant"] = values["moment"]
 
 
+def _magnetic_saturation(record: np.void, values: Values) -> None:
+    record["cubic_loss"] = values["knee"] ** -2
+
+
 def _encoder_eccentricity(record: np.void, values: Values) -> None:
     record["eccentricity"] = values["amplitude"] * record["gear"]
     record["eccentricity_phase"] = values["phase"]
@@ -147,6 +152,7 @@ CHANGES: dict[str, Change] = {
     "elasticity": _elasticity,
     "transmission_error": _same(error_amplitude="amplitude", error_order="order", error_phase="phase"),
     "torque_constant": _same(constant_error="error"),
+    "magnetic_saturation": _magnetic_saturation,
     "torque_saturation": _same(current_limit="limit"),
     "torque_ripple": _same(ripple_amplitude="amplitude", ripple_order="order", ripple_phase="phase"),
     "torque_offset": _same(offset="offset"),

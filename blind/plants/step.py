@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from math import atan2, cos, sin
+from math import atan2, cos, sin, sqrt
 
 import numpy as np
+from numpy import cbrt
 
 from drivetwin.blind.plants.friction import lugre, maxwell_slip, sliding_level, viscous_torque
 from drivetwin.blind.plants.rigid import accelerations
@@ -71,7 +72,7 @@ def advance(  # type: ignore[no-untyped-def]  # record arrays have no static typ
 def _shaft_torque(a, s, torque, brake, step):  # type: ignore[no-untyped-def]
     """What the shaft gives for a reported `torque`, less what the brake holds; joint side."""
     angle = a.ripple_order * a.gear * s.motor_position + a.ripple_phase
-    given = (1.0 + a.constant_error) * torque + a.offset
+    given = (1.0 + a.constant_error) * _less_saturation(a, torque) + a.offset
     given += a.ripple_amplitude * (sin(angle) + 0.1 * sin(2.0 * angle))
     if not brake or a.brake == 0.0:
         s.held = 0.0
@@ -79,6 +80,16 @@ def _shaft_torque(a, s, torque, brake, step):  # type: ignore[no-untyped-def]
     s.held += a.stiffness * s.motor_velocity * step
     s.held = min(max(s.held, -a.brake), a.brake)
     return given - s.held - a.damping * s.motor_velocity
+
+
+@compiled
+def _less_saturation(a, torque):  # type: ignore[no-untyped-def]
+    """What is left of a torque by the current, which is x + cubic_loss x³: Cardano's formula."""
+    if a.cubic_loss == 0.0:
+        return torque
+    half = 0.5 * torque / a.cubic_loss
+    root = sqrt(half * half + (1.0 / (3.0 * a.cubic_loss)) ** 3)
+    return cbrt(root + half) - cbrt(root - half)
 
 
 @compiled

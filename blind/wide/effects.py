@@ -199,6 +199,10 @@ def _torque_constant(g: Ground) -> Sizable:
     return lambda s: {"error": max(min(sign * s, 1.0), -0.5)}
 
 
+def _magnetic_saturation(g: Ground) -> Sizable:
+    return lambda s: {"knee": g.torque / max(s, 1e-6) ** 0.5}
+
+
 def _torque_offset(g: Ground) -> Sizable:
     sign = g.sign()
     return lambda s: {"offset": sign * g.torque * s}
@@ -259,6 +263,7 @@ LIBRARY: dict[str, Callable[[Ground], Sizable]] = {
     "elasticity": _elasticity,
     "transmission_error": _transmission_error,
     "torque_constant": _torque_constant,
+    "magnetic_saturation": _magnetic_saturation,
     "torque_saturation": _torque_saturation,
     "torque_ripple": _torque_ripple,
     "torque_offset": _torque_offset,
@@ -313,6 +318,7 @@ _FIELDS: dict[str, dict[str, str]] = {
     "elasticity": {"stiffness": "elasticity", "damping": "elasticity_damping", "motor_friction_share": "motor_friction"},
     "transmission_error": {"amplitude": "error_amplitude", "order": "error_order", "phase": "error_phase"},
     "torque_constant": {"error": "constant_error"},
+    "magnetic_saturation": {"knee": "saturates_at"},
     "torque_saturation": {"limit": "torque_limit"},
     "torque_offset": {"offset": "offset"},
     "encoder_eccentricity": {"amplitude": "eccentricity", "phase": "eccentricity_phase"},

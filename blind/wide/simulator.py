@@ -33,6 +33,9 @@ from drivetwin.foundation.compiled import compiled
 
 Array = NDArray[np.float64]
 
+NEWTON = 12
+"""Steps to the field of a current, of which the last ones change nothing while that is below a hundred times the knee."""
+
 TICK = 0.00025
 """Period of the servo loops [s]."""
 
@@ -164,6 +167,15 @@ def _ripple(axis: Record, motor: float) -> float:
     angle = axis.gear_ratio * motor
     first = axis.ripple * sin(axis.ripple_order * angle + axis.ripple_phase)
     return axis.offset + first + axis.ripple_2 * sin(axis.ripple_2_order * angle + axis.ripple_2_phase)
+
+
+@compiled
+def _unsaturated(axis: Record, given: float) -> float:
+    """Torque of the iron's field, x + x³ / saturates_at² of which the current would give, by Newton's method from above."""
+    field, bend = given, axis.saturates_at**-2
+    for _ in range(NEWTON):
+        field -= (field + bend * field**3 - given) / (1.0 + 3.0 * bend * field**2)
+    return field
 
 
 @compiled
@@ -351,7 +363,7 @@ def _move(
                 kept = exp(-step / axis.current_lag) if axis.current_lag > 0.0 else 0.0
                 limited = min(max(asked[i], -axis.torque_limit), axis.torque_limit)
                 given[i] = kept * given[i] + (1.0 - kept) * limited
-                shaft[i] = (1.0 + axis.constant_error) * given[i] * series[2, i] + _ripple(axis, motor[i])
+                shaft[i] = (1.0 + axis.constant_error) * _unsaturated(axis, given[i]) * series[2, i] + _ripple(axis, motor[i])
                 qpos[i], qvel[i] = q[i], v[i]
             mass_and_bias(model, data, mass, bias)
             _system(axes, mass, bias, q, v, motor, motor_v, shaft, acceleration, series, time, step, bristles, after, inner,
@@ -440,4 +452,5 @@ def _needed(
             shaft[:] = none
             _slid(axes, q, v, shaft, time, series, step, bristles, after)
         for i in range(n):
-            out[k, i] = (shaft[i] - _ripple(axes[i], motor[i])) / (1.0 + axes[i].constant_error) / series[2, i]
+            linear = (shaft[i] - _ripple(axes[i], motor[i])) / (1.0 + axes[i].constant_error) / series[2, i]
+            out[k, i] = linear + linear**3 / axes[i].saturates_at**2

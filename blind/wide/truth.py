@@ -29,7 +29,8 @@ _REALS = (
     *("rotor", "gear_ratio", "elasticity", "elasticity_damping", "gap", "flank", "flank_damping", "motor_friction"),
     *("error_amplitude", "error_order", "error_phase"),
     # motor
-    *("constant_error", "offset", "ripple", "ripple_order", "ripple_phase", "ripple_2", "ripple_2_order", "ripple_2_phase"),
+    *("constant_error", "saturates_at", "offset"),
+    *("ripple", "ripple_order", "ripple_phase", "ripple_2", "ripple_2_order", "ripple_2_phase"),
     *("torque_limit", "current_lag"),
     # encoder
     *("eccentricity", "eccentricity_phase", "delay", "quantum"),
@@ -61,7 +62,7 @@ def blank(count: int) -> Axes:
     axes = np.zeros(count, AXIS)
     for name in ("stribeck_velocity", "wave_period", "warming_time", "exponent", "dahl_exponent", "gear_ratio"):
         axes[name] = 1.0
-    for name in ("torque_limit", "drive_limit"):
+    for name in ("torque_limit", "drive_limit", "saturates_at"):
         axes[name] = 1e12
     axes["shared_with"] = -1
     return axes

@@ -1,16 +1,19 @@
-"""The real motor, compared with what its drive assumes: torque constant, cogging, and limits of the power stage."""
+"""The real motor, compared with what its drive assumes: torque constant, saturation, cogging, limits of the power stage."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, sin
+from math import asinh, inf, isfinite, sin, sinh, sqrt
 
-from drivetwin.foundation.compiled import in_place
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetwin.foundation.compiled import compiled, in_place
 
 
 @dataclass(frozen=True)
 class Motor:
-    """Shaft torque = (1 + constant_error) reported torque + offset + ripples.
+    """Shaft torque = (1 + constant_error) T + offset + ripples, of T (1 + (T / knee)²) that is reported.
 
     Torques on the joint side [N·m or N]. `current_limit` [N·m or N]: the current that the power stage gives ends there;
     `bandwidth` [Hz]: the current loop's, 0 where it is as the drive was commissioned. The reported torque is the measured
@@ -19,13 +22,20 @@ class Motor:
 
     constant_error: float = 0.0
     offset: float = 0.0
+    knee: float = inf
     current_limit: float = inf
     bandwidth: float = 0.0
 
     @property
     def acts(self) -> bool:
         """Whether the shaft gives anything else than the drive reports."""
-        return any((self.constant_error, self.offset))
+        return any((self.constant_error, self.offset, isfinite(self.knee)))
+
+
+def reported(shaft: NDArray[np.float64], motor: Motor) -> NDArray[np.float64]:
+    """What a drive reports (n,) while the shaft gives a torque (n,) beside offset and ripples; joint side."""
+    linear = shaft / (1.0 + motor.constant_error)
+    return linear if not isfinite(motor.knee) else linear * (1.0 + (linear / motor.knee) ** 2)
 
 
 @in_place
@@ -33,7 +43,16 @@ def apply_motors(motors, torque) -> None:  # type: ignore[no-untyped-def]  # rec
     """Turn reported motor torques into shaft torques."""
     for row in range(motors.shape[0]):
         motor = motors[row]
-        torque[motor.actuator] = (1.0 + motor.constant_error) * torque[motor.actuator] + motor.offset / motor.gear
+        linear = _linear(torque[motor.actuator], motor.knee / motor.gear)
+        torque[motor.actuator] = (1.0 + motor.constant_error) * linear + motor.offset / motor.gear
+
+
+@compiled
+def _linear(given: float, knee: float) -> float:
+    """The real root x of x + x³ / knee² = given, by hyperbolic functions: Nickalls, Mathematical Gazette 77(480), 1993."""
+    if not isfinite(knee):
+        return given
+    return 2.0 * knee / sqrt(3.0) * sinh(asinh(1.5 * sqrt(3.0) * given / knee) / 3.0)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.dynamics.motor import reported
 from drivetwin.emulator.dynamics.replay import motor_torque
 from drivetwin.emulator.effects.base import NUMBER, AxisEffect, Exciting, Look, Need, Parameter, Start, StaticEffect
 from drivetwin.emulator.effects.ground import Ground
@@ -41,7 +42,8 @@ class TorqueConstant(StaticEffect):
         return replace(axis, motor=replace(axis.motor, constant_error=self.error))
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return -self.error / (1.0 + self.error) * motor_torque(motion, axis)
+        shaft = motor_torque(motion, axis)
+        return reported(shaft, replace(axis.motor, constant_error=self.error)) - reported(shaft, axis.motor)
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         """Torque constants scatter by some 10 % from motor to motor, and by 20 % with the magnets' temperature."""

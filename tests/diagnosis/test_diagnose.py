@@ -114,6 +114,7 @@ CASES = (
     Case("transmission_error", "turn", uneven_gear, {"amplitude": 0.004, "order": 1.0, "phase": 0.5}),
     Case("torque_ripple", "turn", only("turn", lambda at: -0.4 * np.sin(2.0 * GEAR * at.position + 0.7)),
          {"amplitude": 0.4, "order": 2.0, "phase": 0.7}),
+    Case("magnetic_saturation", "turn", only("turn", lambda at: turn_torque(at) ** 3 / 25.0**2), {"knee": 25.0}),
     Case("encoder_eccentricity", "turn", eccentric_encoder, {"amplitude": 0.004, "phase": 0.4}),
     Case("delay", "turn", late_encoder, {"delay": 2.0 * PERIOD}),
 )  # fmt: skip

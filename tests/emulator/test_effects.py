@@ -154,7 +154,11 @@ CONTRACT_TABLE = {
 def test_library_has_every_effect_of_the_contract_in_its_family() -> None:
     by_contract = {(name, family) for family, names in CONTRACT_TABLE.items() for name in names.split()}
     ours = {(name, effect.family) for name, effect in library().items()}
-    assert ours - by_contract == {("belt_elasticity", "transmission"), ("residual_table", "friction")}
+    assert ours - by_contract == {
+        ("belt_elasticity", "transmission"),
+        ("magnetic_saturation", "motor and drive"),
+        ("residual_table", "friction"),
+    }
     assert by_contract <= ours
 
 
@@ -218,6 +222,7 @@ PREDICTIONS = [
     ("gravity", {"moment": 3.0, "angle": 0.2}, 3.0 * np.sin(POSITION - 0.2)),
     ("spring", {"stiffness": 5.0, "rest": 0.1}, 5.0 * (POSITION - 0.1)),
     ("torque_constant", {"error": 0.1}, -0.1 / 1.1 * NEEDED),
+    ("magnetic_saturation", {"knee": 2.0}, NEEDED**3 / 4.0),
     ("torque_offset", {"offset": 0.3}, np.full(6, -0.3)),
     ("torque_ripple", {"amplitude": 0.2, "order": 6.0, "phase": 0.5}, -0.2 * np.sin(6.0 * 50.0 * POSITION + 0.5)),
 ]

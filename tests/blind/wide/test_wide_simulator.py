@@ -188,6 +188,7 @@ SIZES: dict[str, dict[str, float]] = {
     "elasticity": {"stiffness": 3000.0, "damping": 3.0, "motor_friction_share": 0.7},
     "transmission_error": {"amplitude": 0.002, "order": 1.0, "phase": 0.3},
     "torque_constant": {"error": 0.1},
+    "magnetic_saturation": {"knee": 12.0},
     "torque_offset": {"offset": 0.7},
     "torque_ripple": {"amplitude": 0.7, "order": 2.0, "phase": 1.0},
 }

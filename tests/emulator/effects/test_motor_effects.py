@@ -29,6 +29,17 @@ def test_the_shaft_gives_more_than_is_reported_by_the_constants_error(make: obje
     assert rig.velocity == pytest.approx(1.07 * 1.5 * 0.2 / WHOLE, rel=1e-9)
 
 
+@pytest.mark.parametrize("make", [hinge, slide])
+@pytest.mark.parametrize("given", [0.4, -1.5, 9.0])
+def test_of_a_saturated_motor_the_shaft_gives_the_root_of_a_cubic(make: object, given: float) -> None:
+    """x + x³ / knee² = given, the real root by numpy's companion matrix."""
+    rig = make(effect("magnetic_saturation", knee=2.0))  # type: ignore[operator]
+    rig.run(0.2, given)
+    roots = np.roots([1.0 / 2.0**2, 0.0, 1.0, -given])
+    shaft = float(roots[np.abs(roots.imag) < 1e-9].real[0])
+    assert rig.velocity == pytest.approx(shaft * 0.2 / WHOLE, rel=1e-9)
+
+
 def test_an_offset_moves_the_axis_without_any_reported_torque() -> None:
     rig = hinge(effect("torque_offset", offset=-0.3))
     rig.run(0.2)

@@ -27,6 +27,7 @@ PARAMETERS = {
     "elasticity": {"stiffness": 2000.0},
     "transmission_error": {"amplitude": 0.001},
     "torque_constant": {"error": -0.08},
+    "magnetic_saturation": {"knee": 3.0},
     "torque_offset": {"offset": 0.25},
     "torque_ripple": {"amplitude": 0.2, "order": 12.0},
     "encoder_eccentricity": {"amplitude": 0.001},

@@ -23,6 +23,7 @@ PARAMETERS = {
     "gravity": {"moment": 1.2, "angle": 0.6},
     "spring": {"stiffness": 3.0, "rest": -0.2},
     "torque_constant": {"error": -0.08},
+    "magnetic_saturation": {"knee": 3.0},
     "torque_offset": {"offset": 0.25},
     "torque_ripple": {"amplitude": 0.2, "order": 12.0, "phase": 1.0},
 }
