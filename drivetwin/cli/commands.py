@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import inspect
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any
@@ -28,8 +29,13 @@ class Entry:
         module, _, function = self.place.partition(":")
         alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
         callback = getattr(import_module(f"drivetwin.cli.{module}"), function)
-        alone.command(name, cls=self.cls, context_settings=dict(self.context))(callback)
+        alone.command(name, cls=self.cls, context_settings=dict(self.context), help=_paragraphs(callback))(callback)
         return typer.main.get_command(alone)
+
+
+def _paragraphs(command: Callable[..., Any]) -> str:
+    """What a command says of itself, each paragraph as one line: the terminal says where it is broken."""
+    return "\n\n".join(" ".join(each.split()) for each in (inspect.getdoc(command) or "").split("\n\n"))
 
 
 _REST_IS_THE_FAULTS = {"allow_extra_args": True, "ignore_unknown_options": True}

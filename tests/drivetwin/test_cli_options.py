@@ -8,6 +8,7 @@ import subprocess
 import sys
 from importlib import import_module
 from importlib.metadata import version
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -62,6 +63,20 @@ def test_every_command_has_short_help(monkeypatch: pytest.MonkeyPatch, capsys: p
         monkeypatch.setattr(sys, "argv", ["drivetwin", name, "-h"])
         main()
         assert entry.summary.split()[0] in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_terminal_breaks_the_lines_of_a_paragraph_where_they_are_full(
+    name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In 80 columns no line of a paragraph has room for the first word of the next."""
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setattr(sys, "argv", ["drivetwin", name, "-h"])
+    main()
+    before_the_options = capsys.readouterr().out.partition("╭")[0].splitlines()
+    for line, following in pairwise(each.strip() for each in before_the_options):
+        if line and following:
+            assert len(line) + 1 + len(following.split()[0]) > 77, line
 
 
 def test_the_package_is_the_command() -> None:
