@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t
+from scipy import stats
 
 from drivetwin.controller.cycle import Cycle
 from drivetwin.controller.drive_node import DriveNode
@@ -39,7 +39,7 @@ class FrictionPoint:
     @property
     def ci90(self) -> tuple[float, float]:
         """90 % interval of the torque [N or N·m], by Student's t: the error is of the means of `BATCHES` in each direction."""
-        reach = float(t.ppf(0.95, 2 * (BATCHES - 1))) * self.standard_error
+        reach = float(stats.t.ppf(0.95, 2 * (BATCHES - 1))) * self.standard_error
         return self.torque - reach, self.torque + reach
 
 
@@ -87,7 +87,7 @@ def _point(drive: DriveNode, forward: _Polled, backward: _Polled) -> FrictionPoi
 
 def _standard_error(values: NDArray[np.float64]) -> float:
     """Of the mean, from the means of `BATCHES` batches: readings a few milliseconds apart are not independent."""
-    means = [float(batch.mean()) for batch in np.array_split(values, BATCHES)]
+    means = [float(batch.mean()) for batch in np.array_split(values, min(BATCHES, len(values)))]
     return float(np.std(means, ddof=1) / np.sqrt(len(means)))
 
 

@@ -40,6 +40,6 @@ def _schema(path: Path) -> str:
     schema = content.get("schema") if isinstance(content, dict) else None
     if not isinstance(schema, str) or schema not in ("identified/1", "effects/1"):
         beside = path.with_name("effects.json")
-        advice = f"; give {beside}" if beside.is_file() else ""
+        advice = f"; give {beside}" if beside != path and beside.is_file() else ""
         raise UserError(f"{path}: schema is {schema!r:.80}; expected 'identified/1' or 'effects/1'{advice}")
     return schema

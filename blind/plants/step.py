@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import atan2, cos, sin, sqrt
 
 import numpy as np
-from numpy import cbrt
 
 from drivetwin.blind.plants.friction import lugre, maxwell_slip, sliding_level, viscous_torque
 from drivetwin.blind.plants.rigid import accelerations
@@ -84,12 +83,12 @@ def _shaft_torque(a, s, torque, brake, step):  # type: ignore[no-untyped-def]
 
 @compiled
 def _less_saturation(a, torque):  # type: ignore[no-untyped-def]
-    """What is left of a torque by the current, which is x + cubic_loss x³: Cardano's formula."""
+    """The torque x of a motor whose current would give x + cubic_loss x³ if nothing saturated: Cardano's formula."""
     if a.cubic_loss == 0.0:
         return torque
     half = 0.5 * torque / a.cubic_loss
     root = sqrt(half * half + (1.0 / (3.0 * a.cubic_loss)) ** 3)
-    return cbrt(root + half) - cbrt(root - half)
+    return np.cbrt(root + half) - np.cbrt(root - half)
 
 
 @compiled

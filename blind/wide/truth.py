@@ -18,6 +18,9 @@ DRIVES = ("cascade", "pi_p", "pid", "torque")
 NO_FOREIGN, COUNTERBALANCE, SLOSH, TETHER, WANDERING_COGGING, EDDY_BRAKE, SOFT_STOP = range(7)
 """What acts from outside the library by the axis's state; what acts by time alone comes as series."""
 
+NEVER = 1e12
+"""Of a limit [N·m or N]."""
+
 _REALS = (
     # friction; `stiffness` before it slides, `micro_damping` of what sticks
     *("coulomb", "viscous", "asymmetry", "viscous_asymmetry", "static", "stribeck_velocity", "exponent"),
@@ -63,6 +66,6 @@ def blank(count: int) -> Axes:
     for name in ("stribeck_velocity", "wave_period", "warming_time", "exponent", "dahl_exponent", "gear_ratio"):
         axes[name] = 1.0
     for name in ("torque_limit", "drive_limit", "saturates_at"):
-        axes[name] = 1e12
+        axes[name] = NEVER
     axes["shared_with"] = -1
     return axes

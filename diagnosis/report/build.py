@@ -230,10 +230,9 @@ def _selected(
     taken: Mapping[str, float],
     settings: Settings,
 ) -> Cause:
-    """`taken`: what it takes of the gap of each axis that has one. How far it closes the gap is told where it takes most."""
+    """`taken`: what it takes of the gap of each axis that has one. How far it closes the gap is told of its own."""
     one = gaps.patch.effects[number]
     answer = next((each for each in answers if each.chosen is not None and alike(each.chosen, one)), None)
-    where = max(taken, key=lambda axis: (taken[axis], axis == one.axis))
     others = answer.indistinguishable if answer is not None else ()
     rest = Patch(tuple(each for each in gaps.patch.effects if each is not one), gaps.patch.heavier)
     return Cause(
@@ -242,7 +241,7 @@ def _selected(
         answer.probability if answer is not None else 1.0,
         sum(taken.values()),
         _estimates(ready, values, one),
-        _closed(ready, gaps, rest, where, settings),
+        _closed(ready, gaps, rest, one.axis, settings),
         others,
         tell_apart(one.effect.name, others),
         sensor_that_tells((one.effect.name, *others), _sensors(ready, one.axis)) if others else "",
@@ -316,13 +315,13 @@ def _alternatives(
         for member in answer.members:
             one = member.proposal.effect
             key = (one.effect.name, one.axis)
-            if key in selected or not weights.keys() & member.proposal.taken.keys() or member.weight < SHOWN:
+            takes = {axis: member.proposal.taken.get(axis, 0.0) for axis in weights}
+            if key in selected or max(takes.values(), default=0.0) < settings.least_share or member.weight < SHOWN:
                 continue
-            if member.proposal.share < settings.least_share or not (answer.chosen is None or _is_in(answer.chosen, patch)):
+            if answer.chosen is not None and not _is_in(answer.chosen, patch):
                 continue
             if key not in told or told[key].probability < member.weight:
-                taken = member.proposal.taken
-                share = sum(weight * float(np.clip(taken.get(axis, 0.0), 0.0, 1.0)) for axis, weight in weights.items())
+                share = sum(weight * float(np.clip(takes[axis], 0.0, 1.0)) for axis, weight in weights.items())
                 if answer.chosen is not None and one.axis == answer.chosen.axis:
                     share = sum(weight * parts[axis].share_of(answer.chosen) for axis, weight in weights.items())
                 told[key] = Cause(one.effect.name, one.axis, member.weight, share, {}, None)

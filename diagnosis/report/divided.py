@@ -33,8 +33,9 @@ class Divided:
     taken: Sequence[tuple[PlacedEffect, float]]
 
     def share_of(self, one: PlacedEffect) -> float:
-        """What goes to an effect; 0 for one that does not act here."""
-        return next((share for other, share in self.taken if alike(one, other)), 0.0)
+        """What goes to an effect, or else to one like it, settled since; 0 for one that does not act here."""
+        alike_ones = [share for other, share in self.taken if alike(one, other)]
+        return next((share for other, share in self.taken if other is one), next(iter(alike_ones), 0.0))
 
     def of(self, name: str) -> float:
         """What goes to the unknown, say; 0 where nothing does."""
@@ -42,7 +43,7 @@ class Divided:
 
 
 def divided(ready: Prepared, gaps: Gaps, axis: str, seed: int) -> Divided:
-    """What the effects of an axis take as they stand, those of others and heavier bodies by their torque on it."""
+    """What each effect that acts on an axis takes: of its own by `attributed`, of others and heavier bodies by their torque."""
     seen = [each.axes[axis] for each in gaps.unseen]
     own = tuple(one for one in gaps.patch.effects if one.axis == axis)
     gap = [(each.measured - each.before)[each.used] for each in seen]
@@ -51,20 +52,21 @@ def divided(ready: Prepared, gaps: Gaps, axis: str, seed: int) -> Divided:
         for k in range(len(own))
     ]
     others = _others(ready, gaps, axis)
-    names = [one.effect.name for one in own]
-    periods, noise = [run.period for run in ready.checks], gaps.noise[axis].rms
-    if not others:
-        found = shares(gap, torque, names, periods, noise, seed)
-        return Divided(found, list(zip(own, (each.share for each in found), strict=False)))
-    named = OTHER_AXES if len(ready.simulation.axes) > 1 else MASSES
-    together = [np.asarray(sum(parts)) for parts in zip(*(part for _, part in others), strict=True)]
-    found = shares(gap, [*torque, together], [*names, named], periods, noise, seed)
-    each_alone = shares(together, [part for _, part in others], [named] * len(others), periods, 0.0, seed)
-    elsewhere = found[len(own)].share if found else 0.0
-    told = [
-        (one, elsewhere * part.share) for (one, _), part in zip(others, each_alone, strict=False) if one is not None
-    ]
-    return Divided(found, [*zip(own, (each.share for each in found), strict=False), *told])
+    parts = [*torque, *(part for _, part in others)]
+    name = OTHER_AXES if len(ready.simulation.axes) > 1 else MASSES
+    names = [*(one.effect.name for one in own), *(name for _ in others)]
+    found = shares(gap, parts, names, [run.period for run in ready.checks], gaps.noise[axis].rms, seed)
+    acting = [*own, *(one for one, _ in others)]
+    taken = [(one, each.share) for one, each in zip(acting, found, strict=False) if one is not None]
+    first, last = found[: len(own)], found[len(parts) :]
+    elsewhere = (_together(name, found[len(own) : len(parts)]),) if found and others else ()
+    return Divided((*first, *elsewhere, *last), taken)
+
+
+def _together(name: str, several: Sequence[Share]) -> Share:
+    """Several shares as one, whose interval is the sum of theirs: no narrower than it is."""
+    low, high = (sum(each.ci90[end] for each in several) for end in (0, 1))
+    return Share(name, sum(each.share for each in several), (low, min(high, 1.0)))
 
 
 def _others(ready: Prepared, gaps: Gaps, axis: str) -> list[tuple[PlacedEffect | None, Part]]:

@@ -38,7 +38,7 @@ def causes_section(diagnosis: Diagnosis) -> str:
         '<p class="note">In the order of probability times share. The probability is that the effect, or one from which it '
         "cannot be distinguished, is there. The share is of the gaps of all axes, each relative to its torque. Gap closed "
         "is the part of the gap's energy on motion that was not fitted that goes when the effect is added to all others, on "
-        "the axis where it takes most. "
+        "its own axis. "
         "Intervals in brackets are of 90 %.</p></section>"
     )
 

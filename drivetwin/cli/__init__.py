@@ -84,9 +84,7 @@ def main() -> None:
         _end("not confirmed (--yes confirms without asking); nothing was done", UserError.exit_status)
     except TyperException as error:
         message = " ".join(error.format_message().split()).rstrip(".?") or "no command given"
-        refused = _value_of(error)
-        it_is = f"; it is {refused}" if refused not in message else ""
-        _end(f"{message}{it_is}; see: {_help_of(error)}", UserError.exit_status)
+        _end(f"{message}{_value_of(error)}; see: {_help_of(error)}", UserError.exit_status)
     if status == INTERRUPTED:
         _end("interrupted", INTERRUPTED)
     if status:
@@ -100,11 +98,12 @@ def _bus_errors() -> tuple[type[Exception], ...]:
 
 
 def _value_of(error: TyperException) -> str:
-    """The value that was refused; empty where it was none."""
+    """The value that was refused, where the message says only what it should be."""
     from pydantic import ValidationError  # noqa: PLC0415  # typer has loaded it by then; `--help` does without
 
     refused = error.__cause__
-    return f"{refused.errors()[0]['input']!s:.80}" if isinstance(refused, ValidationError) else ""
+    said = refused.errors()[0] if isinstance(refused, ValidationError) else None
+    return f"; it is '{said['input']!s:.80}'" if said is not None and said["type"] != "value_error" else ""
 
 
 def _help_of(error: TyperException) -> str:

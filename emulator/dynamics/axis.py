@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from drivetwin.emulator.dynamics.encoder import Encoder
 from drivetwin.emulator.dynamics.friction import FrictionLaw
 from drivetwin.emulator.dynamics.load import Load
@@ -28,3 +31,8 @@ class AxisDynamics:
     load: Load = field(default_factory=Load)
     resisting: tuple[Resisting, ...] = ()
     encoder: Encoder = field(default_factory=Encoder)
+
+    def reported(self, shaft: NDArray[np.float64], position: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Torque that the drive reports (n,) while the shaft gives a torque (n,) at positions of the joint (n,)."""
+        given = sum((ripple.at(self.gear_ratio * position) for ripple in self.ripples), np.zeros_like(shaft))
+        return self.motor.reported(shaft - given)

@@ -31,11 +31,10 @@ class Motor:
         """Whether the shaft gives anything else than the drive reports."""
         return any((self.constant_error, self.offset, isfinite(self.knee)))
 
-
-def reported(shaft: NDArray[np.float64], motor: Motor) -> NDArray[np.float64]:
-    """What a drive reports (n,) while the shaft gives a torque (n,) beside offset and ripples; joint side."""
-    linear = shaft / (1.0 + motor.constant_error)
-    return linear if not isfinite(motor.knee) else linear * (1.0 + (linear / motor.knee) ** 2)
+    def reported(self, shaft: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What the drive reports (n,) while the shaft gives a torque (n,) beside ripples."""
+        linear = (shaft - self.offset) / (1.0 + self.constant_error)
+        return linear * (1.0 + (linear / self.knee) ** 2) if isfinite(self.knee) else linear
 
 
 @in_place
@@ -62,6 +61,10 @@ class Ripple:
     amplitude: float
     order: float
     phase: float = 0.0
+
+    def at(self, motor_angle: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Torque (n,) at angles of the motor (n,) [rad]."""
+        return np.asarray(self.amplitude * np.sin(self.order * motor_angle + self.phase))
 
 
 @in_place

@@ -6,26 +6,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.motor import reported
 from drivetwin.emulator.dynamics.replay import motor_torque
-from drivetwin.emulator.effects.base import TORQUE, AxisEffect, Exciting, Look, Need, Parameter, Start, StaticEffect
+from drivetwin.emulator.effects.base import TORQUE, AxisEffect, Exciting, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
+from drivetwin.emulator.effects.motor_effect import MotorEffect
 
 _SCATTER = 0.15
-"""Of the current at the highest torque, the part that saturation asks of most motors, at most."""
+"""Of the torque that a motion asks at most, what most motors take more current for, at most."""
 
 
 @dataclass(frozen=True)
-class MagneticSaturation(StaticEffect):
-    """Reported torque = T (1 + (T / knee)²) for a shaft torque T: at the knee the motor takes twice the current.
+class MagneticSaturation(MotorEffect):
+    """Reported torque = S (1 + (S / knee)²) for a shaft torque S: at the knee the motor takes twice the current.
 
-    The first term beside the linear one of any characteristic that is the same in both directions. Of a servo motor on a load
-    cell: Pieper, Dealing with stator magnetic saturation, 2020.
+    The first term beside the linear one of any characteristic that is the same in both directions. A curve of a servo motor
+    by a load cell: Pieper, Dealing with stator magnetic saturation, mjbots, 2020.
     """
 
     name: ClassVar[str] = "magnetic_saturation"
@@ -39,12 +37,8 @@ class MagneticSaturation(StaticEffect):
 
     knee: float
 
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+    def change(self, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, motor=replace(axis.motor, knee=self.knee))
-
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        shaft = motor_torque(motion, axis)
-        return reported(shaft, replace(axis.motor, knee=self.knee)) - reported(shaft, axis.motor)
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         """Drives are sized so that a motor saturates little at the torque that a motion asks."""
@@ -66,5 +60,5 @@ class MagneticSaturation(StaticEffect):
 
 
 def _highest(motion: Motion, axis: AxisDynamics) -> float:
-    """Torque of the shaft that a motion asks at most [N·m or N]."""
-    return float(np.abs(motor_torque(motion, axis)).max()) or 1.0
+    """Torque of the shaft that a motion asks at most, a few outliers aside [N·m or N]."""
+    return float(np.quantile(np.abs(motor_torque(motion, axis)), 0.999)) or 1.0

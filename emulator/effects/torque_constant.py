@@ -7,21 +7,16 @@ from dataclasses import dataclass, replace
 from math import log
 from typing import ClassVar
 
-import mujoco
-import numpy as np
-from numpy.typing import NDArray
-
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.motor import reported
-from drivetwin.emulator.dynamics.replay import motor_torque
-from drivetwin.emulator.effects.base import NUMBER, AxisEffect, Exciting, Look, Need, Parameter, Start, StaticEffect
+from drivetwin.emulator.effects.base import NUMBER, AxisEffect, Exciting, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
+from drivetwin.emulator.effects.motor_effect import MotorEffect
 
 _SCATTER = 0.15
 
 
 @dataclass(frozen=True)
-class TorqueConstant(StaticEffect):
+class TorqueConstant(MotorEffect):
     """Shaft torque = (1 + error) reported torque; error > 0 is a motor stronger than believed, which costs less.
 
     The drive gain of Gautier and Briot, ASME J. Dyn. Sys. Meas. Control 136(5), 2014.
@@ -38,12 +33,8 @@ class TorqueConstant(StaticEffect):
 
     error: float
 
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+    def change(self, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, motor=replace(axis.motor, constant_error=self.error))
-
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        shaft = motor_torque(motion, axis)
-        return reported(shaft, replace(axis.motor, constant_error=self.error)) - reported(shaft, axis.motor)
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
         """Torque constants scatter by some 10 % from motor to motor, and by 20 % with the magnets' temperature."""

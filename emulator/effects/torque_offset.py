@@ -6,17 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.effects.base import TORQUE, Exciting, Look, Need, Parameter, Start, StaticEffect
+from drivetwin.emulator.effects.base import TORQUE, Exciting, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
+from drivetwin.emulator.effects.motor_effect import MotorEffect
 
 
 @dataclass(frozen=True)
-class TorqueOffset(StaticEffect):
+class TorqueOffset(MotorEffect):
     """Shaft torque = reported torque + offset; on the joint side. It costs -offset, whatever the motion."""
 
     name: ClassVar[str] = "torque_offset"
@@ -30,11 +29,8 @@ class TorqueOffset(StaticEffect):
 
     offset: float
 
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+    def change(self, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, motor=replace(axis.motor, offset=self.offset))
-
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return np.full_like(motion.torque, -self.offset)
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

@@ -7,19 +7,18 @@ from dataclasses import dataclass, replace
 from math import pi, sqrt
 from typing import ClassVar
 
-import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion, Ripple
-from drivetwin.emulator.effects.base import ANGLE, NUMBER, TORQUE, Exciting, Parameter, Start, StaticEffect
+from drivetwin.emulator.effects.base import ANGLE, NUMBER, TORQUE, Exciting, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
+from drivetwin.emulator.effects.motor_effect import MotorEffect
 from drivetwin.emulator.effects.motor_wave import MotorWave
 from drivetwin.emulator.effects.waves import amplitude_and_phase, orders, unexplained
 
 
 @dataclass(frozen=True)
-class TorqueRipple(MotorWave, StaticEffect):
+class TorqueRipple(MotorWave, MotorEffect):
     """Shaft torque = reported torque + amplitude sin(order * motor angle + phase), motor angle = gear ratio * joint position.
 
     `order` is in waves a motor turn: the least common multiple of slots and poles, or once a turn. Amplitude on the joint side.
@@ -38,11 +37,8 @@ class TorqueRipple(MotorWave, StaticEffect):
         Parameter("phase", ANGLE),
     )
 
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+    def change(self, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, ripples=(*axis.ripples, Ripple(self.amplitude, self.order, self.phase)))
-
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return -self.amplitude * np.sin(self.order * axis.gear_ratio * motion.position + self.phase)
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:

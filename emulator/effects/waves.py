@@ -20,8 +20,6 @@ _LEAST_ORDER = 0.9
 FRACTIONAL = 1e5
 """To one, that an order is a whole number of waves a motor turn."""
 _ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
-_WHOLE, _ENOUGH = 2.0, 20.0
-"""Waves of a stretch in which one is seen, and of all such stretches together, for it to be asked for."""
 _LONGEST = 8.0
 """Waves a travel up to which all lengths are tried."""
 
@@ -54,23 +52,8 @@ def unexplained(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
 def shortest(motion: Motion) -> float:
     """Shortest wavelength [rad or m] that passes within the motion's band most of the time; infinite if nothing moves."""
     speeds = np.abs(motion.velocity[moving(motion)])
-    return float(np.quantile(speeds, 0.1)) / _highest(motion) if len(speeds) else inf
-
-
-def _highest(motion: Motion) -> float:
-    """Frequency [Hz] up to which a motion shows anything."""
-    return min(motion.band, 0.5 / motion.period)
-
-
-def passing(motion: Motion, length: float) -> float:
-    """Waves of a length [rad or m] that pass within the motion's band, in stretches of at least `_WHOLE`: at a reversal part of
-    a wave passes, and friction that yields looks like it.
-    """
-    within = np.abs(motion.velocity) < length * _highest(motion)
-    ends = np.flatnonzero(np.diff(np.concatenate([[False], within & moving(motion), [False]])))
-    way = np.concatenate([[0.0], np.cumsum(np.abs(motion.velocity))]) * motion.period
-    waves = (way[ends[1::2]] - way[ends[::2]]) / length
-    return float(waves[waves >= _WHOLE].sum())
+    highest = min(motion.band, 0.5 / motion.period)
+    return float(np.quantile(speeds, 0.1)) / highest if len(speeds) else inf
 
 
 def strongest(motion: Motion, torque: NDArray[np.float64], most: int) -> list[float]:
@@ -114,10 +97,5 @@ def orders(motion: Motion, axis: AxisDynamics, torque: NDArray[np.float64]) -> l
     Half a wave a travel tells the amplitude of one whose length is known.
     """
     turn = 2.0 * np.pi / axis.gear_ratio
-    shown = shortest(motion)
-    usual = [
-        order
-        for order in _USUAL_ORDERS
-        if turn / order <= 2.0 * travel(motion) and (turn / order >= shown or passing(motion, turn / order) >= _ENOUGH)
-    ]
+    usual = [order for order in _USUAL_ORDERS if shortest(motion) <= turn / order <= 2.0 * travel(motion)]
     return sorted({*usual, *(number * turn for number in strongest(motion, torque, _SHOWN) if number * turn > _LEAST_ORDER)})

@@ -218,6 +218,19 @@ def test_gravity_spring_and_offset_pull_as_their_formulae_say(formulation: int) 
 
 
 @BOTH
+def test_a_saturated_motor_pushes_by_the_root_of_a_cubic(formulation: int) -> None:
+    """x + x³ / 0.5² = 0.9, by numpy's companion matrix."""
+    bench = Bench("turntable", formulation, ("magnetic_saturation", {"knee": 0.5}), frictionless=True)
+    start = float(bench.state["position"])
+
+    track = bench.push(lambda: 0.9, 0.05)
+
+    roots = np.roots([4.0, 0.0, 1.0, -0.9])
+    shaft = float(roots[np.abs(roots.imag) < 1e-9].real[0])
+    assert track[-1, 1] - start == pytest.approx(0.5 * shaft / bench.axis.inertia * 0.05**2, rel=5e-3)
+
+
+@BOTH
 def test_an_eccentric_disc_reads_its_eccentricity(formulation: int) -> None:
     amplitude = 2e-4
     bench = Bench("turntable", formulation, ("encoder_eccentricity", {"amplitude": amplitude, "phase": 0.3}))

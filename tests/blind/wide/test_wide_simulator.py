@@ -16,7 +16,7 @@ from drivetwin.blind.wide.families import draw_family
 from drivetwin.blind.wide.friction import ELEMENTS, level, presliding
 from drivetwin.blind.wide.machines import AxisLimits, Link, Machine, Nominal
 from drivetwin.blind.wide.rigid import rigid_bodies
-from drivetwin.blind.wide.simulator import TICK, Demand, Motion, Outside, Run, move, needed, quiet
+from drivetwin.blind.wide.simulator import TICK, Demand, Motion, Outside, Run, _unsaturated, move, needed, quiet
 from drivetwin.blind.wide.truth import COULOMB, LAWS, LUGRE, PID, Axes, blank
 
 Array = NDArray[np.float64]
@@ -193,6 +193,15 @@ SIZES: dict[str, dict[str, float]] = {
     "torque_ripple": {"amplitude": 0.7, "order": 2.0, "phase": 1.0},
 }
 """One of each effect that a motion needs torque for, on the second axis of an arm; payloads are tested with the model."""
+
+
+@pytest.mark.parametrize("given", [0.01, -1.0, 7.0, 300.0])
+def test_a_saturated_motor_gives_the_root_of_a_cubic(given: float) -> None:
+    """x + x³ / 2² = given, by numpy's companion matrix."""
+    axes = blank(1)
+    axes["saturates_at"] = 2.0
+    roots = np.roots([0.25, 0.0, 1.0, -given])
+    assert _unsaturated(axes[0], given) == pytest.approx(float(roots[np.abs(roots.imag) < 1e-9].real[0]), rel=1e-9)
 
 
 @pytest.mark.parametrize("effect", SIZES)

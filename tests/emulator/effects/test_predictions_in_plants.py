@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import permutations
+
 import numpy as np
 import pytest
 from effect_bench import HINGE, MOTOR, SLIDE, WHOLE, Rig, effect
 
 from drivetwin.emulator.dynamics import Motion
 from drivetwin.emulator.effects import StaticEffect, library
+from drivetwin.emulator.effects.motor_effect import MotorEffect
 
 PARAMETERS = {
     "coulomb": {"coulomb": 0.7},
@@ -66,3 +69,24 @@ def test_prediction_is_the_plants(name: str, state: tuple[float, float, float], 
     assert isinstance(changed.effect, StaticEffect)
     predicted = changed.effect.predict(motion, without.mechanism.dynamics["axis"])
     assert WHOLE * (plain - real) == pytest.approx(float(predicted[0]), rel=1e-4, abs=1e-4)
+
+
+MOTORS = ("magnetic_saturation", "torque_offset", "torque_ripple", "torque_constant")
+
+
+@pytest.mark.parametrize("state", STATES)
+@pytest.mark.parametrize("order", permutations(MOTORS), ids="-".join)
+def test_effects_of_a_motor_bend_each_other_in_any_order(order: tuple[str, ...], state: tuple[float, float, float]) -> None:
+    """An offset costs the more current the more the motor is saturated: what they cost one after the other is the plant's."""
+    effects = [effect(name, **PARAMETERS[name]) for name in order]
+    without, with_them = Rig(MODELS["hinge"], *BASE), Rig(MODELS["hinge"], *BASE, *effects)
+    plain, real = acceleration(without, *state), acceleration(with_them, *state)
+    position, velocity, torque = (np.array([value]) for value in state)
+    inertia = np.array([WHOLE])
+    motion = Motion(position, velocity, np.array([real]), torque, np.array([0.2]), inertia * real, inertia, MOTOR)
+    axis, predicted = without.mechanism.dynamics["axis"], 0.0
+    for one in effects:
+        assert isinstance(one.effect, MotorEffect)
+        predicted += float(one.effect.predict(motion, axis)[0])
+        axis = one.effect.change(axis)
+    assert WHOLE * (plain - real) == pytest.approx(predicted, rel=1e-4, abs=1e-4)
