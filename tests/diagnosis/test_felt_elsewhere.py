@@ -10,9 +10,14 @@ import pytest
 from carts_bench import PERIOD, TIME, slope, waves
 
 from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.report.build import _alternatives
 from drivetwin.diagnosis.report.divided import OTHER_AXES
+from drivetwin.diagnosis.report.prediction import Patch
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.averaging import Answer, Weighed
+from drivetwin.diagnosis.weigh.proposal import Proposal
+from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.effects.payload import Payload
 from drivetwin.recording.recording import Recording, RecordingInfo
 
@@ -63,3 +68,13 @@ def test_a_cause_has_its_share_of_every_axis_that_feels_it(tmp_path: Path) -> No
     assert first.parameters["mass"].value == pytest.approx(TOOL, rel=0.05)
     assert next(part.share for part in found.axes["shoulder"].shares if part.of == OTHER_AXES) > 0.9
     assert first.share > 0.9
+
+
+@pytest.mark.parametrize(("shoulder", "shares"), [(0.0, []), (0.6, [0.6])])
+def test_an_effect_that_may_be_there_is_named_where_a_gap_feels_it(shoulder: float, shares: list[float]) -> None:
+    """The shoulder alone has a gap; what the tool would take of the elbow's torque, which has none, counts for nothing."""
+    tool = PlacedEffect("elbow", Payload(TOOL), {})
+    proposal = Proposal(tool, 9.0, 0.0, {"shoulder": shoulder, "elbow": 0.9}, {}, (), frozenset(), 1)
+    answer = Answer(None, 0.5, False, (Weighed(proposal, 0.5, False),))
+    named = _alternatives([answer], Patch(), {"shoulder": 1.0}, {}, Settings())
+    assert [(one.effect, one.axis, one.share) for one in named] == [("payload", "elbow", share) for share in shares]
