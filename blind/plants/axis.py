@@ -22,7 +22,7 @@ AXIS = np.dtype(
             # a transmission that is a second body, where its stiffness is not 0
             *("mesh_stiffness", "mesh_damping", "hardening", "gap", "error_amplitude", "error_order", "error_phase"),
             # friction
-            *("coulomb", "coulomb_asymmetry", "viscous", "viscous_asymmetry", "quadratic", "cubic", "root"),
+            *("coulomb", "coulomb_asymmetry", "viscous", "viscous_asymmetry", "quadratic", "cubic"),
             *("static_torque", "stribeck_velocity", "exponent", "load_coefficient"),
             *("position_amplitude", "position_period", "position_phase", "cold", "warming_time"),
             *("stiffness", "damping", "smooth_velocity"),
@@ -141,7 +141,7 @@ CHANGES: dict[str, Change] = {
     "coulomb_asymmetry": _same(coulomb_asymmetry="asymmetry"),
     "viscous_asymmetry": _same(viscous_asymmetry="asymmetry"),
     "stribeck": _same(static_torque="static_torque", stribeck_velocity="stribeck_velocity", exponent="exponent"),
-    "viscous_nonlinear": _same(quadratic="quadratic", cubic="cubic", root="root"),
+    "viscous_nonlinear": _same(quadratic="quadratic", cubic="cubic"),
     "presliding": _same(stiffness="stiffness", damping="damping"),
     "load_friction": _same(load_coefficient="coefficient"),
     "position_friction": _same(position_amplitude="amplitude", position_period="period", position_phase="phase"),

@@ -45,9 +45,7 @@ def viscous_torque(a, scale, velocity, time):  # type: ignore[no-untyped-def]
     """Torque that grows with the speed."""
     slope = a.viscous + a.viscous_asymmetry * tanh(velocity / a.smooth_velocity)
     speed = abs(velocity)
-    torque = (slope + a.quadratic * speed + a.cubic * speed * speed) * velocity
-    torque += a.root * sqrt(speed) * tanh(velocity / a.smooth_velocity)
-    return warmth(a, time) * scale * torque
+    return warmth(a, time) * scale * (slope + a.quadratic * speed + a.cubic * speed * speed) * velocity
 
 
 @compiled

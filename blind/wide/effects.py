@@ -84,10 +84,9 @@ def _viscous_asymmetry(g: Ground) -> Sizable:
 
 
 def _viscous_nonlinear(g: Ground) -> Sizable:
-    power = g.draw.choice(("root", "quadratic", "cubic"))
-    none = {"quadratic": 0.0, "cubic": 0.0, "root": 0.0}
-    exponent = {"root": 0.5, "quadratic": 2.0, "cubic": 3.0}[power]
-    return lambda s: none | {power: g.torque / g.speed**exponent * s}
+    if g.draw.random() < 0.6:
+        return lambda s: {"quadratic": g.torque / g.speed**2 * s, "cubic": 0.0}
+    return lambda s: {"quadratic": 0.0, "cubic": g.torque / g.speed**3 * s}
 
 
 def _presliding(g: Ground) -> Sizable:
@@ -307,7 +306,7 @@ _FIELDS: dict[str, dict[str, str]] = {
     "coulomb_asymmetry": {"asymmetry": "asymmetry"},
     "viscous_asymmetry": {"asymmetry": "viscous_asymmetry"},
     "stribeck": {"stribeck_velocity": "stribeck_velocity", "exponent": "exponent"},
-    "viscous_nonlinear": {"quadratic": "quadratic", "cubic": "cubic", "root": "root"},
+    "viscous_nonlinear": {"quadratic": "quadratic", "cubic": "cubic"},
     "presliding": {"stiffness": "stiffness", "damping": "micro_damping"},
     "load_friction": {"coefficient": "load_coefficient"},
     "position_friction": {"amplitude": "wave", "period": "wave_period", "phase": "wave_phase"},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import exp, pi, sin, sqrt
+from math import exp, pi, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,6 @@ ELEMENTS = 4
 
 WEIGHTS = np.arange(1, ELEMENTS + 1) / sum(range(1, ELEMENTS + 1))
 """Share of the level at which each of them slips (Al-Bender, Lampaert, Swevers 2005); all springs are equal."""
-
-SLOWEST = 1e-4
-"""Speed [rad/s or m/s] below which friction that grows as its root is proportional to it: the root of nothing is too steep."""
 
 Array = NDArray[np.float64]
 
@@ -53,10 +50,6 @@ def viscous(axis: Record, velocity: float, time: float) -> tuple[float, float]:
     linear = axis.viscous + axis.viscous_asymmetry * np.sign(velocity)
     torque = (linear + axis.quadratic * speed + axis.cubic * speed**2) * velocity
     slope = linear + 2.0 * axis.quadratic * speed + 3.0 * axis.cubic * speed**2
-    if axis.root > 0.0:
-        rounded = sqrt(speed + SLOWEST)
-        torque += axis.root * velocity / rounded
-        slope += axis.root * (0.5 * speed + SLOWEST) / rounded**3
     return torque * warm, max(slope * warm, 0.0)
 
 

@@ -24,7 +24,7 @@ NEVER = 1e12
 _REALS = (
     # friction; `stiffness` before it slides, `micro_damping` of what sticks
     *("coulomb", "viscous", "asymmetry", "viscous_asymmetry", "static", "stribeck_velocity", "exponent"),
-    *("quadratic", "cubic", "root", "load_coefficient", "wave", "wave_period", "wave_phase", "cold", "warming_time"),
+    *("quadratic", "cubic", "load_coefficient", "wave", "wave_period", "wave_phase", "cold", "warming_time"),
     *("stiffness", "micro_damping", "dahl_exponent", "attraction"),
     # rigid body
     *("moment", "moment_angle", "spring", "spring_rest", "shared_inertia", "shared_ratio"),

@@ -26,7 +26,7 @@ from drivetwin.emulator.effects import (
     UnnamedEffect,
     read_effects,
 )
-from drivetwin.emulator.effects.base import CUBIC, DAMPING, INERTIA, MASS, QUADRATIC, ROOT, STIFFNESS, TORQUE
+from drivetwin.emulator.effects.base import CUBIC, DAMPING, INERTIA, MASS, QUADRATIC, STIFFNESS, TORQUE
 from drivetwin.emulator.effects.file import effects_payload
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ EXACT = 1e-6
 LOUDER = 3.0
 """Factor of all torques, forces, masses and stiffnesses, as of another unit of force."""
 
-_OF_FORCE = frozenset({TORQUE, DAMPING, STIFFNESS, QUADRATIC, CUBIC, ROOT, INERTIA, MASS})
+_OF_FORCE = frozenset({TORQUE, DAMPING, STIFFNESS, QUADRATIC, CUBIC, INERTIA, MASS})
 _LAW_OF_FORCE = ("coulomb", "viscous")
 """Parts of the bench's friction in units of these."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import exp, inf, pi, sin, sqrt
+from math import exp, inf, pi, sin
 
 import mujoco
 import numpy as np
@@ -24,7 +24,7 @@ class FrictionLaw:
     """Torque of friction on one joint; N·m, rad, s (N, m, s).
 
     torque = -w [level sgn(v) + coulomb_asymmetry + (viscous + viscous_asymmetry sgn(v) + quadratic |v| + cubic v²) v]
-    level = coulomb + (static_torque - coulomb) exp(-(|v|/stribeck_velocity)^exponent) + root sqrt(|v|)
+    level = coulomb + (static_torque - coulomb) exp(-(|v|/stribeck_velocity)^exponent)
             + load_coefficient |motor torque| + position_amplitude sin(2 pi q / position_period + position_phase)
     w = 1 + cold exp(-t / warming_time)
 
@@ -38,7 +38,6 @@ class FrictionLaw:
     viscous_asymmetry: float = 0.0
     quadratic: float = 0.0
     cubic: float = 0.0
-    root: float = 0.0
     static_torque: float = 0.0
     stribeck_velocity: float = 0.0
     exponent: float = 2.0
@@ -103,7 +102,7 @@ class FrictionLaw:
 
 
 _TORQUES = (
-    *("coulomb", "coulomb_asymmetry", "viscous", "viscous_asymmetry", "quadratic", "cubic", "root", "static_torque"),
+    *("coulomb", "coulomb_asymmetry", "viscous", "viscous_asymmetry", "quadratic", "cubic", "static_torque"),
     *("load_coefficient", "position_amplitude", "presliding_stiffness", "presliding_damping"),
 )
 """Fields of a law in which its torque is linear."""
@@ -126,8 +125,6 @@ def level_at(law, speed):  # type: ignore[no-untyped-def]  # record arrays have 
     level = law.coulomb
     if law.stribeck_velocity > 0.0:
         level += (law.static_torque - law.coulomb) * np.exp(-((speed / law.stribeck_velocity) ** law.exponent))
-    if law.root != 0.0:
-        level += law.root * sqrt(speed)
     return level
 
 
@@ -199,8 +196,7 @@ def _resist(law, warmth, varying, share, position, velocity, torque) -> None:  #
     for k in range(velocity.shape[0]):
         v, speed = velocity[k], abs(velocity[k])
         direction = 1.0 if v > 0.0 else -1.0 if v < 0.0 else 0.0
-        steady = law.coulomb + (law.static_torque - law.coulomb) * share[k] + law.root * sqrt(speed)
-        level = warmth[k] * (steady + varying[k])
+        level = warmth[k] * (law.coulomb + varying[k] + (law.static_torque - law.coulomb) * share[k])
         if law.presliding_stiffness > 0.0:
             held = bristles_torque(law, anchors, max(0.0, level), position[k], v)
         else:

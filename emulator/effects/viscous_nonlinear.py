@@ -10,17 +10,15 @@ from typing import ClassVar
 import numpy as np
 
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from drivetwin.emulator.effects.base import CUBIC, QUADRATIC, ROOT, Exciting, FrictionEffect, Look, Need, Parameter, Start
+from drivetwin.emulator.effects.base import CUBIC, QUADRATIC, Exciting, FrictionEffect, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
 class ViscousNonlinear(FrictionEffect):
-    """torque = -(quadratic |v| + cubic v²) v - root sqrt(|v|) sgn(v), beside the law's `viscous`.
+    """torque = -(quadratic |v| + cubic v²) v, beside the law's `viscous`; negative is less than proportional.
 
-    The odd polynomial of MuJoCo's joint damping (MuJoCo manual, Polynomial forces), where friction grows faster than the speed;
-    the root where it grows slower. Gears have exponents on both sides of 1: Waiboer, Aarts, Jonker, ECCOMAS Multibody Dynamics,
-    2005.
+    The odd polynomial of MuJoCo's joint damping (MuJoCo manual, Polynomial forces).
     """
 
     name: ClassVar[str] = "viscous_nonlinear"
@@ -32,38 +30,30 @@ class ViscousNonlinear(FrictionEffect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("quadratic", QUADRATIC),
         Parameter("cubic", CUBIC, low=0.0),
-        Parameter("root", ROOT, low=0.0),
     )
 
     quadratic: float
     cubic: float = 0.0
-    root: float = 0.0
 
     def change(self, law: FrictionLaw) -> FrictionLaw:
-        return replace(law, quadratic=self.quadratic, cubic=self.cubic, root=self.root)
-
-    def fixed(self, axis: AxisDynamics) -> frozenset[str]:
-        """A search asks for one of both forms."""
-        return frozenset({"quadratic", "cubic"}) if self.root > 0.0 else frozenset({"root"})
+        return replace(law, quadratic=self.quadratic, cubic=self.cubic)
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         slope = axis.friction.viscous - abs(axis.friction.viscous_asymmetry)
-        quadratic, cubic, root = cls(1.0), cls(0.0, 1.0), cls(0.0, 0.0, 1.0)
+        quadratic, cubic = cls(1.0, 0.0), cls(0.0, 1.0)
         return [
             Start((quadratic,), lambda found: cls._within(slope, found[0], 0.0)),
             Start((cubic,), lambda found: cls._within(slope, 0.0, found[0])),
             Start((quadratic, cubic), lambda found: cls._within(slope, *found)),
-            Start((root,), lambda found: cls(0.0, 0.0, found[0]) if found[0] > 0.0 else None),
         ]
 
     @classmethod
     def drawn(cls, ground: Ground) -> ViscousNonlinear:
         speed = ground.motion.velocity
-        power = ground.draw.choice(("root", "quadratic", "cubic"))
-        if power == "root":
-            return cls(0.0, 0.0, ground.size(np.sqrt(np.abs(speed))))
-        return cls(ground.size(np.abs(speed) * speed)) if power == "quadratic" else cls(0.0, ground.size(speed**3))
+        if ground.draw.random() < 0.5:
+            return cls(ground.size(np.abs(speed) * speed))
+        return cls(0.0, ground.size(speed**3))
 
     @classmethod
     def _within(cls, slope: float, quadratic: float, cubic: float) -> ViscousNonlinear | None:

@@ -115,8 +115,6 @@ CASES = (
     Case("torque_ripple", "turn", only("turn", lambda at: -0.4 * np.sin(2.0 * GEAR * at.position + 0.7)),
          {"amplitude": 0.4, "order": 2.0, "phase": 0.7}),
     Case("magnetic_saturation", "turn", only("turn", lambda at: turn_torque(at) ** 3 / 25.0**2), {"knee": 25.0}),
-    Case("viscous_nonlinear", "turn", only("turn", lambda at: 2.0 * np.sqrt(np.abs(at.velocity)) * np.sign(at.velocity)),
-         {"root": 2.0}),
     Case("encoder_eccentricity", "turn", eccentric_encoder, {"amplitude": 0.004, "phase": 0.4}),
     Case("delay", "turn", late_encoder, {"delay": 2.0 * PERIOD}),
 )  # fmt: skip

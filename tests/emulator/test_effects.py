@@ -207,7 +207,6 @@ PREDICTIONS = [
         (1.3 - 0.8) * np.exp(-((SPEED / 0.05) ** 1.5)) * SIGN,
     ),
     ("viscous_nonlinear", {"quadratic": 0.2, "cubic": 0.05}, SIGN * (0.2 * SPEED**2 + 0.05 * SPEED**3)),
-    ("viscous_nonlinear", {"quadratic": 0.0, "root": 0.3}, SIGN * 0.3 * np.sqrt(SPEED)),
     ("load_friction", {"coefficient": 0.1}, 0.1 * np.abs(loaded(0.1)) * SIGN),
     (
         "position_friction",

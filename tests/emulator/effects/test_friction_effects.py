@@ -32,16 +32,6 @@ def test_cubic_friction_runs_out_as_its_differential_equation() -> None:
     assert rig.velocity == pytest.approx(2.0 / np.sqrt(1.0 + 2.0 * 0.3 * 4.0 * 0.5 / WHOLE), rel=1e-3)
 
 
-@pytest.mark.parametrize("sign", SIGNS)
-@pytest.mark.parametrize("make", [hinge, slide])
-def test_friction_by_the_root_of_the_speed_runs_out_as_its_differential_equation(make: object, sign: float) -> None:
-    """J v' = -r sqrt(v): sqrt(v) = sqrt(v0) - r t / (2 J)."""
-    rig = make(effect("viscous_nonlinear", quadratic=0.0, root=0.2))  # type: ignore[operator]
-    rig.start(velocity=2.0 * sign)
-    rig.run(0.5)
-    assert rig.velocity == pytest.approx(sign * (np.sqrt(2.0) - 0.2 * 0.5 / (2.0 * WHOLE)) ** 2, rel=1e-3)
-
-
 def test_friction_that_would_push_at_some_speed_is_refused() -> None:
     with pytest.raises(UserError, match=r"viscous 1, quadratic -2 and cubic 0\.9 together would push"):
         hinge(effect("viscous", viscous=1.0), effect("viscous_nonlinear", quadratic=-2.0, cubic=0.9))
