@@ -51,15 +51,24 @@ class Colour:
     """Rows directly before each, at most the order."""
     weight: Array
     """Of each row (N,), the root: what its error is multiplied by."""
+    excess: Array
+    """Log density of each row (N,) under its t distribution less that under its weighted normal one, of what the weights were
+    found from [nats]."""
     counts: Array
     """As how many each row (N,) counts, at most 1."""
 
     @property
     def logarithm(self) -> float:
-        """Sum over rows of the logarithm of what each is divided by: the density of rows that are not white needs it."""
+        """Sum over rows of the logarithm of what each is divided by, less the excess: the density of rows that are not white
+        needs it.
+
+        With the excess the weighted normal density is the lower bound of the t density that touches it where the weights were
+        found (Hunter and Lange, The American Statistician 58(1), 2004): so sets in noise of different tails compare.
+        """
         total = 0.0
         for rows, deviation, scale in zip(self.groups, self.deviation, self.scale, strict=True):
-            total += float(self.counts[rows] @ np.log(deviation[self.age[rows]] * scale / self.weight[rows]))
+            divided = np.log(deviation[self.age[rows]] * scale / self.weight[rows])
+            total += float(self.counts[rows] @ (divided - self.excess[rows]))
         return total
 
     @property
@@ -70,7 +79,7 @@ class Colour:
     @property
     def normal(self) -> Colour:
         """The same without weights."""
-        return replace(self, weight=np.ones(len(self.weight)))
+        return replace(self, weight=np.ones(len(self.weight)), excess=np.zeros(len(self.weight)))
 
     @property
     def independent(self) -> float:
@@ -100,6 +109,7 @@ def white(rows: AxisRows, intervals: Array, level: float, order: int) -> Colour:
         tuple(level for _ in groups),
         _age(rows, order),
         np.ones(len(rows)),
+        np.zeros(len(rows)),
         _counts(rows, np.full(len(rows), level**2)),
     )
 
@@ -110,7 +120,7 @@ def colour_of(rows: AxisRows, intervals: Array, residual: Array, order: int, flo
     `floor`: rms of white noise that is in any comparison.
     """
     age, groups = _age(rows, order), _groups(rows, intervals)
-    weight, errors = np.ones(len(rows)), np.zeros((len(rows), 1))
+    weight, excess, errors = np.ones(len(rows)), np.zeros(len(rows)), np.zeros((len(rows), 1))
     counts = _counts(rows, np.full(len(rows), np.mean(residual**2) if len(residual) else 0.0))
     predictors, deviations, levels = [], [], []
     for group in groups:
@@ -119,12 +129,12 @@ def colour_of(rows: AxisRows, intervals: Array, residual: Array, order: int, flo
             table, variance = _levinson(_correlation(own * roots, told, known, order, floor))
             deviation, level = np.sqrt(variance / variance[-1]), max(float(np.sqrt(variance[-1])), 1e-300)
             _whiten(residual[:, None], group, age, _table(table), deviation, errors)
-            roots = _roots(errors[group, 0], told)
-        weight[group] = roots
+            roots, above = _tails(errors[group, 0], told, level)
+        weight[group], excess[group] = roots, above
         predictors.append(table)
         deviations.append(deviation)
         levels.append(level)
-    return Colour(groups, tuple(predictors), tuple(deviations), tuple(levels), age, weight, counts)
+    return Colour(groups, tuple(predictors), tuple(deviations), tuple(levels), age, weight, excess, counts)
 
 
 def _counts(rows: AxisRows, left: Array) -> Array:
@@ -133,18 +143,22 @@ def _counts(rows: AxisRows, left: Array) -> Array:
     return np.asarray(1.0 / (1.0 + (rows.repeats - 1.0) * share))
 
 
-def _roots(errors: Array, counts: Array) -> Array:
-    """Of each error (n,), the root of its weight under the t distribution that fits them best; 1 under the normal one."""
+def _tails(errors: Array, counts: Array, level: float) -> tuple[Array, Array]:
+    """Of each error (n,), the root of its weight under the t distribution that fits them best, and how much denser that is
+    than the weighted normal one of a level [nats]; 1 and 0 under the normal one.
+    """
+    best_roots, excess = np.ones_like(errors), np.zeros_like(errors)
     if not errors.any():
-        return np.ones_like(errors)
+        return best_roots, excess
     normal = np.sqrt(np.average(errors**2, weights=counts))
-    best, found = float(counts @ stats.norm.logpdf(errors, 0.0, normal)), np.ones_like(errors)
+    best = float(counts @ stats.norm.logpdf(errors, 0.0, normal))
     for freedom in FREEDOMS:
         scale = _scale(errors, counts, freedom)
-        likelihood = float(counts @ stats.t.logpdf(errors, freedom, 0.0, scale))
-        if likelihood > best:
-            best, found = likelihood, np.sqrt((freedom + 1.0) / (freedom + (errors / scale) ** 2))
-    return found
+        density = stats.t.logpdf(errors, freedom, 0.0, scale)
+        if (likelihood := float(counts @ density)) > best:
+            best, best_roots = likelihood, np.sqrt((freedom + 1.0) / (freedom + (errors / scale) ** 2))
+            excess = density - np.log(best_roots) - stats.norm.logpdf(errors * best_roots, 0.0, level)
+    return best_roots, excess
 
 
 def _scale(errors: Array, counts: Array, freedom: float) -> float:

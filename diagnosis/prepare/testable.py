@@ -134,21 +134,9 @@ def _met(rows: Rows, axis: str, absolute: bool, drive_told: bool) -> frozenset[N
 
 
 def _reversals(rows: Rows, axis: str) -> int:
-    """Changes of direction with at least 1 % of the travel on either side: a noisy velocity changes its sign often."""
-    way = max(float(np.ptp(run.axes[axis].motion.position)) for run in rows.runs)
-    return sum(_turns(run.axes[axis].motion.position, LEAST_WAY * way) for run in rows.runs)
-
-
-def _turns(position: Array, least: float) -> int:
-    """Turning points (Rychlik 1987, rain-flow count without small cycles)."""
-    turns, low, high, direction = 0, position[0], position[0], 0
-    for value in position[:: max(1, len(position) // 20000)]:
-        low, high = min(low, value), max(high, value)
-        if direction >= 0 and value < high - least:
-            turns, direction, low = turns + (direction > 0), -1, value
-        elif direction <= 0 and value > low + least:
-            turns, direction, high = turns + (direction < 0), 1, value
-    return turns
+    """Changes of direction from one sample that counts to the next: faster than a standstill's noise before and after."""
+    velocities = (run.axes[axis].motion.velocity[run.axes[axis].used] for run in rows.runs)
+    return sum(int(np.sum(np.diff(np.sign(velocity)) != 0.0)) for velocity in velocities)
 
 
 def _could_feel_gravity(rows: Rows, axis: str) -> bool:

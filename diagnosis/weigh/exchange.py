@@ -12,6 +12,7 @@ from drivetwin.diagnosis.progress import Progress
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.propose.search import Begun
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.pair import Pair, that_moves
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_kind
 from drivetwin.diagnosis.weigh.proposer import Proposer
@@ -93,19 +94,24 @@ class Exchange:
         return self._in_place(beside, [each for each in asked if each.effect.effect.name not in there], own)
 
     def _better(self, family: Family, state: State) -> State | None:
-        """The set without an effect, or with another in its place, where that is better and leaves no more of the gap."""
+        """The set without an effect, or with another in its place, where that is better and leaves no more of the gap.
+
+        With another in its place each is judged in the noise that it leaves itself. In that of one of them its own errors are
+        cheap and any other's dear: it wins whatever it leaves.
+        """
         if _too_small(family, state):
             return family.state
-        known = max((self._rated(one) for one in family.proposals if one.settled is state), default=-np.inf)
+        own = next((one for one in family.proposals if one.settled is state), None)
+        known = self._rated(own) if own is not None else -np.inf
         nothing = family.state.reached - self._tried_for(family.state)
-        best = max(family.proposals, key=self._rated, default=None)
-        if best is not None and best.settled is not None and self._rated(best) > max(known + CLEARLY, nothing):
-            better = settled_on(best.settled)
-        elif nothing > known:
-            better = family.state
-        else:
+        if nothing > known and not _leaves_more(family.state, state):
+            return family.state
+        others = [_in_its_noise(one) for one in family.proposals if one is not own]
+        able = [one for one in others if one.settled is not None and not _leaves_more(one.settled, state)]
+        best = max(able, key=self._rated, default=None)
+        if best is None or (own is not None and self._rated(best) <= self._rated(_in_its_noise(own)) + CLEARLY):
             return None
-        return None if _leaves_more(better, state) else better
+        return best.settled
 
     def _in_place(self, beside: Pair, found: Sequence[Proposal], known: Proposal | None) -> list[Proposal]:
         """What takes as much as could stand in the place of what is known there, best first, everything moved to where it
@@ -172,6 +178,12 @@ def _too_small(family: Family, state: State) -> bool:
         return False
     left, without = (each.energy(each.held())[one.axis] for each in (state, family.state))
     return without - left < (state.bench.least(one) if one.effect.like_errors else state.bench.settings.least_share)
+
+
+def _in_its_noise(one: Proposal) -> Proposal:
+    """A proposal with its set settled in the noise that it leaves: a likelihood with the colour concentrated out."""
+    assert one.settled is not None
+    return replace(one, settled=settled_on(coloured(one.settled, ())))
 
 
 def _leaves_more(ahead: State, state: State) -> bool:

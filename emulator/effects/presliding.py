@@ -18,6 +18,8 @@ from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.waves import travel
 
 _WAYS = 16
+_DAMPED = (0.0, 1.0)
+"""Damping ratios of bristles, with the axis on them, that a search starts from."""
 
 
 @dataclass(frozen=True)
@@ -67,14 +69,20 @@ class Presliding(AxisEffect):
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
-        """From the way that a reversal takes within the time constant of the motion's filter, on which nothing less is seen."""
+        """From the way that a reversal takes within the time constant of the motion's filter, on which nothing less is seen.
+
+        Each without damping and critically damped, as bristles usually are (Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE
+        Trans. Automatic Control 40(3), 1995): a search from the wrong side stops on the ridge between them.
+        """
         level, longest = _level(axis), 0.1 * travel(motion)
         if level * longest == 0.0:
             return []
         shortest = 0.5 * float(np.sqrt(np.mean(motion.acceleration**2))) / (2.0 * pi * motion.band) ** 2
         least = np.clip(shortest, 1e-5 * longest, 1e-3 * longest)
         ways = np.minimum(np.geomspace(least, longest, _WAYS), 1.6 * _largest_way(axis))
-        return [cls._start(1.6 * level / float(way)) for way in np.unique(ways)]
+        stiffnesses = [1.6 * level / float(way) for way in np.unique(ways)]
+        critical = 2.0 * sqrt(max(float(np.median(motion.inertia)), 0.0))
+        return [cls._start(each, ratio * critical * sqrt(each)) for each in stiffnesses for ratio in _DAMPED]
 
     @classmethod
     def drawn(cls, ground: Ground) -> Presliding:
@@ -83,13 +91,16 @@ class Presliding(AxisEffect):
         return cls(stiffness, 2.0 * ground.draw.uniform(0.05, 0.2) * sqrt(stiffness * ground.inertia))
 
     @classmethod
-    def _start(cls, stiffness: float) -> Start:
+    def _start(cls, stiffness: float, damping: float) -> Start:
         """What it costs grows about as the way on which it yields."""
 
         def compose(found: Sequence[float]) -> Presliding | None:
-            return cls(stiffness / min(max(found[0], 0.5), 2.0)) if found[0] > 0.0 else None
+            if found[0] <= 0.0:
+                return None
+            softer = min(max(found[0], 0.5), 2.0)
+            return cls(stiffness / softer, damping / sqrt(softer))
 
-        return Start((cls(stiffness),), compose)
+        return Start((cls(stiffness, damping),), compose)
 
     def _on(self, axis: AxisDynamics) -> AxisDynamics:
         law = replace(axis.friction, presliding_stiffness=self.stiffness, presliding_damping=self.damping)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_toeplitz
 from scipy.stats import multivariate_normal
+from scipy.stats import t as student
 from weigh_bench import PERIOD, autoregressive, rows_of
 
 from drivetwin.diagnosis.model.colour import SHRUNK, Colour, colour_of, white
@@ -20,6 +21,16 @@ LAW = (1.6, -0.9, 0.2)
 
 def coloured(residual: Array, stretches: tuple[int, ...], floor: float = 0.0, order: int = ORDER) -> Colour:
     return colour_of(rows_of(stretches), np.array([PERIOD]), residual, order, floor)
+
+
+def _plain(count: int) -> tuple[Array, Array, Array]:
+    """Weights, excess and counts of rows of normal noise that each count as one."""
+    return np.ones(count), np.zeros(count), np.ones(count)
+
+
+def _density(colour: Colour, rows: Array) -> float:
+    """Log density of rows (N,)."""
+    return -0.5 * float(np.sum(colour.whiten(rows) ** 2)) - colour.logarithm - 0.5 * len(rows) * float(np.log(2.0 * np.pi))
 
 
 def products(residual: Array, order: int) -> Array:
@@ -64,7 +75,7 @@ def test_behind_a_gap_a_row_is_predicted_from_none_before_it() -> None:
     rows = np.split(found.whiten(whole), [2000, 2003])
     for part, own in zip(parts, rows, strict=True):
         age = np.minimum(np.arange(len(part)), ORDER)
-        alone = Colour((np.arange(len(part)),), found.predictors, found.deviation, found.scale, age, *np.ones((2, len(part))))
+        alone = Colour((np.arange(len(part)),), found.predictors, found.deviation, found.scale, age, *_plain(len(part)))
         np.testing.assert_allclose(own, alone.whiten(part), atol=1e-12)
 
 
@@ -84,12 +95,10 @@ def test_the_density_of_whitened_rows_is_that_of_the_dense_gaussian() -> None:
     coefficient, variance = float(found.predictors[0][1][0]), found.scale[0] ** 2
     lags = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
     covariance = variance / (1.0 - coefficient**2) * coefficient**lags
-    rows = rows_of((count,))
     age = np.minimum(np.arange(count), 1)
-    few = Colour((np.arange(count),), found.predictors, found.deviation, found.scale, age, *np.ones((2, count)))
+    few = Colour((np.arange(count),), found.predictors, found.deviation, found.scale, age, *_plain(count))
     sample = autoregressive(rng, count, (0.8,), 1.0)
-    told = -0.5 * float(np.sum(few.whiten(sample) ** 2)) - few.logarithm - 0.5 * len(rows) * np.log(2.0 * np.pi)
-    assert told == pytest.approx(multivariate_normal(np.zeros(count), covariance).logpdf(sample), abs=1e-3)
+    assert _density(few, sample) == pytest.approx(multivariate_normal(np.zeros(count), covariance).logpdf(sample), abs=1e-3)
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.5, 0.8])
@@ -138,6 +147,21 @@ def test_rows_of_long_tails_have_the_weights_of_their_t_distribution(freedom: fl
     found = coloured(residual, (40_000,), order=1)
     told = found.weight**2 * (freedom + (residual / 0.5) ** 2) / (freedom + 1.0)
     assert np.quantile(np.abs(told - 1.0), 0.99) < 0.08
+
+
+@pytest.mark.parametrize("freedom", [3.0, 6.0])
+def test_the_density_of_weighted_rows_touches_that_of_their_t_distribution_from_below(freedom: float) -> None:
+    """At the rows that the weights were found from it is the same as scipy's; of other rows it promises no more."""
+    rng, count = np.random.default_rng(12), 40_000
+    residual = 0.5 * rng.standard_t(freedom, count)
+    found = coloured(residual, (count,), order=1)
+    assert _density(found, residual) == pytest.approx(_of_student(residual, freedom), abs=1e-3 * count)
+    for other in (1.3 * residual, 0.5 * rng.standard_t(freedom, count)):
+        assert _density(found, other) < _of_student(other, freedom)
+
+
+def _of_student(rows: Array, freedom: float) -> float:
+    return float(student.logpdf(rows, freedom, 0.0, 0.5).sum())
 
 
 def test_a_mean_is_told_as_well_as_the_t_distribution_allows() -> None:

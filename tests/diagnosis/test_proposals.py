@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig_bench import COULOMB, GEAR, RESOLUTION, Swing, ready, strokes
+from rig_bench import COULOMB, GEAR, RESOLUTION, TURNING, Swing, ready, strokes
 
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.propose.placing import placed
@@ -34,6 +34,8 @@ from drivetwin.emulator.effects.viscous_asymmetry import ViscousAsymmetry
 
 WAY = 5e-6
 """On which the carriage's friction gives way [m]: a reversal passes it within some samples."""
+SOFT = 1200.0
+"""Stiffness of bristles [N·m/rad] on which the column swings at 5 Hz."""
 SLOW = 600.0
 """Time constant of a gear that warms [s], ten times as long as a recording."""
 TEETH = 18
@@ -54,6 +56,19 @@ def giving_way(at: Swing) -> Array:
     return -2.0 * COULOMB["lift"] * np.exp(-np.abs(at.position - since) / WAY) * np.sign(at.velocity)
 
 
+def bristles(at: Swing) -> Array:
+    """What friction on critically damped bristles differs by from one without: LuGre, Canudas de Wit et al., 1995, by Euler."""
+    level, parts = COULOMB["turn"], 40
+    damping, period = 2.0 * np.sqrt(SOFT * TURNING), float(at.time[1] - at.time[0]) / parts
+    force, bent = np.empty(len(at.time)), 0.0
+    for sample, speed in enumerate(at.velocity):
+        for _ in range(parts):
+            rate = speed - abs(speed) * SOFT * bent / level
+            bent += rate * period
+        force[sample] = SOFT * bent + damping * rate
+    return force - level * np.sign(at.velocity)
+
+
 @dataclass(frozen=True)
 class Case:
     """A torque on an axis, and effects of the kind that is asked for, the best of which are as good as can be."""
@@ -69,6 +84,12 @@ CASES = (
     Case("lift", ripple, (TorqueRipple(0.4, float(TEETH), 0.4 + np.pi),), 40.0),
     Case("turn", warming, (TemperatureDrift(0.5, SLOW),), 15.0),
     Case("lift", giving_way, tuple(Presliding(1.6 * COULOMB["lift"] / way) for way in np.geomspace(0.5, 8.0, 12) * WAY), 0.3),
+    Case(
+        "turn",
+        bristles,
+        tuple(Presliding(each, 2.0 * np.sqrt(each * TURNING)) for each in SOFT * np.geomspace(0.4, 2.5, 12)),
+        5.0,
+    ),
 )
 
 

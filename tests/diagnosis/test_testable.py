@@ -59,6 +59,13 @@ def test_of_one_direction_neither_asymmetries_nor_what_turns_round(tmp_path: Pat
     assert why(found, "backlash") == ("no reversal of the motion", "strokes forth and back")
 
 
+def test_of_an_axis_that_turns_on_and_on_what_turns_round_where_it_dwells(tmp_path: Path) -> None:
+    """A cogging holds it back once a wave: a way of 0.04 rad among 20 rad one way."""
+    speed = 1.3 + 2.0 * np.sin(8.0 * TIME)
+    found = asked(tmp_path, moved(np.cumsum(speed) * PERIOD))
+    assert not {"backlash", "presliding"} & refused(found)
+
+
 def test_of_one_direction_a_play_where_a_second_encoder_shows_the_flanks(tmp_path: Path) -> None:
     """A load changes its flank where the axis brakes as well. Encoders that count alike show nothing."""
     one_way = moved(np.cumsum(0.5 + 0.45 * np.sin(2.3 * TIME)) * PERIOD)
