@@ -9,12 +9,21 @@ from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.proposal import Proposal
 from drivetwin.diagnosis.weigh.state import State, colours_of, first_colours, state_of
+from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.foundation.errors import UserError
 
 
 def coloured(found: State, proposals: Sequence[Proposal]) -> State:
     """A set, the noise coloured anew, so that an effect that is not in it yet does not pass as noise."""
-    return state_of(found.bench, found.effects, _colours(found, _costs(found, proposals)), found.late)
+    return state_of(found.bench, found.effects, _colours(found, _costs(found, proposals)), found.late, found.exact)
+
+
+def in_its_noise(found: State, axis: str | None = None) -> State:
+    """A set, settled in the noise that it leaves itself: so sets compare whose noise was coloured by something else.
+
+    In the noise of one set its own errors are cheap, and another's may be dear. `axis`: only effects of one axis move.
+    """
+    return coloured(settled_on(coloured(found, ()), axis=axis), ())
 
 
 def read_anew(found: State, proposals: Sequence[Proposal]) -> State:
@@ -24,7 +33,7 @@ def read_anew(found: State, proposals: Sequence[Proposal]) -> State:
     """
     costs = _costs(found, proposals)
     plain = {axis: colour.normal for axis, colour in _colours(found, costs).items()}
-    state = state_of(found.bench, found.effects, plain, found.late)
+    state = state_of(found.bench, found.effects, plain, found.late, found.exact)
     return found.read(aligned(state, [state.system.whiten(each) for each in costs]).late)
 
 
@@ -41,7 +50,7 @@ def _costs(found: State, proposals: Sequence[Proposal]) -> list[Column]:
 
 def _colours(found: State, costs: Sequence[Column]) -> Mapping[str, Colour]:
     """Of what least squares leave, the unknown taken off."""
-    state = state_of(found.bench, found.effects, first_colours(found.bench), found.late)
+    state = state_of(found.bench, found.effects, first_colours(found.bench), found.late, found.exact)
     columns = [state.system.whiten(each) for each in costs]
     fit = state.system.fit(columns)
     level = {axis: own.colour.level for axis, own in state.system.axes.items()}

@@ -12,7 +12,7 @@ from drivetwin.diagnosis.progress import Progress
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.propose.search import Begun
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
-from drivetwin.diagnosis.weigh.colouring import coloured
+from drivetwin.diagnosis.weigh.colouring import in_its_noise
 from drivetwin.diagnosis.weigh.pair import Pair, that_moves
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_kind
 from drivetwin.diagnosis.weigh.proposer import Proposer
@@ -106,12 +106,14 @@ class Exchange:
         nothing = family.state.reached - self._tried_for(family.state)
         if nothing > known and not _leaves_more(family.state, state):
             return family.state
-        others = [_in_its_noise(one) for one in family.proposals if one is not own]
-        able = [one for one in others if one.settled is not None and not _leaves_more(one.settled, state)]
+        settled = [(one, one.settled) for one in family.proposals if one is not own and one.settled is not None]
+        rivals = [replace(one, settled=in_its_noise(there)) for one, there in settled]
+        able = [one for one in rivals if one.settled is not None and not _leaves_more(one.settled, state)]
         best = max(able, key=self._rated, default=None)
-        if best is None or (own is not None and self._rated(best) <= self._rated(_in_its_noise(own)) + CLEARLY):
+        if best is None:
             return None
-        return best.settled
+        stands = self._rated(replace(own, settled=in_its_noise(state))) if own is not None else -np.inf
+        return best.settled if self._rated(best) > stands + CLEARLY else None
 
     def _in_place(self, beside: Pair, found: Sequence[Proposal], known: Proposal | None) -> list[Proposal]:
         """What takes as much as could stand in the place of what is known there, best first, everything moved to where it
@@ -178,12 +180,6 @@ def _too_small(family: Family, state: State) -> bool:
         return False
     left, without = (each.energy(each.held())[one.axis] for each in (state, family.state))
     return without - left < (state.bench.least(one) if one.effect.like_errors else state.bench.settings.least_share)
-
-
-def _in_its_noise(one: Proposal) -> Proposal:
-    """A proposal with its set settled in the noise that it leaves: a likelihood with the colour concentrated out."""
-    assert one.settled is not None
-    return replace(one, settled=settled_on(coloured(one.settled, ())))
 
 
 def _leaves_more(ahead: State, state: State) -> bool:

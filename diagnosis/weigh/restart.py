@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import log
 
-from drivetwin.diagnosis.weigh.colouring import coloured
+from drivetwin.diagnosis.weigh.colouring import in_its_noise
 from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Proposal
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
-from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import Effect, PlacedEffect
 from drivetwin.emulator.effects.transmission_effect import TransmissionEffect
 from drivetwin.foundation.errors import UserError
@@ -28,7 +27,7 @@ def restarted(pair: Pair, proposals: Sequence[Proposal], proposer: Proposer) -> 
         found = [_sought_again(pair, axis, kind, proposer) for kind in kinds]
         able = [one for one in found if one is not None]
         best = max(able, key=lambda one: _rated(one, proposer), default=None)
-        if best is not None and _rated(best, proposer) > _rated(coloured(pair.whole, ()), proposer) + CLEARLY:
+        if best is not None and _rated(best, proposer) > _rated(in_its_noise(pair.whole, axis), proposer) + CLEARLY:
             pair = pair.as_noise_is(best, proposals)
     return pair
 
@@ -45,8 +44,7 @@ def _sought_again(pair: Pair, axis: str, kind: type[Effect], proposer: Proposer)
         best = proposer.afresh(white, axis, kind)
         if best is None:
             return None
-        found = coloured(white.settled([*others, best.effect], axis=axis), ())
-        return coloured(settled_on(found, axis=axis), ())
+        return in_its_noise(white.settled([*others, best.effect], axis=axis), axis)
     except UserError:
         return None
 
