@@ -129,7 +129,7 @@ def colour_of(rows: AxisRows, intervals: Array, residual: Array, order: int, flo
             table, variance = _levinson(_correlation(own * roots, told, known, order, floor))
             deviation, level = np.sqrt(variance / variance[-1]), max(float(np.sqrt(variance[-1])), 1e-300)
             _whiten(residual[:, None], group, age, _table(table), deviation, errors)
-            roots, above = _tails(errors[group, 0], told, level)
+            roots, above, level = _tails(errors[group, 0], told, level, floor)
         weight[group], excess[group] = roots, above
         predictors.append(table)
         deviations.append(deviation)
@@ -143,22 +143,23 @@ def _counts(rows: AxisRows, left: Array) -> Array:
     return np.asarray(1.0 / (1.0 + (rows.repeats - 1.0) * share))
 
 
-def _tails(errors: Array, counts: Array, level: float) -> tuple[Array, Array]:
-    """Of each error (n,), the root of its weight under the t distribution that fits them best, and how much denser that is
-    than the weighted normal one of a level [nats]; 1 and 0 under the normal one.
+def _tails(errors: Array, counts: Array, level: float, floor: float) -> tuple[Array, Array, float]:
+    """Of errors (n,), the t distribution that fits them best: the root of each one's weight, how much denser that is than the
+    weighted normal one [nats], and its scale, no less than the floor; 1, 0 and their `level` under the normal one.
     """
     best_roots, excess = np.ones_like(errors), np.zeros_like(errors)
     if not errors.any():
-        return best_roots, excess
+        return best_roots, excess, level
     normal = np.sqrt(np.average(errors**2, weights=counts))
     best = float(counts @ stats.norm.logpdf(errors, 0.0, normal))
     for freedom in FREEDOMS:
         scale = _scale(errors, counts, freedom)
-        density = stats.t.logpdf(errors, freedom, 0.0, scale)
-        if (likelihood := float(counts @ density)) > best:
-            best, best_roots = likelihood, np.sqrt((freedom + 1.0) / (freedom + (errors / scale) ** 2))
-            excess = density - np.log(best_roots) - stats.norm.logpdf(errors * best_roots, 0.0, level)
-    return best_roots, excess
+        if (likelihood := float(counts @ stats.t.logpdf(errors, freedom, 0.0, scale))) > best:
+            best, level = likelihood, max(scale, floor)
+            best_roots = np.sqrt((freedom + 1.0) / (freedom + (errors / level) ** 2))
+            normal_ones = stats.norm.logpdf(errors * best_roots, 0.0, level) + np.log(best_roots)
+            excess = stats.t.logpdf(errors, freedom, 0.0, level) - normal_ones
+    return best_roots, excess, level
 
 
 def _scale(errors: Array, counts: Array, freedom: float) -> float:

@@ -26,7 +26,7 @@ LEAST_INERTIAL = 0.02
 """Share of the torque that accelerations must make up."""
 LEAST_REVERSALS = 2
 LEAST_WAY = 0.01
-"""Of the travel, that counts as motion one way."""
+"""Of the longest travel, below which an axis counts as standing in a recording."""
 LEVEL, PLUMB = 0.02, 0.9998
 """Cosines: of a slide's angle to gravity below which it is level, of a hinge's above which it is plumb."""
 LEAST_TIME = 20.0
@@ -134,9 +134,10 @@ def _met(rows: Rows, axis: str, absolute: bool, drive_told: bool) -> frozenset[N
 
 
 def _reversals(rows: Rows, axis: str) -> int:
-    """Changes of direction from one sample that counts to the next: faster than a standstill's noise before and after."""
-    velocities = (run.axes[axis].motion.velocity[run.axes[axis].used] for run in rows.runs)
-    return sum(int(np.sum(np.diff(np.sign(velocity)) != 0.0)) for velocity in velocities)
+    """Changes of direction from one sample that counts to the next, each faster than a standstill."""
+    own = [(run, run.axes[axis]) for run in rows.runs]
+    signs = [np.sign(run.smooth(each.motion.velocity)[each.used]) for run, each in own]
+    return sum(int(np.sum(np.diff(sign) != 0.0)) for sign in signs)
 
 
 def _could_feel_gravity(rows: Rows, axis: str) -> bool:

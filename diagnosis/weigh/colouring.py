@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.colour import Colour
 from drivetwin.diagnosis.prepare.rows import Column
@@ -12,18 +16,28 @@ from drivetwin.diagnosis.weigh.state import State, colours_of, first_colours, st
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.foundation.errors import UserError
 
+Array = NDArray[np.float64]
+
 
 def coloured(found: State, proposals: Sequence[Proposal]) -> State:
     """A set, the noise coloured anew, so that an effect that is not in it yet does not pass as noise."""
     return state_of(found.bench, found.effects, _colours(found, _costs(found, proposals)), found.late, found.exact)
 
 
-def in_its_noise(found: State, axis: str | None = None) -> State:
-    """A set, settled in the noise that it leaves itself: so sets compare whose noise was coloured by something else.
+def in_its_noise(found: State, stands: State, axis: str | None = None) -> State:
+    """A set, settled in the noise that it leaves itself: so sets compare whose noise was fitted to something else.
 
-    In the noise of one set its own errors are cheap, and another's may be dear. `axis`: only effects of one axis move.
+    Noise that was fitted to one set's errors makes these likely and another's unlikely. Rows count as in the set that `stands`:
+    the evidence of unlike numbers of rows would depend on the unit of torque. `axis`: only effects of one axis move.
     """
-    return coloured(settled_on(coloured(found, ()), axis=axis), ())
+    counts = {name: own.colour.counts for name, own in stands.axes.items()}
+    return _counted(settled_on(_counted(found, counts), axis=axis), counts)
+
+
+def _counted(found: State, counts: Mapping[str, Array]) -> State:
+    """A set, the noise coloured as what it leaves, each row (N,) of an axis as so many."""
+    colours = {axis: replace(colour, counts=counts[axis]) for axis, colour in _colours(found, ()).items()}
+    return state_of(found.bench, found.effects, colours, found.late, found.exact)
 
 
 def read_anew(found: State, proposals: Sequence[Proposal]) -> State:

@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import log
 
-import numpy as np
-
 from drivetwin.diagnosis.progress import Progress
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.propose.search import Begun
@@ -42,6 +40,7 @@ class Exchange:
         """Each effect again beside the others: nothing in its place, or what could stand there; the better takes it."""
         families, changed = [], False
         pair = Pair(settled_on(pair.whole), pair.part)
+        stands: State | None = None
         for asked in pair.whole.effects:
             one = next((each for each in pair.whole.effects if alike(each, asked)), None)
             if one is None:
@@ -53,9 +52,10 @@ class Exchange:
             family = self._family(pair, one)
             if family is None:
                 continue
-            better = self._better(family, pair.whole)
+            stands = in_its_noise(pair.whole, pair.whole) if stands is None else stands
+            better = self._better(family, pair.whole, stands)
             if better is not None:
-                pair, changed = pair.as_noise_is(better, proposals), True
+                pair, changed, stands = pair.as_noise_is(better, proposals), True, None
                 continue
             others = [each for each in family.proposals if each.settled is pair.whole or not same_kind(each.effect, one)]
             self._families[beside] = replace(family, proposals=[*others, *self._hidden(pair, one, others)])
@@ -93,27 +93,25 @@ class Exchange:
         there = {each.effect.effect.name for each in known}
         return self._in_place(beside, [each for each in asked if each.effect.effect.name not in there], own)
 
-    def _better(self, family: Family, state: State) -> State | None:
+    def _better(self, family: Family, state: State, stands: State) -> State | None:
         """The set without an effect, or with another in its place, where that is better and leaves no more of the gap.
 
-        With another in its place each is judged in the noise that it leaves itself. In that of one of them its own errors are
-        cheap and any other's dear: it wins whatever it leaves.
+        With another in its place each is judged in the noise that it leaves itself; `stands`: the set in its own. Without it in
+        the noise as it is: in that of what is left without, an effect passes as noise.
         """
         if _too_small(family, state):
             return family.state
         own = next((one for one in family.proposals if one.settled is state), None)
-        known = self._rated(own) if own is not None else -np.inf
-        nothing = family.state.reached - self._tried_for(family.state)
-        if nothing > known and not _leaves_more(family.state, state):
-            return family.state
         settled = [(one, one.settled) for one in family.proposals if one is not own and one.settled is not None]
-        rivals = [replace(one, settled=in_its_noise(there)) for one, there in settled]
-        able = [one for one in rivals if one.settled is not None and not _leaves_more(one.settled, state)]
+        rivals = side_by_side(lambda one: replace(one[0], settled=in_its_noise(one[1], state)), settled)
+        able = [one for one in rivals if one.settled is not None and not _leaves_more(one.settled, stands)]
         best = max(able, key=self._rated, default=None)
-        if best is None:
-            return None
-        stands = self._rated(replace(own, settled=in_its_noise(state))) if own is not None else -np.inf
-        return best.settled if self._rated(best) > stands + CLEARLY else None
+        known = self._rated(replace(own, settled=stands)) if own is not None else stands.reached - self._tried_for(stands)
+        if best is not None and self._rated(best) > known + CLEARLY:
+            return best.settled
+        nothing = family.state.reached - self._tried_for(family.state)
+        worthless = own is None or nothing > self._rated(own)
+        return family.state if worthless and not _leaves_more(family.state, state) else None
 
     def _in_place(self, beside: Pair, found: Sequence[Proposal], known: Proposal | None) -> list[Proposal]:
         """What takes as much as could stand in the place of what is known there, best first, everything moved to where it

@@ -27,7 +27,7 @@ def restarted(pair: Pair, proposals: Sequence[Proposal], proposer: Proposer) -> 
         found = [_sought_again(pair, axis, kind, proposer) for kind in kinds]
         able = [one for one in found if one is not None]
         best = max(able, key=lambda one: _rated(one, proposer), default=None)
-        if best is not None and _rated(best, proposer) > _rated(in_its_noise(pair.whole, axis), proposer) + CLEARLY:
+        if best is not None and _rated(best, proposer) > _rated(in_its_noise(pair.whole, pair.whole, axis), proposer) + CLEARLY:
             pair = pair.as_noise_is(best, proposals)
     return pair
 
@@ -44,7 +44,7 @@ def _sought_again(pair: Pair, axis: str, kind: type[Effect], proposer: Proposer)
         best = proposer.afresh(white, axis, kind)
         if best is None:
             return None
-        return in_its_noise(white.settled([*others, best.effect], axis=axis), axis)
+        return in_its_noise(white.settled([*others, best.effect], axis=axis), pair.whole, axis)
     except UserError:
         return None
 

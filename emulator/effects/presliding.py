@@ -71,8 +71,7 @@ class Presliding(AxisEffect):
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
         """From the way that a reversal takes within the time constant of the motion's filter, on which nothing less is seen.
 
-        Each without damping and critically damped, as bristles usually are (Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE
-        Trans. Automatic Control 40(3), 1995): a search from the wrong side stops on the ridge between them.
+        Each without damping and critically damped: a search from the wrong side stops on the ridge between them.
         """
         level, longest = _level(axis), 0.1 * travel(motion)
         if level * longest == 0.0:

@@ -42,8 +42,8 @@ class Machine:
 <inertial pos="0 0 0" mass="{k}" diaginertia="{INERTIA * k} {INERTIA * k} {INERTIA * k}"/></body></worldbody>
 <actuator><motor name="{self.axis}" joint="{self.axis}"/></actuator></mujoco>"""
 
-    def recording(self, seed: int, seconds: float, name: str, begin: float = 0.0) -> Recording:
-        """Swings whose frequencies and phases follow from the seed."""
+    def recording(self, seed: int, seconds: float, name: str, begin: float = 0.0, resolution: float = RESOLUTION) -> Recording:
+        """Swings whose frequencies and phases follow from the seed; torque in steps of `resolution` [N·m]."""
         rng = np.random.default_rng(seed)
         time = np.arange(round(seconds / PERIOD), dtype=np.float64) * PERIOD
         speeds, phases = rng.uniform([0.9, 2.2, 4.0], [1.3, 2.9, 6.0]), rng.uniform(0.0, 6.0, 3)
@@ -55,7 +55,7 @@ class Machine:
         torque = torque + STICKS * np.exp(-((velocity / SLIDES) ** 2)) * np.sign(velocity)
         torque = torque - COGGING * np.sin(ORDER * GEAR * position + PHASE)
         torque = torque + NOISE * rng.standard_normal(len(time))
-        quantum = RESOLUTION * self.torque_scale
+        quantum = resolution * self.torque_scale
         columns = {self.axis: {"position": position, "torque": np.round(self.torque_scale * torque / quantum) * quantum}}
         known = {"joint": self.axis, "torque_resolution": quantum, "position_resolution": 1e-7, "gear_ratio": GEAR}
         info = RecordingInfo.model_validate(
@@ -70,11 +70,15 @@ class Machine:
             path.write_text(self.model, encoding="utf-8")
             return diagnose(path, fitted, held, Settings(), lambda _stage, _share: None)
 
-    def bench(self, folder: Path, seconds: float = 30.0) -> Bench:
+    def bench(self, folder: Path, seconds: float = 30.0, resolution: float = RESOLUTION) -> Bench:
         """One recording of it beside the model, on which sets of effects are weighed; another one is not fitted."""
         path = folder / "model.xml"
         path.write_text(self.model, encoding="utf-8")
-        ready = prepared(path, [self.recording(1, seconds, "one")], [self.recording(2, 20.0, "two")], Settings())
+        one, two = (
+            self.recording(seed, length, name, resolution=resolution)
+            for seed, length, name in ((1, seconds, "one"), (2, 20.0, "two"))
+        )
+        ready = prepared(path, [one], [two], Settings())
         return bench_of(ready.rows, Settings(), ready.absolute)
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.linalg import solve_toeplitz
+from scipy.signal import lfilter
 from scipy.stats import multivariate_normal
 from scipy.stats import t as student
 from weigh_bench import PERIOD, autoregressive, rows_of
@@ -149,19 +150,38 @@ def test_rows_of_long_tails_have_the_weights_of_their_t_distribution(freedom: fl
     assert np.quantile(np.abs(told - 1.0), 0.99) < 0.08
 
 
+@pytest.mark.parametrize("law", [(), (0.9,), (1.6, -0.7)], ids=["white", "slow", "swinging"])
 @pytest.mark.parametrize("freedom", [3.0, 6.0])
-def test_the_density_of_weighted_rows_touches_that_of_their_t_distribution_from_below(freedom: float) -> None:
-    """At the rows that the weights were found from it is the same as scipy's; of other rows it promises no more."""
+def test_the_density_of_weighted_rows_touches_that_of_their_t_distribution_from_below(
+    freedom: float, law: tuple[float, ...]
+) -> None:
+    """At the rows that the weights were found from it is that of scipy's of the innovations; of other rows it is less."""
     rng, count = np.random.default_rng(12), 40_000
-    residual = 0.5 * rng.standard_t(freedom, count)
-    found = coloured(residual, (count,), order=1)
-    assert _density(found, residual) == pytest.approx(_of_student(residual, freedom), abs=1e-3 * count)
-    for other in (1.3 * residual, 0.5 * rng.standard_t(freedom, count)):
-        assert _density(found, other) < _of_student(other, freedom)
+    innovations = 0.5 * rng.standard_t(freedom, (2, count))
+    one, other = (lfilter([1.0], [1.0, *(-each for each in law)], rows) for rows in innovations)
+    found = coloured(one, (count,))
+    assert _density(found, one) == pytest.approx(_of_student(_innovations(found, one), freedom, found), abs=1e-2 * count)
+    for rows in (0.5 * one, 1.3 * one, 2.0 * one, other):
+        assert _density(found, rows) <= _of_student(_innovations(found, rows), freedom, found) + 1e-2 * count
 
 
-def _of_student(rows: Array, freedom: float) -> float:
-    return float(student.logpdf(rows, freedom, 0.0, 0.5).sum())
+@pytest.mark.parametrize("scale", [1e-2, 1e-4])
+def test_long_tails_below_what_any_comparison_errs_by_are_no_denser_than_normal_noise(scale: float) -> None:
+    rng, count = np.random.default_rng(13), 20_000
+    normal, long = scale * rng.standard_normal(count), scale * rng.standard_t(3.0, count)
+    densities = [_density(coloured(rows, (count,), floor=1.0, order=1), rows) for rows in (normal, long)]
+    assert densities[1] <= densities[0] + 0.01 * count
+
+
+def _innovations(colour: Colour, rows: Array) -> Array:
+    """Of rows (N,) of one group, without weights and not divided by any scale."""
+    return colour.normal.whiten(rows) * colour.scale[0]
+
+
+def _of_student(innovations: Array, freedom: float, colour: Colour) -> float:
+    """Scipy's log density of innovations at the scale of the colour, the first few of which are divided by their deviation."""
+    divided = float(np.log(colour.deviation[0][colour.age]).sum())
+    return float(student.logpdf(innovations, freedom, 0.0, colour.scale[0]).sum()) - divided
 
 
 def test_a_mean_is_told_as_well_as_the_t_distribution_allows() -> None:

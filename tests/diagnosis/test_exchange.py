@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
-from plain_bench import COGGING, COULOMB, ORDER, PHASE, Machine
+from plain_bench import COGGING, COULOMB, ORDER, PHASE, VISCOUS, Machine
 
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.search import Begun
 from drivetwin.diagnosis.weigh.bench import Bench
-from drivetwin.diagnosis.weigh.colouring import coloured
+from drivetwin.diagnosis.weigh.colouring import coloured, in_its_noise
 from drivetwin.diagnosis.weigh.exchange import Exchange
 from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposal import Family, Proposal
@@ -52,15 +53,51 @@ def proposed(proposer: Proposer, cogging: State, effect: Effect) -> Proposal:
     return replace(found, settled=settled_on(cogging.of([*cogging.effects, found.effect])))
 
 
-def test_what_leaves_less_takes_the_place_of_what_the_noise_of_neither_prefers(proposer: Proposer, cogging: State) -> None:
+def better(proposer: Proposer, family: Family, state: State) -> list[str] | None:
+    """Names of the effects of the set that takes the place; None where the set stays."""
+    exchange = Exchange(proposer, {}, lambda _stage, _share: None)
+    found = exchange._better(family, state, in_its_noise(state, state))
+    return None if found is None else [one.effect.name for one in found.effects]
+
+
+def test_what_leaves_less_replaces_what_only_noise_of_another_set_prefers(proposer: Proposer, cogging: State) -> None:
     """An asymmetry explains nothing of a friction that is the same both ways; a level explains a part of it."""
     asymmetry, level = (proposed(proposer, cogging, one) for one in (CoulombAsymmetry(0.1), Coulomb(1.2 * COULOMB)))
     assert asymmetry.settled is not None
     assert level.settled is not None
-    assert asymmetry.settled.reached > level.settled.reached + 100.0, "in the noise of neither"
+    assert asymmetry.settled.reached > level.settled.reached + 100.0, "in noise that is neither's"
     assert level.settled.left["turn"] < asymmetry.settled.left["turn"] - 0.02
-    exchange = Exchange(proposer, {}, lambda _stage, _share: None)
-    better = exchange._better(Family(asymmetry.effect, cogging, [asymmetry, level]), asymmetry.settled)
-    assert better is not None
-    assert [one.effect.name for one in better.effects] == ["coulomb", "torque_ripple"]
-    assert exchange._better(Family(level.effect, cogging, [level, asymmetry]), level.settled) is None
+    assert better(proposer, Family(asymmetry.effect, cogging, [asymmetry, level]), asymmetry.settled) == [
+        "coulomb",
+        "torque_ripple",
+    ]
+    assert better(proposer, Family(level.effect, cogging, [level, asymmetry]), level.settled) is None
+
+
+def test_what_is_much_better_replaces_an_effect_that_is_worth_nothing(proposer: Proposer, cogging: State) -> None:
+    """And where nothing is better than it, it leaves the set."""
+    nothing, stick = proposed(proposer, cogging, Viscous(VISCOUS)), proposed(proposer, cogging, Stribeck(2.0, 0.2, 2.0))
+    worthless = replace(nothing, prior=nothing.prior - 1e4)
+    assert worthless.settled is not None
+    family = Family(worthless.effect, cogging, [worthless, stick])
+    assert better(proposer, family, worthless.settled) == ["stribeck", "torque_ripple"]
+    assert better(proposer, replace(family, proposals=[worthless]), worthless.settled) == ["torque_ripple"]
+
+
+def test_what_cannot_be_evaluated_is_not_replaced_by_what_is_worse(proposer: Proposer, cogging: State) -> None:
+    """A set whose effect nothing can follow beside the others still has the evidence of its own."""
+    stick, level = (proposed(proposer, cogging, one) for one in (Stribeck(2.0, 0.2, 2.0), Coulomb(1.2 * COULOMB)))
+    assert stick.settled is not None
+    assert better(proposer, Family(stick.effect, cogging, [level]), stick.settled) != ["coulomb", "torque_ripple"]
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e3])
+def test_how_much_better_a_set_is_does_not_depend_on_the_unit_of_torque(unit: float, tmp_path: Path) -> None:
+    """Of a torque in steps that are coarse beside what the sets leave: a row of a plateau counts as a part of one."""
+    gains = []
+    for scale in (1.0, unit):
+        own = Machine(torque_scale=scale).bench(tmp_path, seconds=12.0, resolution=0.2)
+        bare = state_of(own, (), first_colours(own), {})
+        ripple = bare.of([placed(own.rows, "turn", TorqueRipple(COGGING * scale, ORDER, PHASE))])
+        gains.append(in_its_noise(ripple, bare).reached - in_its_noise(bare, bare).reached)
+    assert gains[1] == pytest.approx(gains[0], abs=1.0)

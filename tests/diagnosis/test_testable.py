@@ -60,7 +60,7 @@ def test_of_one_direction_neither_asymmetries_nor_what_turns_round(tmp_path: Pat
 
 
 def test_of_an_axis_that_turns_on_and_on_what_turns_round_where_it_dwells(tmp_path: Path) -> None:
-    """A cogging holds it back once a wave: a way of 0.04 rad among 20 rad one way."""
+    """A cogging holds it back once a wave: a way of 0.1 rad among 20 rad one way."""
     speed = 1.3 + 2.0 * np.sin(8.0 * TIME)
     found = asked(tmp_path, moved(np.cumsum(speed) * PERIOD))
     assert not {"backlash", "presliding"} & refused(found)
