@@ -40,7 +40,7 @@ class Exchange:
         """Each effect again beside the others: nothing in its place, or what could stand there; the better takes it."""
         families, changed = [], False
         pair = Pair(settled_on(pair.whole), pair.part)
-        stands: State | None = None
+        stands: dict[str | None, State] = {}
         for asked in pair.whole.effects:
             one = next((each for each in pair.whole.effects if alike(each, asked)), None)
             if one is None:
@@ -52,10 +52,12 @@ class Exchange:
             family = self._family(pair, one)
             if family is None:
                 continue
-            stands = in_its_noise(pair.whole, pair.whole) if stands is None else stands
-            better = self._better(family, pair.whole, stands)
+            moves = that_moves(one)
+            if moves not in stands:
+                stands[moves] = in_its_noise(pair.whole, pair.whole, moves)
+            better = self._better(family, pair.whole, stands[moves])
             if better is not None:
-                pair, changed, stands = pair.as_noise_is(better, proposals), True, None
+                pair, changed, stands = pair.as_noise_is(better, proposals), True, {}
                 continue
             others = [each for each in family.proposals if each.settled is pair.whole or not same_kind(each.effect, one)]
             self._families[beside] = replace(family, proposals=[*others, *self._hidden(pair, one, others)])
@@ -103,7 +105,8 @@ class Exchange:
             return family.state
         own = next((one for one in family.proposals if one.settled is state), None)
         settled = [(one, one.settled) for one in family.proposals if one is not own and one.settled is not None]
-        rivals = side_by_side(lambda one: replace(one[0], settled=in_its_noise(one[1], state)), settled)
+        moves = that_moves(family.chosen) if family.chosen is not None else None
+        rivals = side_by_side(lambda one: replace(one[0], settled=in_its_noise(one[1], state, moves)), settled)
         able = [one for one in rivals if one.settled is not None and not _leaves_more(one.settled, stands)]
         best = max(able, key=self._rated, default=None)
         known = self._rated(replace(own, settled=stands)) if own is not None else stands.reached - self._tried_for(stands)

@@ -81,7 +81,8 @@ class Presliding(AxisEffect):
         ways = np.minimum(np.geomspace(least, longest, _WAYS), 1.6 * _largest_way(axis))
         stiffnesses = [1.6 * level / float(way) for way in np.unique(ways)]
         critical = 2.0 * sqrt(max(float(np.median(motion.inertia)), 0.0))
-        return [cls._start(each, ratio * critical * sqrt(each)) for each in stiffnesses for ratio in _DAMPED]
+        ratios = _DAMPED if critical > 0.0 else _DAMPED[:1]
+        return [cls._start(each, ratio * critical * sqrt(each)) for each in stiffnesses for ratio in ratios]
 
     @classmethod
     def drawn(cls, ground: Ground) -> Presliding:

@@ -88,7 +88,7 @@ def _references(score: Score) -> str:
             case.reference.fitted,
             case.reference.within_file or "-",
             f"{case.reference.band.cutoff_hz:g}",
-            f"{case.reference.before:.4g}",
+            f"{case.reference.recorded:.4g}",
             f"{case.reference.after:.4g}",
             percent(case.reference.closed),
         )

@@ -37,8 +37,9 @@ class Judged:
 class Reference:
     """Gap on the validation recordings, rms over samples in use, weighted by duration [N·m or N].
 
-    torque, before, diagnosed: of the measured torque, of the gap, and of what the diagnosis leaves of it. after: of what the
-    reference leaves. carried: the same with nothing fitted in the validation recordings themselves; it is `after` unless
+    torque, before, diagnosed: of the measured torque, of the gap, and of what the diagnosis leaves of it, as the diagnosis
+    reads the torque, which may be earlier than recorded. recorded, after: of the gap as recorded, and of what the reference
+    leaves of it. carried: the same with nothing fitted in the validation recordings themselves; it is `after` unless
     `within_file`. band, fitted and within_file say what the reference is.
     """
 
@@ -48,18 +49,19 @@ class Reference:
     torque: float
     before: float
     diagnosed: float
+    recorded: float
     after: float
     carried: float
 
     @property
     def closed(self) -> float:
-        """1 - (after / before)²."""
-        return closed(self.before, self.after)
+        """1 - (after / recorded)²."""
+        return closed(self.recorded, self.after)
 
     @property
     def closed_carried(self) -> float:
         """The same of `carried`."""
-        return closed(self.before, self.carried)
+        return closed(self.recorded, self.carried)
 
 
 def closed(before: float, after: float) -> float:
@@ -85,9 +87,7 @@ def reference(
         slow, carried_on = fitted_on, asked
     choice, parameters = fit(recipe.columns, recipe.choices, slow)
     columns = (*recipe.columns, *choice.columns)
-    left = [
-        one.measured - _design(columns, motion) @ parameters for one, motion in zip(judged, carried_on, strict=True)
-    ]
+    left = [motion.torque - _design(columns, motion) @ parameters for motion in carried_on]
     within = [_without(recipe.within_file, *each) for each in zip(left, asked, judged, strict=True)]
     return Reference(
         band=band,
@@ -96,6 +96,7 @@ def reference(
         torque=_rms([one.measured for one in judged], asked, judged),
         before=_rms([one.measured - one.before for one in judged], asked, judged),
         diagnosed=_rms([one.measured - one.after for one in judged], asked, judged),
+        recorded=_rms([motion.torque - one.before for one, motion in zip(judged, asked, strict=True)], asked, judged),
         after=_rms(within, asked, judged),
         carried=_rms(left, asked, judged),
     )

@@ -81,6 +81,19 @@ def test_gap_and_samples_are_those_of_the_prediction(tmp_path: Path, model: Path
         reference(recipe, model, [training], [validation], BAND, tmp_path / "short")
 
 
+def test_what_the_reference_closes_does_not_depend_on_when_a_diagnosis_reads_the_torque(tmp_path: Path, model: Path) -> None:
+    training, validation = rippled(tmp_path / "train", 0.0), rippled(tmp_path / "validate", 0.4)
+    motion = read_motion(validation, BAND)
+    modelled = rigid(motion.velocity, motion.acceleration)
+    recipe, found = Recipe(BAND, (*RIGID, *waves(ORDER))), []
+    for earlier in (0, 5):
+        read = np.roll(motion.torque, -earlier)
+        write_prediction(tmp_path / f"{earlier}" / "validate.parquet", modelled, read, read, motion.fitted)
+        found.append(reference(recipe, model, [training], [validation], BAND, tmp_path / f"{earlier}"))
+    assert found[1].before != pytest.approx(found[0].before, rel=0.01)
+    assert (found[1].recorded, found[1].closed) == (found[0].recorded, found[0].closed)
+
+
 def test_recordings_weigh_by_their_duration(tmp_path: Path, model: Path) -> None:
     training = rippled(tmp_path / "train", 0.0)
     predictions, validation, errors = tmp_path / "prediction", [], {"long": (1.0, 1), "coarse": (3.0, 4)}

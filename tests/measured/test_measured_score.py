@@ -33,7 +33,17 @@ CONTROL = read_label({"effects": [], "also": ["torque_ripple"], "must_not": ["co
 
 
 def reference(before: float = 1.0, diagnosed: float = 0.5, after: float = 0.4) -> Reference:
-    return Reference(Band(40.0, 0.1), "coulomb", "", torque=3.0, before=before, diagnosed=diagnosed, after=after, carried=after)
+    return Reference(
+        Band(40.0, 0.1),
+        "coulomb",
+        "",
+        torque=3.0,
+        before=before,
+        diagnosed=diagnosed,
+        recorded=before,
+        after=after,
+        carried=after,
+    )
 
 
 @pytest.fixture
