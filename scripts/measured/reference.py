@@ -59,6 +59,11 @@ class Reference:
         return closed(self.recorded, self.after)
 
     @property
+    def closed_by_diagnosis(self) -> float:
+        """1 - (diagnosed / recorded)²: of the same gap as the reference."""
+        return closed(self.recorded, self.diagnosed)
+
+    @property
     def closed_carried(self) -> float:
         """The same of `carried`."""
         return closed(self.recorded, self.carried)

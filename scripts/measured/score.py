@@ -133,6 +133,7 @@ def score_case(
     strict, right = (False, False) if gap is None else _right(label, gap, first)
     must_not = () if gap is None else _must_not(label, gap)
     share = None if gap is None else _closed(gap)
+    comparable = share is not None and bool(label.effects) and held_against.closed > 0.0
     return CaseScore(
         name=name,
         machine=machine,
@@ -150,7 +151,7 @@ def score_case(
         must_not=must_not,
         closed=share,
         reference=held_against,
-        ratio=share / held_against.closed if share is not None and label.effects and held_against.closed > 0.0 else None,
+        ratio=held_against.closed_by_diagnosis / held_against.closed if comparable else None,
         faults=tuple(_faults(outcome, must_not, gap, held_against, broken)),
         settings=None if gap is None else gap.settings,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -148,6 +149,15 @@ def test_closed_is_held_against_what_the_reference_closes(gap_of: Any) -> None:
     assert found.reached is False
     enough = gap_of(report([cause("torque_ripple")], before=1.0, after=0.45))
     assert scored(RIPPLE, enough, held_against=reference(diagnosed=0.45)).reached is True
+
+
+def test_the_ratio_is_of_the_gap_as_recorded_whatever_the_diagnosis_reads(gap_of: Any) -> None:
+    """Half of a gap that is twice as large as it reads the torque is the gap as recorded: nothing is closed."""
+    answer = gap_of(report([cause("torque_ripple")], before=2.0, after=1.0))
+    read_late = replace(reference(before=2.0, diagnosed=1.0), recorded=1.0)
+    found = scored(RIPPLE, answer, held_against=read_late)
+    assert found.closed == pytest.approx(0.75)
+    assert found.ratio == pytest.approx(0.0)
 
 
 @pytest.mark.parametrize(("after", "reached"), [(0.9, True), (1.0, True), (1.1, False)])
