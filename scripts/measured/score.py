@@ -54,7 +54,9 @@ class CaseScore:
         """Whether enough of what the reference closes is closed, and nothing made worse; None where nothing is lacking."""
         if self.expected == NOTHING:
             return None
-        return self.closed is not None and self.closed >= WANTED * max(self.reference.closed, 0.0)
+        if self.closed is None:
+            return False
+        return self.ratio >= WANTED if self.ratio is not None else self.closed >= 0.0
 
     def to_json(self) -> dict[str, Any]:
         """Every figure."""

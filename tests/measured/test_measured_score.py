@@ -158,6 +158,7 @@ def test_the_ratio_is_of_the_gap_as_recorded_whatever_the_diagnosis_reads(gap_of
     found = scored(RIPPLE, answer, held_against=read_late)
     assert found.closed == pytest.approx(0.75)
     assert found.ratio == pytest.approx(0.0)
+    assert found.reached is False
 
 
 @pytest.mark.parametrize(("after", "reached"), [(0.9, True), (1.0, True), (1.1, False)])
