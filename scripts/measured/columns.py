@@ -11,17 +11,22 @@ import numpy as np
 from drivetwin.foundation.compiled import compiled
 from measured.motion import Array, Motion
 
+FADED = 0.05
+"""Of the height of a Stribeck curve: at the slowest speed of a fit, less is left of it than can be told."""
+
 
 @dataclass(frozen=True)
 class Column:
     """One regressor: `of` gives its samples (n,) on a motion, `least` is the least that its parameter can be.
 
-    Columns of one name are parts of one thing, as a sine and a cosine are.
+    Columns of one name are parts of one thing, as a sine and a cosine are. `shown`: the largest sample that a choice needs on
+    the motion that it is fitted on, or its parameter is an extrapolation.
     """
 
     name: str
     of: Callable[[Motion], Array]
     least: float = -np.inf
+    shown: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,7 @@ def stribeck_choices(slowest: float, fastest: float) -> tuple[Choice, ...]:
         def of(motion: Motion) -> Array:
             return motion.smooth(np.exp(-((np.abs(motion.velocity) / velocity) ** exponent)) * np.sign(motion.velocity))
 
-        return Choice(f"v_s {velocity:.3g} rad/s, exponent {exponent:g}", (Column("stribeck", of, 0.0),))
+        return Choice(f"v_s {velocity:.3g} rad/s, exponent {exponent:g}", (Column("stribeck", of, 0.0, FADED),))
 
     return tuple(choice(float(v), d) for v, d in product(np.geomspace(slowest, fastest, 25), (0.5, 1.0, 2.0)))
 

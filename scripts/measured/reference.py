@@ -108,17 +108,28 @@ def reference(
 
 
 def fit(columns: Sequence[Column], choices: Sequence[Choice], motions: Sequence[Motion]) -> tuple[Choice, Array]:
-    """The choice with the least squares over the fitted samples, weighted by duration, and its parameters (k,)."""
+    """The choice with the least squares over the fitted samples, weighted by duration, and its parameters (k,).
+
+    Raises ValueError where the fitted samples show none of the choices.
+    """
     weight = np.concatenate([np.full(int(motion.fitted.sum()), np.sqrt(motion.period)) for motion in motions])
     torque = weight * np.concatenate([motion.torque[motion.fitted] for motion in motions])
     same = _rows(columns, motions, weight)
     found = []
     for choice in choices:
+        if not all(_shown(column, motions) for column in choice.columns):
+            continue
         rows = np.column_stack([same, _rows(choice.columns, motions, weight)])
         parameters = _bounded(rows, torque, [column.least for column in (*columns, *choice.columns)])
         found.append((float(np.sum((torque - rows @ parameters) ** 2)), parameters, choice))
     _, parameters, choice = min(found, key=lambda each: each[0])
     return choice, parameters
+
+
+def _shown(column: Column, motions: Sequence[Motion]) -> bool:
+    """Whether the fitted samples show as much of a column as it needs."""
+    most = (float(np.abs(column.of(motion)[motion.fitted]).max(initial=0.0)) for motion in motions)
+    return max(most, default=0.0) >= column.shown
 
 
 def _rows(columns: Sequence[Column], motions: Sequence[Motion], weight: Array) -> Array:

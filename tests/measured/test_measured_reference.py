@@ -81,6 +81,20 @@ def test_gap_and_samples_are_those_of_the_prediction(tmp_path: Path, model: Path
         reference(recipe, model, [training], [validation], BAND, tmp_path / "short")
 
 
+def test_a_stribeck_curve_that_has_faded_at_the_slowest_speed_is_not_fitted(tmp_path: Path) -> None:
+    """A carriage that never moves below 0.2 rad/s, and stands a little off at its slowest: an extrapolation would explode."""
+    time = np.arange(0.0, 10.0, 1e-3)
+    speed = 0.6 + 0.4 * np.sin(1.1 * time)
+    position = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1])) * 1e-3))
+    torque = 0.5 + 0.1 * speed + 0.3 * np.exp(-((speed / 0.5) ** 2)) + 1e-3 * np.exp(-(((speed - 0.2) / 1e-3) ** 2))
+    motion = read_motion(write_recording(tmp_path / "slow", time, position, torque), Band(40.0, 0.1))
+    choice, _ = fit(FRICTION, stribeck_choices(0.01, 10.0), [motion])
+    (column,) = choice.columns
+    assert np.abs(column.of(motion)[motion.fitted]).max() >= 0.05
+    with pytest.raises(ValueError, match="empty"):
+        fit(FRICTION, stribeck_choices(1e-3, 1e-2), [motion])
+
+
 def test_what_the_reference_closes_does_not_depend_on_when_a_diagnosis_reads_the_torque(tmp_path: Path, model: Path) -> None:
     training, validation = rippled(tmp_path / "train", 0.0), rippled(tmp_path / "validate", 0.4)
     motion = read_motion(validation, BAND)
