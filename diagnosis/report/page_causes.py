@@ -10,6 +10,7 @@ from drivetwin.diagnosis.report.wording import (
     UNDETERMINED,
     added_words,
     cause_name,
+    chance,
     estimate_figures,
     goes_with_words,
     is_determined,
@@ -28,7 +29,7 @@ def causes_section(diagnosis: Diagnosis) -> str:
     rest = [cause for cause in diagnosis.causes if cause.probability < LIKELY]
     head = ["Cause", "Axis", "Probability", "Share of gap", "Gap closed", "Parameters", "Cannot be distinguished from"]
     rows = stacking_table(head, [_row(cause, diagnosis) for cause in shown]) if shown else "<p>None.</p>"
-    others = ", ".join(f"{cause_name(cause)} {percent(cause.probability)}" for cause in rest)
+    others = ", ".join(f"{cause_name(cause)} {chance(cause.probability)}" for cause in rest)
     less = f'<p class="note">Below {percent(LIKELY)}: {escape(others)}.</p>' if rest else ""
     added = added_words(diagnosis.selected)
     tables = f" {escape(residual_words(diagnosis))}" if diagnosis.residual else ""
@@ -47,16 +48,16 @@ def _row(cause: Cause, diagnosis: Diagnosis) -> list[str]:
     return [
         f"<b>{escape(name_of(cause.effect))}</b>",
         escape(cause.axis),
-        _figure(cause.probability),
-        _figure(cause.share),
+        _figure(cause.probability, chance(cause.probability)),
+        _figure(cause.share, percent(cause.share)),
         _shrink(cause.gap_closed) if cause.gap_closed else DASH,
         _parameters(cause) if cause.effect != UNKNOWN else escape(goes_with_words(diagnosis.axes[cause.axis].unknown)),
         _alternatives(cause),
     ]
 
 
-def _figure(share: float) -> str:
-    return f'<span class="tight">{bar(share)}{percent(share)}</span>'
+def _figure(share: float, words: str) -> str:
+    return f'<span class="tight">{bar(share)}{words}</span>'
 
 
 def _shrink(shrink: Shrink) -> str:

@@ -19,6 +19,8 @@ _NAMED_AT_MOST = 3
 """Axes that the verdict names one by one."""
 LIKELY = 0.05
 """Probability from which a cause is shown with all that is known of it."""
+NEARLY = 0.9999
+"""Probability as which certainty is written."""
 UNDETERMINED = "not determined"
 """Of a parameter whose interval holds every value that it can have."""
 
@@ -39,6 +41,11 @@ def percent(share: float) -> str:
         return "< 0.1 %"
     near_an_end = 0.0 < abs(share) < 0.015 or 0.985 <= share < 1.0
     return f"{100.0 * share:.1f} %" if near_an_end else f"{100.0 * share:.0f} %"
+
+
+def chance(probability: float) -> str:
+    """A probability in per cent; none is certain, so that 1 is "> 99.9 %"."""
+    return percent(min(probability, NEARLY))
 
 
 def span_percent(low: float, high: float) -> str:

@@ -12,6 +12,7 @@ from drivetwin.diagnosis.report.remains import intervals_after
 from drivetwin.diagnosis.report.result import UNKNOWN, Cause, Diagnosis
 from drivetwin.diagnosis.report.wording import (
     LIKELY,
+    chance,
     closed,
     estimate_words,
     goes_with_words,
@@ -91,7 +92,7 @@ def _causes(found: Diagnosis) -> Table:
     table.add_column("parameters (90 % interval)")
     for cause in found.causes:
         if cause.probability >= LIKELY:
-            figures = percent(cause.probability), percent(cause.share)
+            figures = chance(cause.probability), percent(cause.share)
             table.add_row(name_of(cause.effect), cause.axis, *figures, _told(cause, found))
     return table
 

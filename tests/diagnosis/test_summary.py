@@ -14,6 +14,7 @@ from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.report.result import Diagnosis, Estimate, Unknown, Verdict
 from drivetwin.diagnosis.report.wording import (
     added_words,
+    chance,
     estimate_words,
     goes_with_words,
     percent,
@@ -125,6 +126,10 @@ def test_what_is_added_is_named_axis_by_axis() -> None:
 )  # fmt: skip
 def test_what_is_nearly_all_is_not_called_all_nor_little_nothing(share: float, words: str) -> None:
     assert percent(share) == words
+
+
+def test_no_probability_is_called_certain() -> None:
+    assert [chance(one) for one in (1.0, 0.9996, 0.92, 0.0)] == ["> 99.9 %", "> 99.9 %", "92 %", "0 %"]
 
 
 def test_an_interval_has_its_unit_once() -> None:
