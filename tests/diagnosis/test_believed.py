@@ -87,7 +87,7 @@ def test_beside_what_is_left_noise_is_as_loud_as_what_the_given_up_explained(sta
     chosen = next(one.effect for one in found.effects if one.effect.name == cogging.name)
     left = believed(found, [answer(state, chosen, predicts=False)])
     assert names(left) == ["torque_offset"]
-    assert left.of(found.effects).axes["turn"].colour.level > 5.0 * found.axes["turn"].colour.level
+    assert found.of(left.effects).standing.level["turn"] > 5.0, "in the noise beside the cogging"
     assert left.standing.level["turn"] < 1.1
 
 
