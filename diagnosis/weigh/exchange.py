@@ -109,10 +109,10 @@ class Exchange:
         rivals = side_by_side(lambda one: replace(one[0], settled=in_its_noise(one[1], state, moves)), settled)
         able = [one for one in rivals if one.settled is not None and not _leaves_more(one.settled, stands)]
         best = max(able, key=self._rated, default=None)
-        known = self._rated(replace(own, settled=stands)) if own is not None else stands.reached - self._tried_for(stands)
+        known = self._rated(replace(own, settled=stands)) if own is not None else self.proposer.rated(stands)
         if best is not None and self._rated(best) > known + CLEARLY:
             return best.settled
-        nothing = family.state.reached - self._tried_for(family.state)
+        nothing = self.proposer.rated(family.state)
         worthless = own is None or nothing > self._rated(own)
         return family.state if worthless and not _leaves_more(family.state, state) else None
 
@@ -160,11 +160,7 @@ class Exchange:
     def _rated(self, one: Proposal) -> float:
         """Log evidence of its set, settled, less what it costs that so many effects were tried [nats]."""
         assert one.settled is not None
-        return one.settled.reached + one.prior - self._tried_for(one.settled) + log(self.proposer.tried(one.effect.axis))
-
-    def _tried_for(self, state: State) -> float:
-        """What it costs that each effect of a set is one of many [nats]."""
-        return sum(log(self.proposer.tried(one.axis)) for one in state.effects)
+        return self.proposer.rated(one.settled) + one.prior + log(self.proposer.tried(one.effect.axis))
 
 
 def _what_acts_on(axis: str, state: State) -> tuple[tuple[str, Effect], ...]:

@@ -46,6 +46,10 @@ class Proposer:
         """Kinds of effects that could have been named on an axis."""
         return max(len(self.kinds[axis]), 1)
 
+    def rated(self, state: State) -> float:
+        """Log evidence of a set, less what it costs that each of its effects is one of many that were tried [nats]."""
+        return state.reached - sum(log(self.tried(one.axis)) for one in state.effects)
+
     def proposals(self, pair: Pair, axes: Sequence[str] | None = None, only: Collection[str] | None = None) -> list[Proposal]:
         """The best of every effect on every axis, given a set; `only`: of those that yield, by name, for they take the time."""
         asked = [(axis, kind) for axis in (axes if axes is not None else list(self.kinds)) for kind in self.kinds[axis]]

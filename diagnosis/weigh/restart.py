@@ -8,7 +8,6 @@ is compared in its own colour.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import log
 
 from drivetwin.diagnosis.weigh.colouring import in_its_noise
 from drivetwin.diagnosis.weigh.pair import Pair
@@ -26,8 +25,8 @@ def restarted(pair: Pair, proposals: Sequence[Proposal], proposer: Proposer) -> 
         kinds = [type(one.effect) for one in pair.whole.effects if one.axis == axis and _of_transmission(one)]
         found = [_sought_again(pair, axis, kind, proposer) for kind in kinds]
         able = [one for one in found if one is not None]
-        best = max(able, key=lambda one: _rated(one, proposer), default=None)
-        if best is not None and _rated(best, proposer) > _rated(in_its_noise(pair.whole, pair.whole, axis), proposer) + CLEARLY:
+        best = max(able, key=proposer.rated, default=None)
+        if best is not None and proposer.rated(best) > proposer.rated(in_its_noise(pair.whole, pair.whole, axis)) + CLEARLY:
             pair = pair.as_noise_is(best, proposals)
     return pair
 
@@ -51,8 +50,3 @@ def _sought_again(pair: Pair, axis: str, kind: type[Effect], proposer: Proposer)
 
 def _white(state: State, effects: Sequence[PlacedEffect]) -> State:
     return state_of(state.bench, effects, first_colours(state.bench), state.late)
-
-
-def _rated(state: State, proposer: Proposer) -> float:
-    """Log evidence less what it costs that each effect is one of many [nats]."""
-    return state.reached - sum(log(proposer.tried(one.axis)) for one in state.effects)
