@@ -8,11 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from drivetwin.foundation.compiled import compiled
+
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 NEWTON = 8
 """Steps to an amplitude."""
+SLOWEST = 4.0
+"""Steps in which a series of amplitudes comes nearer to its end by a factor e, at most."""
 NEXT_TO_NONE = 1e-3
 """Of the usual amplitude, at which a component is as good as not there."""
 
@@ -39,15 +43,25 @@ class Inner:
 
     @classmethod
     def of(cls, gram: Array, roots: Array, level: float) -> Inner:
-        """Of the products of its columns (m, m)."""
-        whole = gram * np.outer(roots, roots)
-        whole[np.diag_indices_from(whole)] += level**2
-        return cls(roots, np.asarray(linalg.cholesky(whole, lower=True, check_finite=False)), level)
+        """Of the products of its columns (m, m). Raises LinAlgError where these are none; what is not finite stays so."""
+        whole = gram * roots * roots[:, None]
+        whole.flat[:: len(roots) + 1] += level**2
+        if not len(roots):
+            return cls(roots, whole, level)
+        factor, failed = linalg.lapack.dpotrf(whole.T, lower=1, clean=1, overwrite_a=1)
+        if failed:
+            raise linalg.LinAlgError("the unknown beside noise has no factor")
+        return cls(roots, factor, level)
 
     def half(self, across: Array) -> Array:
         """What the unknown explains of columns, as a root: its products, of products with the unknown's (m, p)."""
-        scaled = (across.T * self.roots).T
-        return np.asarray(linalg.solve_triangular(self.factor, scaled, lower=True, check_finite=False))
+        return self._behind((across.T * self.roots).T, 0)
+
+    def _behind(self, columns: Array, transposed: int) -> Array:
+        """Columns (m,) or (m, p) by the inverse of the factor; it has no zero on its diagonal."""
+        if not len(self.roots):
+            return columns
+        return np.asarray(linalg.lapack.dtrtrs(self.factor, columns, lower=1, trans=transposed)[0]).reshape(columns.shape)
 
     def reduced(self, part: Products) -> Array:
         """Products of columns with the unknown taken out."""
@@ -56,8 +70,7 @@ class Inner:
 
     def mean(self, across: Array) -> Array:
         """Of the unknown's coefficients (m,) or (m, k), of products of rows with its columns."""
-        half = self.half(across)
-        return (linalg.solve_triangular(self.factor, half, lower=True, trans=1, check_finite=False).T * self.roots).T
+        return (self._behind(self.half(across), 1).T * self.roots).T
 
     @property
     def logarithm(self) -> float:
@@ -71,12 +84,33 @@ class Inner:
         """
         if not len(self.roots):
             return amplitude
-        inverse = linalg.lapack.dpotri(self.factor, lower=1)[0]
-        known = 1.0 - self.level**2 * np.diag(inverse)
+        inverse = linalg.lapack.dtrtri(self.factor, lower=1)[0]
+        known = 1.0 - self.level**2 * np.einsum("ij,ij->j", inverse, inverse)
         told = np.maximum(np.bincount(component, known, len(amplitude)), 0.0)
         squares = np.bincount(component, mean**2, len(amplitude))
-        found = np.minimum(np.sqrt(squares / np.maximum(told, 1e-300)), np.cbrt(squares * misfit))
-        for _ in range(NEWTON):  # of told a² + a³ / misfit = squares, which is convex: from above, for neither is more
-            slope = 2.0 * told * found + 3.0 * found**2 / misfit + 1e-300
-            found = found - (told * found**2 + found**3 / misfit - squares) / slope
-        return np.asarray(np.maximum(found, NEXT_TO_NONE * misfit))
+        return np.asarray(np.maximum(_likeliest(told, squares, misfit), NEXT_TO_NONE * misfit))
+
+
+def farther(first: Array, second: Array, third: Array, misfit: float) -> Array:
+    """Where amplitudes (K,) are bound for that went from the first to the third: each a geometric series of its logarithm.
+
+    Aitken's delta-squared process (Proceedings of the Royal Society of Edinburgh 46, 1926). It is trusted as far as a factor e:
+    the first steps are no such series.
+    """
+    step, last = np.log(second / first), np.log(third / second)
+    ratio = np.divide(last, step, out=np.zeros_like(step), where=np.abs(step) > 1e-9)
+    ratio = np.clip(ratio, 0.0, 1.0 - 1.0 / SLOWEST)
+    ahead = np.clip(last * ratio / (1.0 - ratio), -1.0, 1.0)
+    return np.asarray(np.maximum(third * np.exp(ahead), NEXT_TO_NONE * misfit))
+
+
+@compiled
+def _likeliest(told, squares, misfit):  # type: ignore[no-untyped-def]
+    """Where told a² + a³ / misfit = squares, (K,): convex, so Newton's steps come from above, for neither is more."""
+    found = np.empty_like(told)
+    for k in range(told.shape[0]):
+        a = min(np.sqrt(squares[k] / max(told[k], 1e-300)), np.cbrt(squares[k] * misfit))
+        for _ in range(NEWTON):
+            a -= (told[k] * a**2 + a**3 / misfit - squares[k]) / (2.0 * told[k] * a + 3.0 * a**2 / misfit + 1e-300)
+        found[k] = a
+    return found

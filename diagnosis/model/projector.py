@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from drivetwin.diagnosis.model.axis_system import Amplitudes, AxisSystem
 from drivetwin.diagnosis.model.beside import Inner, Products
 from drivetwin.diagnosis.model.solve import inverse_of
+from drivetwin.foundation.cached import cached_property
 
 Array = NDArray[np.float64]
 

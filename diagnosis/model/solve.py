@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.axis_system import Amplitudes, AxisSystem
-from drivetwin.diagnosis.model.beside import Inner, Products
+from drivetwin.diagnosis.model.beside import Inner, Products, farther
 from drivetwin.diagnosis.model.prior import Prior
+from drivetwin.foundation.cached import cached_property
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 LEVELS = 4
 """Times that coefficients and noise levels are found in turn."""
-TUNED = 10
-"""The same where amplitudes are found as well."""
+TUNED = 7
+"""The same where amplitudes are found as well: the evidence is then a part of a nat from where it ends."""
 CLOSE = 1e-3
 """Change of a level, and of an amplitude over what is usual, below which nothing is left to find."""
 
@@ -94,7 +94,7 @@ def solved(
     squares: dict[str, float] = {}
     inner = {axis: one.inner for axis, one in resting.items()}
     reduced = {axis: one.reduced for axis, one in resting.items()}
-    turns, found = TUNED if tuned else LEVELS, False
+    turns, found, earlier = TUNED if tuned else LEVELS, False, dict[str, Array]()
     for turn in range(turns):
         information, right = np.diag(prior).astype(float), np.zeros(len(free))
         for axis in moving:
@@ -115,7 +115,7 @@ def solved(
             mean = inner[axis].mean(left)
             tuned_now = inner[axis].tuned(own.component, mean, amplitude[axis], own.misfit)
             found &= bool(np.abs(tuned_now - amplitude[axis]).max(initial=0.0) < CLOSE * own.misfit)
-            amplitude[axis] = tuned_now
+            amplitude[axis] = tuned_now if found else _ahead(earlier, axis, amplitude[axis], tuned_now, own.misfit)
         louder = {axis: max(1.0, float(np.sqrt(squares[axis] / max(count[axis], 1.0)))) for axis in moving}
         found &= all(abs(louder[axis] - level[axis]) < CLOSE * level[axis] for axis in moving)
         level |= louder
@@ -133,6 +133,14 @@ def solved(
     coefficients = np.zeros(size)
     coefficients[free] = values
     return Fit(coefficients, level, amplitude, float(evidence), information, free)
+
+
+def _ahead(earlier: dict[str, Array], axis: str, last: Array, now: Array, misfit: float) -> Array:
+    """Amplitudes of an axis as they are now; every second turn where these, the last and those `earlier` are bound for."""
+    if axis in earlier:
+        return farther(earlier.pop(axis), last, now, misfit)
+    earlier[axis] = last
+    return now
 
 
 def _square(reduced: Array, local: Index, values: Array) -> float:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from drivetwin.diagnosis.model.prior import Prior
 from drivetwin.diagnosis.model.projector import Projector
 from drivetwin.diagnosis.model.solve import Fit, Resting, solved
 from drivetwin.diagnosis.prepare.rows import Column
+from drivetwin.foundation.cached import cached_property
 from drivetwin.foundation.lately import OfSame
 
 Array = NDArray[np.float64]

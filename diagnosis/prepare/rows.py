@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from drivetwin.diagnosis.prepare.motion import AxisRun, Run, sampled
 from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects import AxisEffect, Effect
+from drivetwin.foundation.cached import cached_property
 from drivetwin.motion.inverse_dynamics import Model
 
 Array = NDArray[np.float64]
@@ -106,8 +107,13 @@ class Rows:
 
     def picked(self, axis: str, samples: Sequence[Array]) -> Array:
         """Every sample (n,) of each recording, on the rows of the axis (N,)."""
-        rows = self.of[axis]
-        return np.concatenate([values[rows.sample[rows.run == number]] for number, values in enumerate(samples)])
+        return np.concatenate([values[own] for values, own in zip(samples, self._samples[axis], strict=True)])
+
+    @cached_property
+    def _samples(self) -> dict[str, list[Index]]:
+        """Of each recording, the samples that are rows of each axis."""
+        numbers = range(len(self.runs))
+        return {axis: [rows.sample[rows.run == number] for number in numbers] for axis, rows in self.of.items()}
 
     def cost(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> dict[str, Array]:
         """Torque that an effect costs on its axis, and on those that feel its joint move otherwise than measured; and what it
@@ -130,11 +136,8 @@ class Rows:
         """Torque (n, k) of all axes at every stride-th sample of each recording, on the rows of each axis."""
         found = {}
         for k, axis in enumerate(self.axes):
-            rows = self.of[axis]
-            parts = [
-                torque[rows.sample[rows.run == number] // run.stride, k]
-                for number, (torque, run) in enumerate(zip(samples, self.runs, strict=True))
-            ]
+            picked = zip(samples, self._samples[axis], self.runs, strict=True)
+            parts = [torque[own // run.stride, k] for torque, own, run in picked]
             found[axis] = np.concatenate(parts)
         return found
 

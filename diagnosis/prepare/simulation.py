@@ -6,7 +6,6 @@ import copy
 import logging
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from pathlib import Path
 
 import mujoco
@@ -18,6 +17,7 @@ from drivetwin.emulator.assembly import DrivenJoint, assemble
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import Effect, PlacedEffect
 from drivetwin.emulator.effects.model_tree import free_name, outermost
+from drivetwin.foundation.cached import cached_property
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.lately import Lately
 from drivetwin.motion.coupled_motion import check_axes_move_alone, friction_of_followers

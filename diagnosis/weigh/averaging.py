@@ -185,7 +185,8 @@ def _enlarged(family: Family, systematic: Mapping[str, float]) -> Array:
 
 
 def preferred(state: State, answers: Sequence[Answer]) -> tuple[State, list[Answer]]:
-    """The set with the most probable of what cannot be distinguished in the place of what the search chose, moved together.
+    """The set with the most probable of what cannot be distinguished in the place of what the search chose, moved together,
+    where that leaves no more of the gap.
 
     A nominal parameter that the chosen one stands for is fixed beside it. So it is beside the other when the two are compared.
     """
@@ -197,7 +198,8 @@ def preferred(state: State, answers: Sequence[Answer]) -> tuple[State, list[Answ
             others = [one for one in state.effects if not alike(one, answer.chosen)]
             with suppress(UserError):
                 ahead = settled_on(state.of((*others, best)))
-                if _holding(ahead, state.held()).reached > state.reached - CLEARLY:
+                likely = _holding(ahead, state.held()).reached > state.reached - CLEARLY
+                if likely and not ahead.leaves_more_than(state):
                     state, named = ahead, replace(answer, chosen=best)
         found.append(named)
     return state, found

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from drivetwin.diagnosis.propose.search import Beginnings, Field, beginnings, mo
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, ModelEffect, PlacedEffect, library
+from drivetwin.foundation.cached import cached_property
 from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.lately import Lately, OfSame
 

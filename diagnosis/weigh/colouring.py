@@ -13,7 +13,7 @@ from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.proposal import Proposal
 from drivetwin.diagnosis.weigh.state import State, colours_of, first_colours, state_of
-from drivetwin.diagnosis.weigh.yielding import settled_on
+from drivetwin.diagnosis.weigh.yielding import STEPS, settled_on
 from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
@@ -24,14 +24,14 @@ def coloured(found: State, proposals: Sequence[Proposal]) -> State:
     return state_of(found.bench, found.effects, _colours(found, _costs(found, proposals)), found.late, found.exact)
 
 
-def in_its_noise(found: State, stands: State, axis: str | None = None) -> State:
-    """A set, settled in the noise that it leaves itself: so sets compare whose noise was fitted to something else.
+def in_its_noise(found: State, stands: State, axis: str | None = None, steps: int = STEPS) -> State:
+    """A set, settled some steps in the noise that it leaves itself: so sets compare whose noise was fitted to something else.
 
     Noise that was fitted to one set's errors makes these likely and another's unlikely. Rows count as in the set that `stands`:
     the evidence of unlike numbers of rows would depend on the unit of torque. `axis`: only effects of one axis move.
     """
     counts = {name: own.colour.counts for name, own in stands.axes.items()}
-    return _counted(settled_on(_counted(found, counts), axis=axis), counts)
+    return _counted(settled_on(_counted(found, counts), steps, axis), counts)
 
 
 def _counted(found: State, counts: Mapping[str, Array]) -> State:

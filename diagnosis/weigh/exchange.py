@@ -15,14 +15,14 @@ from drivetwin.diagnosis.weigh.pair import Pair, that_moves
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_kind
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State
-from drivetwin.diagnosis.weigh.yielding import reduced, settled_on
+from drivetwin.diagnosis.weigh.yielding import STEPS, reduced, settled_on
 from drivetwin.emulator.effects import Effect, ModelEffect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
 IN_PLACE = 3
 """Proposals, the best of those that take as much, that are settled in the place of an effect."""
 BRIEF = 5
-"""Steps at most of those: the best goes on, and what is still on its way is worse."""
+"""Steps at most of those, and of each in the noise that it leaves: the best goes on, and what is still on its way is worse."""
 
 
 @dataclass(frozen=True)
@@ -104,17 +104,32 @@ class Exchange:
         if _too_small(family, state):
             return family.state
         own = next((one for one in family.proposals if one.settled is state), None)
-        settled = [(one, one.settled) for one in family.proposals if one is not own and one.settled is not None]
+        others = [one for one in family.proposals if one is not own and one.settled is not None]
         moves = that_moves(family.chosen) if family.chosen is not None else None
-        rivals = side_by_side(lambda one: replace(one[0], settled=in_its_noise(one[1], state, moves)), settled)
-        able = [one for one in rivals if one.settled is not None and not _leaves_more(one.settled, stands)]
-        best = max(able, key=self._rated, default=None)
+        best = self._best_rival(others, state, stands, moves)
         known = self._rated(replace(own, settled=stands)) if own is not None else self.proposer.rated(stands)
         if best is not None and self._rated(best) > known + CLEARLY:
             return best.settled
         nothing = self.proposer.rated(family.state)
         worthless = own is None or nothing > self._rated(own)
-        return family.state if worthless and not _leaves_more(family.state, state) else None
+        return family.state if worthless and not family.state.leaves_more_than(state) else None
+
+    def _best_rival(self, others: Sequence[Proposal], state: State, stands: State, moves: str | None) -> Proposal | None:
+        """The best of several in the noise that each leaves itself, of those that leave no more of the gap: all are settled
+        there a few steps, and the best to its end.
+        """
+
+        def settled(one: Proposal, steps: int) -> Proposal:
+            assert one.settled is not None
+            return replace(one, settled=in_its_noise(one.settled, state, moves, steps))
+
+        def able(one: Proposal) -> bool:
+            return one.settled is not None and not one.settled.leaves_more_than(stands)
+
+        begun = zip(side_by_side(lambda one: settled(one, BRIEF), others), others, strict=True)
+        best = max((each for each in begun if able(each[0])), key=lambda each: self._rated(each[0]), default=None)
+        found = settled(best[1], STEPS) if best is not None else None
+        return found if found is not None and able(found) else None
 
     def _in_place(self, beside: Pair, found: Sequence[Proposal], known: Proposal | None) -> list[Proposal]:
         """What takes as much as could stand in the place of what is known there, best first, everything moved to where it
@@ -177,8 +192,3 @@ def _too_small(family: Family, state: State) -> bool:
         return False
     left, without = (each.energy(each.held())[one.axis] for each in (state, family.state))
     return without - left < (state.bench.least(one) if one.effect.like_errors else state.bench.settings.least_share)
-
-
-def _leaves_more(ahead: State, state: State) -> bool:
-    """Whether a set leaves more of an axis's gap than another: noise with long tails has learned what the other explains."""
-    return any(left > state.left[axis] + state.bench.settings.least_share for axis, left in ahead.left.items())

@@ -72,11 +72,15 @@ class Search:
         return Family(None, state, self.proposer.again(open_ones, state))
 
     def added(self, pair: Pair) -> tuple[Pair, Sequence[Proposal]]:
-        """The best effect added, and what it makes needless dropped, until nothing more is worth it."""
+        """The best effect added, and what it makes needless dropped, until nothing more is worth it.
+
+        Not where that leaves more of the gap, however likely the noise has it: then the next best is tried.
+        """
         most = self.proposer.bench.settings.rounds * len(self.proposer.bench.rows.axes)
         proposals: Sequence[Proposal] = ()
         known: dict[str, Sequence[Proposal]] = {}
         seen = {_names(pair.whole)}
+        refused: set[tuple[str, str]] = set()
         while True:
             count = len(pair.whole.effects)
             self.progress(f"{count} effects; every further effect on every axis", 0.1 + 0.5 * count / (count + 3))
@@ -84,22 +88,30 @@ class Search:
                 again = axis in known
                 known[axis] = self.proposer.again(known[axis], pair.whole) if again else self.proposer.proposals(pair, [axis])
             proposals = [one for each in known.values() for one in each]
-            best = self.best(proposals, pair.whole)
+            best = self.best([one for one in proposals if _name(one.effect) not in refused], pair.whole)
             if not best or count >= most:
                 return pair, proposals
+            ahead = self._with(pair, best, proposals)
+            if ahead.whole.leaves_more_than(pair.whole):
+                refused |= {_name(best[0].effect)}
+                continue
             for one in best:
                 self._rivals[one.effect.effect.name, one.effect.axis] = rivals_of(one, proposals)
-            newest = [one.effect for one in best]
-            ahead = pair.settled((*pair.whole.effects, *newest))
-            ahead = self.with_yielding_friction(pair, ahead, proposals, {one.axis for one in newest})
-            newest = [one for one in ahead.effects if not any(same_kind(one, each) for each in pair.whole.effects)]
-            pair = self.dropped(pair.as_noise_is(ahead, proposals), newest)
-            pair = self.yielding(pair, proposals, {one.axis for one in newest if yields(type(one.effect))})
+            newest = [one for one in ahead.whole.effects if not any(same_kind(one, each) for each in pair.whole.effects)]
+            pair = self.yielding(ahead, proposals, {one.axis for one in newest if yields(type(one.effect))})
+            refused = set()
             if (names := _names(pair.whole)) in seen:
                 return pair, proposals
             seen.add(names)
             felt = any(isinstance(one.effect, ModelEffect) for one in newest)
             known = {} if felt else {k: v for k, v in known.items() if k not in {one.axis for one in newest}}
+
+    def _with(self, pair: Pair, best: Sequence[Proposal], proposals: Sequence[Proposal]) -> Pair:
+        """A set one step on, less what that makes needless."""
+        ahead = pair.settled((*pair.whole.effects, *(one.effect for one in best)))
+        ahead = self.with_yielding_friction(pair, ahead, proposals, {one.effect.axis for one in best})
+        newest = [one for one in ahead.effects if not any(same_kind(one, each) for each in pair.whole.effects)]
+        return self.dropped(pair.as_noise_is(ahead, proposals), newest)
 
     def best(self, proposals: Sequence[Proposal], state: State) -> list[Proposal]:
         """The proposal with the best score, if it gains anything and takes a share of the gap, or the best two together; and
@@ -195,4 +207,8 @@ class Search:
 
 
 def _names(state: State) -> tuple[tuple[str, str], ...]:
-    return tuple(sorted((one.effect.name, one.axis) for one in state.effects))
+    return tuple(sorted(_name(one) for one in state.effects))
+
+
+def _name(one: PlacedEffect) -> tuple[str, str]:
+    return one.effect.name, one.axis

@@ -15,7 +15,7 @@ from drivetwin.diagnosis.propose.search import BRIEFLY, ONE_STEP, REFINED, REFIN
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.bench import Bench
 from drivetwin.diagnosis.weigh.pair import Pair
-from drivetwin.diagnosis.weigh.proposal import Proposal
+from drivetwin.diagnosis.weigh.proposal import CLEARLY, Proposal
 from drivetwin.diagnosis.weigh.state import NEARBY, State
 from drivetwin.diagnosis.weigh.yielding import yields
 from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, ModelEffect, PlacedEffect
@@ -25,6 +25,9 @@ from drivetwin.foundation.errors import UserError
 Kinds = Mapping[str, Sequence[type[Effect]]]
 """Effects that can be asked for, by axis."""
 
+STEPPED = 16
+"""Starts of a motion that is replayed, the best as they stand, that go one step down their valley: after it the best was of the
+first six, wherever any gained something."""
 HOPELESS = 1.0
 """Nats that a start must gain with its size free, to be moved at all. One whose size is not free may lie beside its valley."""
 
@@ -75,7 +78,7 @@ class Proposer:
         return [one for one in found if one is not None]
 
     def _proposed(self, pair: Pair, axis: str, kind: type[Effect], known: Effect | None) -> Proposal | None:
-        """Sought on a part of the rows, from what is `known` of it too, judged on all, and there moved the rest of its way."""
+        """Sought on a part of the rows, from what is `known` of it too, judged on all, moved on there if it gains anything."""
         held = pair.part.held(kind.name, axis)
         begun = self._begun(pair.part, axis, kind, held, known)
         if begun and known is not None and not kind.several:
@@ -87,14 +90,34 @@ class Proposer:
             if (natural := one.effect.natural(pair.part.dynamics[axis])) is not None
         ]
         tried += [self._moved(pair.part, one, held, BRIEFLY) for one in whole]
-        judged = [(found, one) for one in tried if (found := self.evaluated(pair.whole, one)) is not None]
-        if not judged:
-            return None
-        best, one = max(judged, key=lambda each: each[0].score)
-        if self.part is not self.bench:
-            again = self._moved(pair.whole, replace(one, effect=best.effect.effect), held, BRIEFLY)
-            best = max(best, self.evaluated(pair.whole, again) or best, key=lambda each: each.score)
-        return best
+        if yields(kind):  # replays take the time: the likeliest that makes a mechanism is enough
+            tried.sort(key=lambda one: -self._standing(pair.whole, one, held))
+        judged = ((found, one) for one in tried if (found := self.evaluated(pair.whole, one)) is not None)
+        best, one = (
+            next(judged, (None, None)) if yields(kind) else max(judged, key=lambda each: each[0].score, default=(None, None))
+        )
+        if best is None or one is None or self.part is self.bench or best.score < -CLEARLY:
+            return best
+        again = self._moved(pair.whole, replace(one, effect=best.effect.effect), held, BRIEFLY)
+        return max(best, self.evaluated(pair.whole, again) or best, key=lambda each: each.score)
+
+    def _standing(self, state: State, one: Begun, held: frozenset[int]) -> float:
+        """Log evidence of a set with an effect where it is, less what its parameters cost [nats]."""
+        try:
+            less = state.system.whiten(state.predictor(one.axis)(one.effect))
+        except UserError:
+            return -np.inf
+        independent = sum(own.colour.independent for own in state.axes.values())
+        cost = 0.5 * len(state.fields(one.axis, one.effect)) * log(independent)
+        found = state.system.fit_tuned((), less, held).evidence - cost + self._prior(state, one)
+        return found if np.isfinite(found) else -np.inf
+
+    def _prior(self, state: State, one: Begun) -> float:
+        """Log probability of an effect, one of the kinds and starts that are tried [nats]: some are rare."""
+        rare = one.effect.unlikely(state.rows.motion[one.axis], state.dynamics[one.axis])
+        if one.effect.name in self.askew.get(one.axis, ()):
+            rare -= log(self.bench.settings.askew)
+        return -log(self.tried(one.axis)) - log(max(one.tried, 1)) - rare
 
     def _begun(self, state: State, axis: str, kind: type[Effect], held: frozenset[int], known: Effect | None) -> list[Begun]:
         """Where the local search begins. Of starts that have to be replayed one by one, the `known` one is enough."""
@@ -112,14 +135,14 @@ class Proposer:
             return []
         if begun and not kind.scales:
             self._tried[axis, kind.name] = begun[0].tried
-            begun = self._stepped(state, begun, held)
+            begun = self._stepped(state, begun[:STEPPED], held)
             briefly = [self._moved(state, one, held, BRIEFLY) for one in begun[:REFINED_REPLAYS]]
             rated = [(each, self.evaluated(state, each)) for each in briefly]
             begun = [each for each, one in sorted(rated, key=lambda pair: -(pair[1].score if pair[1] else -np.inf))]
         return begun
 
     def _stepped(self, state: State, begun: Sequence[Begun], held: frozenset[int]) -> list[Begun]:
-        """Each start one step down its own valley, best first: before that its damping decides more than how it yields."""
+        """Each start one step down its own valley, best first: before that its damping decides as much as how it yields."""
 
         def step(one: Begun) -> Begun:
             ahead = self._moved(state, one, held, ONE_STEP)
@@ -162,10 +185,7 @@ class Proposer:
         if one.effect.felt_at_home and taken.get(one.axis, 0.0) < self.bench.settings.least_share:
             return None
         gain = fit.evidence - state.fit.evidence
-        rare = one.effect.unlikely(state.rows.motion[one.axis], state.dynamics[one.axis])
-        if one.effect.name in self.askew.get(one.axis, ()):
-            rare -= log(self.bench.settings.askew)
-        prior = -log(self.tried(one.axis)) - log(max(one.tried, 1)) - rare
+        prior = self._prior(state, one)
         effect = placed(state.rows, one.axis, one.effect)
         return Proposal(effect, gain + prior, prior, taken, less, tangent, held, one.tried)
 

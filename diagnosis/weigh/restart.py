@@ -26,7 +26,10 @@ def restarted(pair: Pair, proposals: Sequence[Proposal], proposer: Proposer) -> 
         found = [_sought_again(pair, axis, kind, proposer) for kind in kinds]
         able = [one for one in found if one is not None]
         best = max(able, key=proposer.rated, default=None)
-        if best is not None and proposer.rated(best) > proposer.rated(in_its_noise(pair.whole, pair.whole, axis)) + CLEARLY:
+        if best is None:
+            continue
+        stands = in_its_noise(pair.whole, pair.whole, axis)
+        if proposer.rated(best) > proposer.rated(stands) + CLEARLY and not best.leaves_more_than(stands):
             pair = pair.as_noise_is(best, proposals)
     return pair
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from math import log
 
 import numpy as np
@@ -23,6 +23,7 @@ from drivetwin.diagnosis.propose.search import Field, Predict, movable_fields
 from drivetwin.diagnosis.weigh.bench import Bench, Felt, Later
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, PlacedEffect
+from drivetwin.foundation.cached import cached_property
 from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
@@ -128,12 +129,16 @@ class State:
     @cached_property
     def system(self) -> System:
         """Nominal parameters, and the slopes of the effects, with amplitudes of the unknown where the evidence is highest."""
+        return self._untuned.tuned(self.held())
+
+    @cached_property
+    def _untuned(self) -> System:
+        """The same with the unknown as large as it usually is."""
         tangents = np.full(len(self.owners), np.inf)
         near = np.concatenate([np.zeros(len(self.bench.nominals)), np.full(len(self.owners), NEARBY)])
         whitened = [*self.bare.columns, *self._whitened(self.columns[len(self.bench.nominals) :])]
         spreads = np.concatenate([self.bare.spreads, tangents])
-        system = system_of(self.axes, whitened, spreads, self.bench.settings.nominal_freedom, near, self.bench.products)
-        return system.tuned(self.held())
+        return system_of(self.axes, whitened, spreads, self.bench.settings.nominal_freedom, near, self.bench.products)
 
     def _whitened(self, columns: Sequence[Column]) -> list[Column]:
         return [{axis: self._white(axis, rows) for axis, rows in column.items()} for column in columns]
@@ -165,7 +170,8 @@ class State:
 
     def ahead(self, damping: float) -> Fit:
         """Where a straight line has the parameters, held so many times nearer; the unknown as large as it is without moving."""
-        return replace(self.system.at(self.standing.amplitude), near=damping * self.system.near).fit(held=self.held())
+        system = self._untuned
+        return replace(system.at(self.standing.amplitude), near=damping * system.near).fit(held=self.held())
 
     @cached_property
     def frugal(self) -> System:
@@ -279,6 +285,11 @@ class State:
     def left(self) -> dict[str, float]:
         """`energy` of the set as it stands, with the model's own parameters."""
         return self.energy(self.patched)
+
+    def leaves_more_than(self, other: State) -> bool:
+        """Whether it leaves more of an axis's gap than another: noise with long tails has learned what that one explains."""
+        least = self.bench.settings.least_share
+        return any(left > other.left[axis] + least for axis, left in self.left.items())
 
 
 def state_of(

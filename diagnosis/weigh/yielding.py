@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.alignment import aligned
@@ -15,8 +17,10 @@ from drivetwin.diagnosis.weigh.state import State, moved_by_fit
 from drivetwin.emulator.effects import AxisEffect, Effect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
+TRIED = 16
+"""Starts of a further kind, the best beside what yields already, whose set is made."""
 STARTS = 3
-"""Of a further kind, the best beside what yields already, that are moved together with it."""
+"""The best of those sets, that are moved."""
 STEPS = 20
 """Gauss-Newton steps at most, with which all parameters move together."""
 DAMPINGS = (1.0, 10.0, 100.0, 1000.0)
@@ -38,11 +42,22 @@ def best_together(state: State, axis: str, kind: type[Effect]) -> State | None:
     alone = [one for one in state.effects if not (one.axis == axis and yields(type(one.effect)))]
     dynamics = state.rows.simulation.dynamics_of(axis, alone)
     starts = [start.members[0] for start in kind.starts(state.rows.motion[axis], dynamics)]
-    tried = side_by_side(lambda effect: tried_set(state, (*state.effects, placed(state.rows, axis, effect))), starts)
+    likely = np.argsort(side_by_side(lambda effect: -_beside(state, axis, effect), starts), kind="stable")
+    best = [starts[k] for k in likely[:TRIED]]
+    tried = side_by_side(lambda effect: tried_set(state, (*state.effects, placed(state.rows, axis, effect))), best)
     begun = [one for one in tried if one is not None]
     begun.sort(key=lambda one: -one.reached)
     found = side_by_side(lambda one: settled_on(one, axis=axis), begun[:STARTS])
     return max(found, key=lambda one: one.reached, default=None)
+
+
+def _beside(state: State, axis: str, effect: Effect) -> float:
+    """Log evidence of an effect on top of a set [nats], the unknown as large as usual at most."""
+    try:
+        cost = state.system.whiten(state.predictor(axis)(effect))
+    except UserError:
+        return -np.inf
+    return state.frugal.fit((), cost, state.held(effect.name, axis)).evidence
 
 
 def level_that_yields(state: State, axis: str, levels: Sequence[Effect], kind: type[Effect]) -> State | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from drivetwin.emulator.dynamics.load import Load
 from drivetwin.emulator.dynamics.motor import Motor, Ripple
 from drivetwin.emulator.dynamics.resistance import Resisting
 from drivetwin.emulator.dynamics.transmission import Transmission
+from drivetwin.foundation.cached import cached_property
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,19 @@ class AxisDynamics:
     load: Load = field(default_factory=Load)
     resisting: tuple[Resisting, ...] = ()
     encoder: Encoder = field(default_factory=Encoder)
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        """A search asks for it at every look into what it remembers."""
+        return hash(tuple(getattr(self, part.name) for part in fields(self)))
+
+    @cached_property
+    def behind_the_spring(self) -> AxisDynamics:
+        """The axis with that share of its friction that does not act on the motor."""
+        return replace(self, friction=self.friction.scaled(1.0 - self.transmission.motor_friction_share))
 
     def reported(self, shaft: NDArray[np.float64], position: NDArray[np.float64]) -> NDArray[np.float64]:
         """Torque that the drive reports (n,) while the shaft gives a torque (n,) at positions of the joint (n,)."""

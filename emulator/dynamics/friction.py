@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.emulator.dynamics.place import Place
 from drivetwin.emulator.dynamics.records import records
+from drivetwin.foundation.cached import cached_property
 from drivetwin.foundation.compiled import compiled, in_place
 
 BRISTLES = 4
@@ -50,6 +51,12 @@ class FrictionLaw:
     presliding_stiffness: float = 0.0
     presliding_damping: float = 0.0
 
+    @cached_property
+    def record(self) -> np.void:
+        """As compiled code reads it."""
+        found: np.void = records((FrictionLaw,), [(self,)])[0]
+        return found
+
     @property
     def acts(self) -> bool:
         """Whether it depends on more than the velocity, or gives way before it slides."""
@@ -72,8 +79,7 @@ class FrictionLaw:
         """Torque against the motion, (n,), in sliding; zero at rest, where stiction holds what it must; or that of bristles."""
         torque = np.empty_like(motion.velocity)
         varying, share = self.varying_level(motion), self._stribeck_share(motion)
-        law = records((FrictionLaw,), [(self,)])[0]
-        _resist(law, self.warmth(motion), varying, share, motion.position, motion.velocity, torque)
+        _resist(self.record, self.warmth(motion), varying, share, motion.position, motion.velocity, torque)
         return torque
 
     def _stribeck_share(self, motion: Motion) -> NDArray[np.float64]:

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.axis import AxisDynamics
-from drivetwin.emulator.dynamics.friction import BRISTLES, FrictionLaw, bristles_torque, level_at
+from drivetwin.emulator.dynamics.friction import BRISTLES, bristles_torque, level_at
 from drivetwin.emulator.dynamics.motion import Motion
-from drivetwin.emulator.dynamics.records import records
 from drivetwin.emulator.dynamics.transmission import Transmission
 from drivetwin.foundation.compiled import compiled
 
@@ -94,8 +93,21 @@ def _at_first(motion: Motion) -> NDArray[np.float64]:
 def _hangs_at_first(passes: NDArray[np.float64], period: float, swing: float) -> tuple[float, float]:
     """Torque that passes the spring at first, as it was measured, and how it changes a second: a line over half a radian."""
     count = min(len(passes), max(_FEWEST, round(_FIRST_SWING / (swing * period)) + 1))
-    slope, level = np.polyfit(period * np.arange(count), passes[:count], 1)
+    level, slope = _line(passes[:count], period)
     return float(level), float(slope)
+
+
+@compiled
+def _line(samples, period):  # type: ignore[no-untyped-def]
+    """Value at the first of samples (n,), at least two, and slope of their line of least squares."""
+    middle = 0.5 * (samples.shape[0] - 1)
+    mean = np.mean(samples)
+    rises, spread = 0.0, 0.0
+    for k in range(samples.shape[0]):
+        rises += (k - middle) * (samples[k] - mean)
+        spread += (k - middle) ** 2
+    slope = rises / (spread * period)
+    return mean - slope * middle * period, slope
 
 
 def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
@@ -124,10 +136,11 @@ def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tupl
 def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """The same of a load on a spring, whose motor moves as measured and bears a share of the friction."""
     share = axis.transmission.motor_friction_share
-    held = axis.friction.scaled(share).resistance(motion) if share > 0.0 else np.zeros_like(motion.position)
-    behind = replace(axis, friction=axis.friction.scaled(1.0 - share)) if share > 0.0 else axis
-    passes = motion.torque - motion.rotor_inertia * motion.acceleration - held
-    found = _of_the_load(motion, behind, passes)
+    shaft = motion.kept("shaft", lambda same: same.torque - same.rotor_inertia * same.acceleration)
+    if share == 0.0:
+        return _of_the_load(motion, axis, shaft)
+    held = share * motion.kept_lately(axis.friction, axis.friction.resistance)
+    found = _of_the_load(motion, axis.behind_the_spring, shaft - held)
     found[0] += held
     return found
 
@@ -170,16 +183,18 @@ def _swung(
     motion: Motion, axis: AxisDynamics, count: int, hangs: float, grows: float, flank: float
 ) -> NDArray[np.float64]:
     """The first `count` samples of that, as it begins."""
-    law, gear, link = axis.friction, axis.transmission, _link(motion)
+    law, gear = axis.friction, axis.transmission
     velocity, middle = (float(value) for value in motion.kept("at first", _at_first))
     swing = sqrt((gear.stiffness + law.presliding_stiffness) / middle)
     steps = min(_MOST_STEPS, max(ceil(motion.period / _LONGEST_STEP), ceil(_STEPS_PER_RADIAN * swing * motion.period)))
+    stiffness = gear.stiffness
     if gear.gap > 0.0:
-        gear = replace(gear, stiffness=min(gear.stiffness, middle * (_STIFFEST * steps / motion.period) ** 2))
+        stiffness = min(stiffness, middle * (_STIFFEST * steps / motion.period) ** 2)
     found, speed = np.empty((3, count)), np.empty(count)
     _follow(
-        records((FrictionLaw,), [(law,)])[0],
-        records((Transmission,), [(gear,)])[0],
+        law.record,
+        gear.record,
+        stiffness,
         gear.error_order * axis.gear_ratio,
         motion.position[:count],
         motion.velocity[:count],
@@ -187,19 +202,16 @@ def _swung(
         hangs,
         grows,
         flank,
-        link[:count],
+        _link(motion)[:count],
         _weight(motion)[:count],
         _slope(motion)[:count],
         law.warmth(motion)[:count],
         law.varying_level(motion)[:count],
         motion.period,
         steps,
-        found[0],
+        found,
         speed,
-        found[2],
     )
-    found[1] = np.gradient(speed, motion.period)
-    found[2] -= motion.position[:count]
     return found
 
 
@@ -220,29 +232,30 @@ def _viscous(law, v):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _start(gear, untwisted, v, hangs, grows, flank):  # type: ignore[no-untyped-def]
+def _start(gear, stiffness, untwisted, v, hangs, grows, flank):  # type: ignore[no-untyped-def]
     """Position and speed of the joint at first, on a flank of the gap, by the torque that passes the spring and its damper.
 
     `v`: the motor's speed, by the ratio. Where the joint is in its swing depends on what was before.
     """
-    untwists = grows / gear.stiffness
+    untwists = grows / stiffness
     pulls = hangs - gear.damping * untwists
-    return untwisted - pulls / gear.stiffness - 0.5 * flank * gear.gap, v - untwists
+    return untwisted - pulls / stiffness - 0.5 * flank * gear.gap, v - untwists
 
 
 @compiled
 def _follow(  # type: ignore[no-untyped-def]
-    law, gear, wave, position, velocity, begins, hangs, grows, flank, link, weight, slope, warmth,
+    law, gear, stiffness, wave, position, velocity, begins, hangs, grows, flank, link, weight, slope, warmth,
     varying, period, steps,
-    torque, moves, place,
+    found, moves,
 ) -> None:
-    """Torque (n,) of the motor on the spring of a link (n,), its speed `moves` and `place` (n,); `wave` [rad a rad or m].
+    """What is `found` (3, n) of a link (n,) on a spring, and how it `moves` (n,); `wave` [rad a rad or m].
 
     Its weight (n,) is that where the motor is, with a `slope` (n,).
     """
+    torque, place = found[0], found[2]
     h = period / steps
     untwisted, ratio = _uneven(gear, wave, position[0])
-    q, v = _start(gear, untwisted, ratio * begins, hangs, grows, flank)
+    q, v = _start(gear, stiffness, untwisted, ratio * begins, hangs, grows, flank)
     through = hangs
     torque[0], moves[0], place[0] = ratio * through, v, q
     anchors = np.full(BRISTLES, q)
@@ -267,13 +280,25 @@ def _follow(  # type: ignore[no-untyped-def]
             if touching:
                 end, turns = untwisted - flank, ratio * rate
                 q, v, pushes = _step(
-                    last, speed, through, end, turns, gear.stiffness, gear.damping, link[k], viscous, against, holds, h
+                    last, speed, through, end, turns, stiffness, gear.damping, link[k], viscous, against, holds, h
                 )
             if not touching or pushes * flank < 0.0:
                 q, v, pushes = _step(last, speed, through, 0.0, 0.0, 0.0, 0.0, link[k], viscous, against, holds, h)
             through = pushes
         torque[k + 1] = ratio * through
         moves[k + 1], place[k + 1] = v, q
+    _slopes(moves, period, found[1])
+    for k in range(position.shape[0]):
+        place[k] -= position[k]
+
+
+@compiled
+def _slopes(samples, period, slopes) -> None:  # type: ignore[no-untyped-def]
+    """Central differences of samples (n,), one-sided at both ends."""
+    last = samples.shape[0] - 1
+    slopes[0], slopes[last] = (samples[1] - samples[0]) / period, (samples[last] - samples[last - 1]) / period
+    for k in range(1, last):
+        slopes[k] = (samples[k + 1] - samples[k - 1]) / (2.0 * period)
 
 
 @compiled

@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 from math import copysign, cos, inf, isinf, sin
 
 import mujoco
+import numpy as np
 
 from drivetwin.emulator.dynamics.place import Place
 from drivetwin.emulator.dynamics.records import records
+from drivetwin.foundation.cached import cached_property
 from drivetwin.foundation.compiled import in_place
 
 
@@ -31,6 +33,12 @@ class Transmission:
     error_order: float = 1.0
     error_phase: float = 0.0
     motor_friction_share: float = 0.0
+
+    @cached_property
+    def record(self) -> np.void:
+        """As compiled code reads it."""
+        found: np.void = records((Transmission,), [(self,)])[0]
+        return found
 
     @property
     def elastic(self) -> bool:

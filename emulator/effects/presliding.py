@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import log, pi, sqrt
 from typing import ClassVar
 
@@ -47,10 +48,10 @@ class Presliding(AxisEffect):
     damping: float = 0.0
 
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
-        return self._on(axis)
+        return _with(self, axis)
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return motor_torque(motion, self._on(axis)) - motor_torque(motion, axis)
+        return motor_torque(motion, _with(self, axis)) - motor_torque(motion, axis)
 
     def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """What gives way over more than twice the largest way of real friction is play or a spring."""
@@ -102,9 +103,12 @@ class Presliding(AxisEffect):
 
         return Start((cls(stiffness, damping),), compose)
 
-    def _on(self, axis: AxisDynamics) -> AxisDynamics:
-        law = replace(axis.friction, presliding_stiffness=self.stiffness, presliding_damping=self.damping)
-        return replace(axis, friction=law)
+
+@lru_cache(maxsize=256)
+def _with(effect: Presliding, axis: AxisDynamics) -> AxisDynamics:
+    """The axis with it: the same object for every recording, which remembers what compiled code reads of it."""
+    law = replace(axis.friction, presliding_stiffness=effect.stiffness, presliding_damping=effect.damping)
+    return replace(axis, friction=law)
 
 
 def _level(axis: AxisDynamics) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
 
 import mujoco
@@ -29,7 +30,13 @@ class TransmissionEffect(ReplayedEffect):
         """The axis with the effect in its transmission."""
 
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
-        return self.on(axis)
+        return _with(self, axis)
 
     def replay(self, motion: Motion, axis: AxisDynamics) -> Followed:
-        return followed(motion, self.on(axis))
+        return followed(motion, _with(self, axis))
+
+
+@lru_cache(maxsize=256)
+def _with(effect: TransmissionEffect, axis: AxisDynamics) -> AxisDynamics:
+    """The axis with an effect: the same object for every recording, which remembers what compiled code reads of it."""
+    return effect.on(axis)

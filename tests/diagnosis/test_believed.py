@@ -160,9 +160,8 @@ def test_what_takes_little_beside_what_nominal_parameters_are_off_by_is_no_imita
     assert of_turn(tmp_path, torque, TorqueRipple(amplitude, 2.0, 0.4), prior=1e3, rest=rest).predicts
 
 
-@pytest.mark.parametrize(("weight", "named"), [(0.3, "coulomb_asymmetry"), (0.45, "torque_offset")])
-def test_of_what_cannot_be_distinguished_the_most_probable_is_named(state: State, weight: float, named: str) -> None:
-    """In sliding an offset is an asymmetry of friction: the weights decide, whichever the search came upon."""
+def offset_or_asymmetry(state: State, weight: float) -> tuple[State, Answer]:
+    """A set of an offset, and an answer in which an asymmetry of friction, in sliding the same, has a weight of 0.4."""
     alone = state.of((placed(state.bench.rows, "turn", OFFSET),))
     other = CoulombAsymmetry(OFFSET.offset)
     proposer = Proposer(state.bench, state.bench, {"turn": [TorqueOffset, CoulombAsymmetry]}, {})
@@ -170,10 +169,25 @@ def test_of_what_cannot_be_distinguished_the_most_probable_is_named(state: State
     assert own is not None
     assert rival is not None
     members = sorted((Weighed(own, weight, True), Weighed(rival, 0.4, True)), key=lambda one: -one.weight)
-    found, (told,) = preferred(alone, [Answer(alone.effects[0], 0.9, True, tuple(members))])
+    return alone, Answer(alone.effects[0], 0.9, True, tuple(members))
+
+
+@pytest.mark.parametrize(("weight", "named"), [(0.3, "coulomb_asymmetry"), (0.45, "torque_offset")])
+def test_of_what_cannot_be_distinguished_the_most_probable_is_named(state: State, weight: float, named: str) -> None:
+    """In sliding an offset is an asymmetry of friction: the weights decide, whichever the search came upon."""
+    alone, answer = offset_or_asymmetry(state, weight)
+    found, (told,) = preferred(alone, [answer])
     assert names(found) == [named]
     assert told.chosen is not None
     assert told.chosen.effect.name == named
+
+
+def test_the_most_probable_is_not_named_where_it_leaves_more_of_the_gap(state: State, monkeypatch: pytest.MonkeyPatch) -> None:
+    alone, answer = offset_or_asymmetry(state, 0.3)
+    monkeypatch.setattr(State, "leaves_more_than", lambda own, _other: names(own) == ["coulomb_asymmetry"])
+    found, (told,) = preferred(alone, [answer])
+    assert found is alone
+    assert told is answer
 
 
 def test_names_of_one_torque_count_together(state: State) -> None:

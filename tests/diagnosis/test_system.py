@@ -10,10 +10,12 @@ from scipy import optimize
 from scipy.stats import multivariate_normal, multivariate_t
 from weigh_bench import PERIOD, rows_of
 
+from drivetwin.diagnosis.model import solve
 from drivetwin.diagnosis.model.axis_system import AxisSystem, axis_system
 from drivetwin.diagnosis.model.colour import Colour, colour_of, white
 from drivetwin.diagnosis.model.system import FREEDOM, System
 from drivetwin.diagnosis.model.system import system_of as made
+from drivetwin.diagnosis.model.unknown import shapes
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.report.result import Array
 
@@ -301,6 +303,41 @@ def test_amplitudes_are_where_the_evidence_is_highest(times: float) -> None:
     assert fit.amplitude["turn"][0] == pytest.approx(np.exp(best.x), rel=0.05)
     assert fit.evidence == pytest.approx(-best.fun + 0.5 * count * LOG, abs=0.02)
     assert fit.evidence > system.fit().evidence
+
+
+def smooth_rows(seed: int) -> System:
+    """White noise, and from nothing to much of curves over speed, position and time, with and without the direction; the
+    noise's level is not quite known.
+    """
+    draw, count = np.random.default_rng(seed), 300
+    time = np.linspace(0.0, 1.0, count)
+    angle = 2.0 * np.pi * draw.uniform(3.0, 9.0) * time + 0.3 * np.cumsum(draw.uniform(-0.3, 0.3, count))
+    position = np.sin(angle) + 0.5 * np.sin(0.37 * angle)
+    velocity = np.gradient(position, time)
+    at = [np.abs(velocity) / np.abs(velocity).max(), (position - position.min()) / np.ptp(position), time]
+    curves, knots = shapes(3.0), np.linspace(0.0, 1.0, 25)
+    ways = [np.ones(count), np.sign(velocity)]
+    parts = [np.column_stack([np.interp(each, knots, one) * way for one in curves.T]) for each in at for way in ways]
+    noise = 10.0 ** draw.uniform(-2.5, 0.3)
+    rows = noise * draw.standard_normal(count)
+    for part in parts:
+        if draw.random() < 0.5:
+            rows += part @ draw.standard_normal(part.shape[1]) * 10.0 ** draw.uniform(-2.0, 1.0)
+    colour = white(rows_of((count,), blocks=8), np.array([PERIOD]), noise * 10.0 ** draw.uniform(-0.5, 0.5), 3)
+    component = np.repeat(np.arange(len(parts)), [part.shape[1] for part in parts])
+    own = axis_system(colour, np.column_stack(parts), component, 1.0, rows, np.zeros(count, dtype=np.intp))
+    return made({"turn": own}, [], np.zeros(0))
+
+
+def test_amplitudes_of_many_components_are_found_in_a_few_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside MacKay's iteration without any extrapolation, to its end."""
+    systems = [smooth_rows(seed) for seed in range(60)]
+    found = [system.fit_tuned((), None, frozenset()).evidence for system in systems]
+    monkeypatch.setattr(solve, "TUNED", 150)
+    monkeypatch.setattr(solve, "farther", lambda _first, _second, third, _misfit: third)
+    missed = [system.fit_tuned((), None, frozenset()).evidence - each for system, each in zip(systems, found, strict=True)]
+    assert np.mean(missed) < 0.1
+    assert np.max(missed) < 1.0
 
 
 def test_an_unknown_that_is_not_there_vanishes() -> None:
