@@ -74,7 +74,8 @@ class Search:
     def added(self, pair: Pair) -> tuple[Pair, Sequence[Proposal]]:
         """The best effect added, and what it makes needless dropped, until nothing more is worth it.
 
-        Not where that leaves more of the gap, however likely the noise has it: then the next best is tried.
+        Not where that leaves more of the gap, however likely the noise has it: then, of several, the first alone, and the next
+        best.
         """
         most = self.proposer.bench.settings.rounds * len(self.proposer.bench.rows.axes)
         proposals: Sequence[Proposal] = ()
@@ -92,6 +93,9 @@ class Search:
             if not best or count >= most:
                 return pair, proposals
             ahead = self._with(pair, best, proposals)
+            if len(best) > 1 and ahead.whole.leaves_more_than(pair.whole):
+                best = best[:1]
+                ahead = self._with(pair, best, proposals)
             if ahead.whole.leaves_more_than(pair.whole):
                 refused |= {_name(best[0].effect)}
                 continue

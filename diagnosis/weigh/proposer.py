@@ -92,11 +92,12 @@ class Proposer:
         tried += [self._moved(pair.part, one, held, BRIEFLY) for one in whole]
         if yields(kind):  # replays take the time: the likeliest that makes a mechanism is enough
             tried.sort(key=lambda one: -self._standing(pair.whole, one, held))
-        judged = ((found, one) for one in tried if (found := self.evaluated(pair.whole, one)) is not None)
-        best, one = (
-            next(judged, (None, None)) if yields(kind) else max(judged, key=lambda each: each[0].score, default=(None, None))
-        )
-        if best is None or one is None or self.part is self.bench or best.score < -CLEARLY:
+        judged = ((able, one) for one in tried if (able := self.evaluated(pair.whole, one)) is not None)
+        found = next(judged, None) if yields(kind) else max(judged, key=lambda each: each[0].score, default=None)
+        if found is None:
+            return None
+        best, one = found
+        if self.part is self.bench or best.score < -CLEARLY:
             return best
         again = self._moved(pair.whole, replace(one, effect=best.effect.effect), held, BRIEFLY)
         return max(best, self.evaluated(pair.whole, again) or best, key=lambda each: each.score)
