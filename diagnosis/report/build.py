@@ -20,7 +20,7 @@ from drivetwin.diagnosis.report.distinguish import sensor_that_tells, tell_apart
 from drivetwin.diagnosis.report.divided import Divided, divided
 from drivetwin.diagnosis.report.gap_test import NAME, GapFound, gap_of, significance
 from drivetwin.diagnosis.report.gaps import Gaps, gaps_of
-from drivetwin.diagnosis.report.patched_model import patched_xml
+from drivetwin.diagnosis.report.patched_model import mass_notes, patched_xml
 from drivetwin.diagnosis.report.patterns import patterns
 from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
 from drivetwin.diagnosis.report.residual import with_residual
@@ -101,7 +101,7 @@ def build(
         model_xml=patched_xml(ready.simulation, gaps.patch.heavier or {}),
         held_back=ready.held_back,
         units={axis: "N" if ready.simulation.slides(axis) else "N·m" for axis in ready.simulation.axes},
-        notes=ready.notes,
+        notes=(*ready.notes, *mass_notes(ready.simulation, gaps.patch.heavier or {})),
         validation=tuple(run.recording for run in ready.checks),
         residual=residual,
         with_residual=told,

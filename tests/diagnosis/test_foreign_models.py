@@ -85,6 +85,9 @@ def test_of_bodies_without_names_the_right_one_is_made_lighter(tmp_path: Path) -
     assert found.selected == ()
     assert model.body_mass[carriage] == pytest.approx(CARRIAGE + LIGHTER, rel=0.001)
     assert sorted(model.body_mass[[column, model.nbody - 1]]) == [5.0, 7.0]
+    (note,) = [each for each in found.notes if "patched model" in each]
+    sizes = f"{CARRIAGE:.4g} to {model.body_mass[carriage]:.4g} kg"
+    assert note == f"{model.body(carriage).name}: 5 % lighter in the patched model ({sizes}), inertia in proportion."
 
 
 FOLLOWER = """<body><joint name="weight" type="slide" axis="0 0 1"/>
