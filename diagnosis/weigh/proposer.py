@@ -147,11 +147,8 @@ class Proposer:
 
         def step(one: Begun) -> Begun:
             ahead = self._moved(state, one, held, ONE_STEP)
-            try:
-                cost = state.system.whiten(state.predictor(one.axis)(ahead.effect))
-            except UserError:
-                return one
-            return max(one, replace(ahead, evidence=state.frugal.fit((), cost, held).evidence), key=lambda each: each.evidence)
+            ahead = replace(ahead, evidence=state.evidence_with(one.axis, ahead.effect))
+            return max(one, ahead, key=lambda each: each.evidence)
 
         return sorted(side_by_side(step, begun), key=lambda one: -one.evidence)
 

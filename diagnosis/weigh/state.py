@@ -184,6 +184,15 @@ class State:
         """Of the set as it stands, with that."""
         return self.frugal.fit(held=self.held())
 
+    def evidence_with(self, axis: str, effect: Effect) -> float:
+        """Log evidence of the set with an effect where it is [nats], in `frugal`; -inf where nothing can follow it."""
+        try:
+            cost = self.system.whiten(self.predictor(axis)(effect))
+        except UserError:
+            return -np.inf
+        found = self.frugal.fit((), cost, self.held(effect.name, axis)).evidence
+        return found if np.isfinite(found) else -np.inf
+
     @cached_property
     def plain(self) -> System:
         """The same without colour and unknown: what energy is left."""

@@ -42,22 +42,13 @@ def best_together(state: State, axis: str, kind: type[Effect]) -> State | None:
     alone = [one for one in state.effects if not (one.axis == axis and yields(type(one.effect)))]
     dynamics = state.rows.simulation.dynamics_of(axis, alone)
     starts = [start.members[0] for start in kind.starts(state.rows.motion[axis], dynamics)]
-    likely = np.argsort(side_by_side(lambda effect: -_beside(state, axis, effect), starts), kind="stable")
+    likely = np.argsort(side_by_side(lambda effect: -state.evidence_with(axis, effect), starts), kind="stable")
     best = [starts[k] for k in likely[:TRIED]]
     tried = side_by_side(lambda effect: tried_set(state, (*state.effects, placed(state.rows, axis, effect))), best)
     begun = [one for one in tried if one is not None]
     begun.sort(key=lambda one: -one.reached)
     found = side_by_side(lambda one: settled_on(one, axis=axis), begun[:STARTS])
     return max(found, key=lambda one: one.reached, default=None)
-
-
-def _beside(state: State, axis: str, effect: Effect) -> float:
-    """Log evidence of an effect on top of a set [nats], the unknown as large as usual at most."""
-    try:
-        cost = state.system.whiten(state.predictor(axis)(effect))
-    except UserError:
-        return -np.inf
-    return state.frugal.fit((), cost, state.held(effect.name, axis)).evidence
 
 
 def level_that_yields(state: State, axis: str, levels: Sequence[Effect], kind: type[Effect]) -> State | None:
