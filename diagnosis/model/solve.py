@@ -114,8 +114,9 @@ def solved(
             left = part.across[:, -1] - part.across[:, local[axis]] @ values[into[axis]]
             mean = inner[axis].mean(left)
             tuned_now = inner[axis].tuned(own.component, mean, amplitude[axis], own.misfit)
-            found &= bool(np.abs(tuned_now - amplitude[axis]).max(initial=0.0) < CLOSE * own.misfit)
-            amplitude[axis] = tuned_now if found else _ahead(earlier, axis, amplitude[axis], tuned_now, own.misfit)
+            there = bool(np.abs(tuned_now - amplitude[axis]).max(initial=0.0) < CLOSE * own.misfit)
+            amplitude[axis] = tuned_now if there else _ahead(earlier, axis, amplitude[axis], tuned_now, own.misfit)
+            found &= there
         louder = {axis: max(1.0, float(np.sqrt(squares[axis] / max(count[axis], 1.0)))) for axis in moving}
         found &= all(abs(louder[axis] - level[axis]) < CLOSE * level[axis] for axis in moving)
         level |= louder

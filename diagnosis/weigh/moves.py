@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import log
 
@@ -102,7 +102,7 @@ class Search:
             for one in best:
                 self._rivals[one.effect.effect.name, one.effect.axis] = rivals_of(one, proposals)
             newest = [one for one in ahead.whole.effects if not any(same_kind(one, each) for each in pair.whole.effects)]
-            pair = self.yielding(ahead, proposals, {one.axis for one in newest if yields(type(one.effect))})
+            pair = self.yielding(ahead, proposals, self._axes_of([one for one in newest if yields(type(one.effect))]))
             refused = set()
             if (names := _names(pair.whole)) in seen:
                 return pair, proposals
@@ -113,9 +113,14 @@ class Search:
     def _with(self, pair: Pair, best: Sequence[Proposal], proposals: Sequence[Proposal]) -> Pair:
         """A set one step on, less what that makes needless."""
         ahead = pair.settled((*pair.whole.effects, *(one.effect for one in best)))
-        ahead = self.with_yielding_friction(pair, ahead, proposals, {one.effect.axis for one in best})
+        ahead = self.with_yielding_friction(pair, ahead, proposals, self._axes_of([one.effect for one in best]))
         newest = [one for one in ahead.effects if not any(same_kind(one, each) for each in pair.whole.effects)]
         return self.dropped(pair.as_noise_is(ahead, proposals), newest)
+
+    def _axes_of(self, effects: Sequence[PlacedEffect]) -> list[str]:
+        """The axes of some effects, each once, in the model's order: where each is then moved depends on those before it."""
+        there = {one.axis for one in effects}
+        return [axis for axis in self.proposer.kinds if axis in there]
 
     def best(self, proposals: Sequence[Proposal], state: State) -> list[Proposal]:
         """The proposal with the best score, if it gains anything and takes a share of the gap, or the best two together; and
@@ -151,7 +156,7 @@ class Search:
 
     def _of_all(self, state: State, several: Sequence[Proposal]) -> float:
         """What a set gains by several effects, the torque of each as if the others were not there [nats]."""
-        axes = {axis for one in several for axis in one.column}
+        axes = dict.fromkeys(axis for one in several for axis in one.column)
         column = {axis: np.asarray(sum(one.column[axis] for one in several if axis in one.column)) for axis in axes}
         tangents = [each for one in several for each in one.tangents]
         fit = state.system.fit_tuned(tangents, column, frozenset().union(*(one.held for one in several)), NEARBY)
@@ -169,7 +174,7 @@ class Search:
                 return self.dropped(less, newest)
         return pair
 
-    def with_yielding_friction(self, before: Pair, ahead: State, proposals: Sequence[Proposal], axes: Collection[str]) -> State:
+    def with_yielding_friction(self, before: Pair, ahead: State, proposals: Sequence[Proposal], axes: Sequence[str]) -> State:
         """A set one step on, or what is better where a level of friction was added: another level, and how it yields."""
         for axis in axes:
             known = {(one.effect.name, one.axis) for one in before.whole.effects}
@@ -193,7 +198,7 @@ class Search:
                     ahead = found
         return ahead
 
-    def yielding(self, pair: Pair, proposals: Sequence[Proposal], axes: Collection[str]) -> Pair:
+    def yielding(self, pair: Pair, proposals: Sequence[Proposal], axes: Sequence[str]) -> Pair:
         """Where something on one of the axes has begun to yield, what else may yield beside it, both moved together."""
         for axis in axes:
             own = {one.effect.name for one in pair.whole.effects if one.axis == axis and yields(type(one.effect))}
