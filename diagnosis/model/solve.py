@@ -124,16 +124,21 @@ def solved(
     for axis, own in axes.items():
         evidence -= own.colour.logarithm + count[axis] * np.log(level[axis]) + 0.5 * squares[axis] / level[axis] ** 2
         evidence -= inner[axis].logarithm + own.unlikely(amplitude[axis])
-    bound = np.flatnonzero(told.base > 0.0)
-    if bound.size:
-        spread = 1.0 / np.sqrt(told.base[bound])
-        inner_bound = information[np.ix_(bound, bound)] * np.outer(spread, spread)
-        evidence -= 0.5 * float(np.linalg.slogdet(inner_bound)[1])
+    evidence -= _volume(told, information)
     independent = sum(own.colour.independent for own in axes.values())
     evidence -= 0.5 * float(np.sum(told.base == 0.0)) * np.log(independent)
     coefficients = np.zeros(size)
     coefficients[free] = values
     return Fit(coefficients, level, amplitude, float(evidence), information, free)
+
+
+def _volume(told: Prior, information: Array) -> float:
+    """What the coefficients that have a prior cost, integrated out by Laplace's method [nats]."""
+    bound = np.flatnonzero(told.base > 0.0)
+    if not bound.size:
+        return 0.0
+    spread = 1.0 / np.sqrt(told.base[bound])
+    return 0.5 * float(np.linalg.slogdet(information[np.ix_(bound, bound)] * np.outer(spread, spread))[1])
 
 
 def _ahead(earlier: dict[str, Array], axis: str, last: Array, now: Array, misfit: float) -> Array:

@@ -105,4 +105,4 @@ def test_where_the_others_make_no_mechanism_without_what_was_added_that_stays(be
     before = state(bench, ViscousNonlinear(-0.05, 0.01))
     ahead = state(bench, Viscous(3.0), Coulomb(1.2 * COULOMB), ViscousNonlinear(-0.8, 0.1))
     search = Search(Proposer(bench, bench, {"turn": [Coulomb, Presliding]}, {}), lambda _stage, _share: None)
-    assert search.with_yielding_friction(Pair(before, before), ahead, (), {"turn"}) is ahead
+    assert search.with_yielding_friction(Pair(before, before), ahead, (), ["turn"]) is ahead
