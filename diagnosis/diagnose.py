@@ -6,6 +6,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
@@ -20,12 +21,11 @@ from drivetwin.diagnosis.report.prediction import Patch
 from drivetwin.diagnosis.report.result import Diagnosis
 from drivetwin.diagnosis.report.zeros import placed_by
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.diagnosis.weigh.alignment import aligned
-from drivetwin.diagnosis.weigh.averaging import believed, preferred, weighed
+from drivetwin.diagnosis.weigh.averaging import preferred, weighed
 from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.moves import Search
-from drivetwin.diagnosis.weigh.needed import needed
-from drivetwin.diagnosis.weigh.off import corrected, heavier
+from drivetwin.diagnosis.weigh.named import named
+from drivetwin.diagnosis.weigh.off import heavier
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.refit import refitted
 from drivetwin.emulator.effects import DriveEffect
@@ -83,9 +83,7 @@ def diagnose(
     unexplained = gaps_of(read, patch, settings).unexplained()
     answers = [weighed(family, unexplained, settings) for family in found.families]
     state, answers = preferred(found.state, answers)
-    state, off = corrected(believed(state, answers), proposer)
-    answers += [weighed(family, unexplained, settings) for family in off]
-    state = needed(aligned(believed(state, answers)))
+    state, answers = named(state, answers, proposer, partial(weighed, unexplained=unexplained, settings=settings))
     ready = ready.aligned(state.lateness(), state.apart())
     answers.append(weighed(search.further(found, state), unexplained, settings))
     drives = [
