@@ -191,6 +191,7 @@ class Proposer:
         """Whether an effect on an axis makes a mechanism with what its fit makes of the model's friction there.
 
         What varies by more than the level that is left pushes. The level then has to be named first, and bounds the other.
+        Where it is another effect of the set that pushes, this one is not to blame.
         """
         lower = [
             PlacedEffect(one.axis, effect, {})
@@ -198,10 +199,14 @@ class Proposer:
             if each.axis == one.axis and each.told and self._is_lower(fit, number)
             if isinstance(effect := each.off_by(float(fit.coefficients[number])), FrictionEffect)
         ]
-        if not lower:
-            return True
+        there = (*lower, *state.effects)
+        whole = (*there, PlacedEffect(one.axis, one.effect, {}))
+        return not lower or self._makes_one(one.axis, whole) or not self._makes_one(one.axis, there)
+
+    def _makes_one(self, axis: str, effects: Sequence[PlacedEffect]) -> bool:
+        """Whether effects make a mechanism on an axis."""
         try:
-            state.rows.simulation.dynamics_of(one.axis, (*lower, *state.effects, PlacedEffect(one.axis, one.effect, {})))
+            self.bench.rows.simulation.dynamics_of(axis, effects)
         except UserError:
             return False
         return True
