@@ -118,7 +118,7 @@ class Search:
         return self.dropped(pair.as_noise_is(ahead, proposals), newest)
 
     def _axes_of(self, effects: Sequence[PlacedEffect]) -> list[str]:
-        """The axes of some effects, each once, in the model's order: where each is then moved depends on those before it."""
+        """The axes of some effects, each once, in the recordings' order: what is done on one depends on those before it."""
         there = {one.axis for one in effects}
         return [axis for axis in self.proposer.kinds if axis in there]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -17,12 +16,11 @@ from drivetwin.diagnosis.weigh.state import State
 from drivetwin.diagnosis.weigh.yielding import settled_on, tried_set
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.effects.stribeck import Stribeck
-from drivetwin.foundation.errors import UserError
 
 EASED = 0.1
 """Nats by which other nominal parameters are asked less where what moved them is named."""
 RIVALS = 3
-"""Of what could be so instead, the best as a straight line has them: their sets are settled."""
+"""What could be so instead, the best by their scores, whose sets are settled."""
 
 
 def corrected(state: State, proposer: Proposer) -> tuple[State, list[Family]]:
@@ -39,26 +37,26 @@ def corrected(state: State, proposer: Proposer) -> tuple[State, list[Family]]:
             return state, families
         number, effect = off
         done.add(number)
-        family = _instead(proposer, state, number, effect)
-        if family is None or family.chosen is None:
-            continue
-        with suppress(UserError):
-            state = settled_on(state.of(_with(state.effects, family.chosen, state.bench.nominals[number].value)))
+        found = _instead(proposer, state, number, effect)
+        if found is not None:
+            family, state = found
             families.append(family)
 
 
 def _off(state: State, proposer: Proposer, number: int) -> PlacedEffect | None:
     """What a nominal parameter is if it is off; None where it is not, or cannot be asked.
 
-    Bodies that are heavier are free beside it: where their motor is lighter by as much, neither shows alone.
+    The masses of the other bodies that are heavier are free: a motor that is lighter by as much hides them, and they hide it.
     """
     one = state.bench.nominals[number]
     effect = one.off_by(float(state.fit.coefficients[number]))
     if effect is None or one.axis is None or type(effect) not in proposer.kinds.get(one.axis, ()):
         return None
+    if not _by_more_than_chance(state, number):
+        return None
     bodies = heavier(state)
-    held = state.patched - {k for k, each in enumerate(state.bench.nominals) if each.body in bodies}
-    return PlacedEffect(one.axis, effect, {}) if _is_off(state, number, held) else None
+    others = {k for k, each in enumerate(state.bench.nominals) if each.body in bodies and k != number}
+    return PlacedEffect(one.axis, effect, {}) if _matters(state, number, state.patched - others) else None
 
 
 def heavier(state: State) -> frozenset[int]:
@@ -66,63 +64,80 @@ def heavier(state: State) -> frozenset[int]:
     return frozenset(
         one.body
         for number, one in enumerate(state.bench.nominals)
-        if one.body is not None and _is_off(state, number, state.patched)
+        if one.body is not None and _by_more_than_chance(state, number) and _matters(state, number, state.patched)
     )
 
 
-def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect) -> Family | None:
-    """A nominal parameter that is off, beside a set that has it as the model does, and all that could be so instead.
+def _by_more_than_chance(state: State, number: int) -> bool:
+    if number in state.held():
+        return False
+    amount, deviation = state.fit.coefficients[number], np.sqrt(max(state.fit.covariance[number, number], 0.0))
+    return bool(abs(amount) >= state.bench.settings.off * deviation)
+
+
+def _matters(state: State, number: int, held: frozenset[int]) -> bool:
+    """Whether more of the gap is left without the correction of a parameter, while others are `held`."""
+    if not state.bench.nominals[number].told:
+        return True
+    left = state.left if held == state.patched else state.energy(held)
+    free = state.energy(held - {number})
+    return max(left[axis] - free[axis] for axis in free) >= state.bench.settings.least_share
+
+
+def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect) -> tuple[Family, State] | None:
+    """A nominal parameter that is off, in a set that has it as the model does, and all that could be so instead; and the set
+    with what it is. None where that makes no mechanism.
 
     Only its size is open: a body that is heavier has its place. Most parameters are off by a little, so it costs what its prior
     says, if that is less than what it costs to name one of many effects.
     """
     exact = state.holding(number)
-    named = proposer.evaluated(exact, Begun(off.axis, off.effect, 0.0, 1), 1)
-    if named is None:
+    by_name = proposer.evaluated(exact, Begun(off.axis, off.effect, 0.0, 1), 1)
+    if by_name is None:
         return None
-    usual = replace(named, score=state.fit.evidence - exact.fit.evidence, prior=-state.system.strain_of(state.fit, number))
-    known = max(named, usual, key=lambda one: one.score)
+    usual = replace(by_name, score=state.fit.evidence - exact.fit.evidence, prior=-state.system.strain_of(state.fit, number))
+    known = max(by_name, usual, key=lambda one: one.score)
     others = [one for one in proposer.proposals(Pair(exact, exact), [off.axis], ()) if not same_kind(one.effect, known.effect)]
-    best = _better(state, number, known.score - usual.score, exact, others)
-    return Family(best.effect if best is not None else known.effect, exact, [known, *others])
+    rival = _better(state, number, known.score - usual.score, others)
+    if rival is not None:
+        chosen, ahead = rival
+        return Family(chosen.effect, exact, [known, *others]), ahead
+    named = tried_set(state, _with(state.effects, known.effect, state.bench.nominals[number].value))
+    return (Family(known.effect, exact, [known, *others]), settled_on(named)) if named is not None else None
 
 
-def _better(state: State, number: int, named: float, exact: State, others: Sequence[Proposal]) -> Proposal | None:
-    """What takes the place of a nominal parameter: what is better, its set settled, and asks no more of the other parameters,
-    or as good and asks less of them: what moved several is one cause. None where nothing does.
+def _better(state: State, number: int, gained_by_name: float, others: Sequence[Proposal]) -> tuple[Proposal, State] | None:
+    """The rival that takes the place of a nominal parameter, and the set with it; None where none does.
 
-    `named`: what the parameter gains by being named instead of free [nats]. Without it everything is far from its place, and
-    what a straight line promises there is no judge of a few nats.
+    It has to be better and to ask no more of the other parameters, or to be as good and ask less: what moved several is one
+    cause. Each rival is judged by its set, settled. With the parameter held everything is far from its place, and a straight
+    line errs there by more than a few nats. `gained_by_name`: what the parameter gains by being named instead of free [nats].
     """
     best = sorted(others, key=lambda one: -one.score)[:RIVALS]
-    settled = zip(best, side_by_side(lambda one: _settled_with(exact, one), best), strict=True)
-    found = [(one.prior + ahead.reached, one, ahead) for one, ahead in settled if ahead is not None]
-    if not found:
-        return None
-    score, one, ahead = max(found, key=lambda each: each[0])
-    gained = score - state.reached - named
-    eased = state.strain - state.system.strain_of(state.fit, number) - ahead.strain
-    better = gained > -CLEARLY and (eased > EASED or (gained > CLEARLY and eased > -CLEARLY))
-    return one if better else None
+    settled = zip(best, side_by_side(lambda one: _settled_with(state, number, one), best), strict=True)
+    found = []
+    for one, ahead in settled:
+        if ahead is None:
+            continue
+        gained = one.prior + ahead.reached - state.reached - gained_by_name
+        eased = _asked_of_others(state, number) - _asked_of_others(ahead, number)
+        if gained > -CLEARLY and (eased > EASED or (gained > CLEARLY and eased > -CLEARLY)):
+            found.append((gained, one, ahead))
+    return max(found, key=lambda each: each[0])[1:] if found else None
 
 
-def _settled_with(exact: State, one: Proposal) -> State | None:
-    """A set with a proposal, all parameters where they then belong; None where it makes no mechanism."""
-    found = tried_set(exact, (*exact.effects, one.effect))
-    return settled_on(found) if found is not None else None
+def _settled_with(state: State, number: int, one: Proposal) -> State | None:
+    """A set with a proposal, all parameters where they then belong: with a nominal parameter held at first, for where that is
+    free the others have little to do. None where it makes no mechanism.
+    """
+    held = tried_set(state.holding(number), (*state.effects, one.effect))
+    free = tried_set(state, settled_on(held).effects) if held is not None else None
+    return settled_on(free) if free is not None else None
 
 
-def _is_off(state: State, number: int, held: frozenset[int]) -> bool:
-    """By more than chance, and by enough to matter where others are `held`."""
-    if number in state.held():
-        return False
-    amount, deviation = state.fit.coefficients[number], np.sqrt(max(state.fit.covariance[number, number], 0.0))
-    if abs(amount) < state.bench.settings.off * deviation:
-        return False
-    if not state.bench.nominals[number].told:
-        return True
-    left, free = state.energy(held), state.energy(held - {number})
-    return max(left[axis] - free[axis] for axis in free) >= state.bench.settings.least_share
+def _asked_of_others(state: State, number: int) -> float:
+    """What a set asks of all nominal parameters but one [nats]."""
+    return state.strain - (state.system.strain_of(state.fit, number) if number not in state.held() else 0.0)
 
 
 def _with(effects: Sequence[PlacedEffect], new: PlacedEffect, before: float) -> tuple[PlacedEffect, ...]:

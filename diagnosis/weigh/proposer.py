@@ -191,7 +191,7 @@ class Proposer:
         """Whether an effect on an axis makes a mechanism with what its fit makes of the model's friction there.
 
         What varies by more than the level that is left pushes. The level then has to be named first, and bounds the other.
-        Where it is another effect of the set that pushes, this one is not to blame.
+        Where another effect of the set pushes, this one is not to blame: it would be refused though it stands in the set.
         """
         lower = [
             PlacedEffect(one.axis, effect, {})
@@ -201,10 +201,9 @@ class Proposer:
         ]
         there = (*lower, *state.effects)
         whole = (*there, PlacedEffect(one.axis, one.effect, {}))
-        return not lower or self._makes_one(one.axis, whole) or not self._makes_one(one.axis, there)
+        return not lower or self._makes_mechanism(one.axis, whole) or not self._makes_mechanism(one.axis, there)
 
-    def _makes_one(self, axis: str, effects: Sequence[PlacedEffect]) -> bool:
-        """Whether effects make a mechanism on an axis."""
+    def _makes_mechanism(self, axis: str, effects: Sequence[PlacedEffect]) -> bool:
         try:
             self.bench.rows.simulation.dynamics_of(axis, effects)
         except UserError:

@@ -73,7 +73,12 @@ def least_squares(state: State, bodies: Collection[int], steps: int = STEPS, axi
 
 def left_by(state: State, bodies: Collection[int]) -> float:
     """Share of the gaps' energy that a patch of the set as it stands leaves, the sum of all axes."""
-    return sum(state.energy_still(_held(state, bodies)).values())
+    return sum(left_on(state, bodies).values())
+
+
+def left_on(state: State, bodies: Collection[int]) -> dict[str, float]:
+    """The same of each axis."""
+    return state.energy_still(_held(state, bodies))
 
 
 def _apart(one: PlacedEffect, likeliest: Sequence[PlacedEffect]) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -41,18 +41,24 @@ def recording(seed: int, axes: Sequence[str], begin: float) -> Recording:
     return replace(each[0], info=info, columns={axis: one.columns["turn"] for axis, one in zip(axes, each, strict=True)})
 
 
-def diagnosed(named: Sequence[str], in_model: Sequence[str]) -> Diagnosis:
-    """`named`: the first and the second column; `in_model`: the same names in the model's order."""
-    fitted = [recording(1, named, 0.0), recording(2, named, SECONDS)]
+def reversed_axes(one: Recording) -> Recording:
+    """The same with the second axis first."""
+    info = one.info.model_copy(update={"axes": dict(reversed(one.info.axes.items()))})
+    return replace(one, info=info, columns=dict(reversed(one.columns.items())))
+
+
+def diagnosed(named: Sequence[str], in_model: Sequence[str], told: Callable[[Recording], Recording]) -> Diagnosis:
+    """`named`: the first and the second column; `in_model`: the same names in the model's order; `told`: by the recordings."""
+    fitted, held = [recording(1, named, 0.0), recording(2, named, SECONDS)], recording(3, named, 2.0 * SECONDS)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "columns.xml"
         path.write_text(model(in_model), encoding="utf-8")
-        return diagnose(path, fitted, [recording(3, named, 2.0 * SECONDS)], Settings(), lambda _stage, _share: None)
+        return diagnose(path, list(map(told, fitted)), [told(held)], Settings(), lambda _stage, _share: None)
 
 
 @cache
 def usual() -> Diagnosis:
-    return diagnosed(BOTH, BOTH)
+    return diagnosed(BOTH, BOTH, lambda one: one)
 
 
 def selected(found: Diagnosis, named: Sequence[str]) -> list[tuple[str, int]]:
@@ -73,7 +79,7 @@ def test_the_columns_have_what_their_model_lacks() -> None:
 )
 def test_axes_in_another_order_and_with_other_names(named: Sequence[str], in_model: Sequence[str]) -> None:
     """Both at once; `make test-long` has each alone as well."""
-    found = diagnosed(named, in_model)
+    found = diagnosed(named, in_model, reversed_axes)
     assert found.verdict == usual().verdict
     assert selected(found, named) == selected(usual(), BOTH)
     for one, name in zip(BOTH, named, strict=True):

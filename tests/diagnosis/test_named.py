@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import pytest
-from rig_bench import CARRIAGE, COULOMB, GRAVITY, Torques, ready, strokes, turn_torque
+from rig_bench import ARM, CARRIAGE, GRAVITY, Torques, ready, strokes, turn_torque
 
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.search import Begun
@@ -16,7 +15,7 @@ from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.averaging import Unexplained, weighed
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.named import named
-from drivetwin.diagnosis.weigh.off import _better, heavier
+from drivetwin.diagnosis.weigh.off import _better, corrected, heavier
 from drivetwin.diagnosis.weigh.proposal import Proposal
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
@@ -25,6 +24,7 @@ from drivetwin.emulator.effects import AxisEffect, Effect
 from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.inertia import Inertia
+from drivetwin.emulator.effects.payload import Payload
 from drivetwin.emulator.effects.torque_constant import TorqueConstant
 from drivetwin.emulator.effects.torque_offset import TorqueOffset
 from drivetwin.emulator.effects.viscous import Viscous
@@ -32,12 +32,16 @@ from drivetwin.emulator.effects.viscous import Viscous
 KINDS: tuple[type[AxisEffect], ...] = (Coulomb, CoulombAsymmetry, Inertia, TorqueConstant, TorqueOffset, Viscous)
 SECONDS = 12.0
 NONE = {"turn": 0.0, "lift": 0.0}
-WEIGHT = CARRIAGE * GRAVITY
 
 
 def machine(folder: Path, more: Torques) -> Bench:
     prepared = ready(folder, strokes(1, SECONDS, more))
     return bench_of(prepared.rows, Settings(), prepared.absolute)
+
+
+def heavier_by(mass: float) -> Torques:
+    """What a heavier carriage costs both axes."""
+    return {"turn": lambda at: mass * ARM**2 * at.acceleration, "lift": lambda at: mass * (GRAVITY + at.acceleration)}
 
 
 def proposer_of(bench: Bench) -> Proposer:
@@ -55,14 +59,41 @@ def names_of(bench: Bench, axis: str, *effects: Effect) -> tuple[set[str], set[i
     return {one.effect.name for one in state.effects}, set(heavier(state))
 
 
-@pytest.mark.parametrize(("share", "stays"), [(0.03, False), (0.3, True)])
-def test_a_weight_that_is_off_by_as_much_as_usual_is_no_offset(tmp_path: Path, share: float, stays: bool) -> None:
-    """A carriage that is heavier and a motor that is lighter by as much cost a constant force."""
-    offset = share * WEIGHT
-    bench = machine(tmp_path, {"lift": lambda at: offset + 0.0 * at.time})
-    found, bodies = names_of(bench, "lift", TorqueOffset(-offset))
-    assert ("torque_offset" in found) == stays
-    assert bool(bodies) != stays
+def test_a_carriage_that_is_a_little_heavier_is_no_offset(tmp_path: Path) -> None:
+    more = 0.03 * CARRIAGE
+    bench = machine(tmp_path, heavier_by(more))
+    found, bodies = names_of(bench, "lift", TorqueOffset(-more * GRAVITY))
+    assert not found
+    assert bodies
+
+
+def test_a_force_of_a_third_of_the_weight_is_one(tmp_path: Path) -> None:
+    force = 0.3 * CARRIAGE * GRAVITY
+    bench = machine(tmp_path, {"lift": lambda at: force + 0.0 * at.time})
+    assert names_of(bench, "lift", TorqueOffset(-force)) == ({"torque_offset"}, set())
+
+
+@pytest.mark.parametrize("share", [0.09, 0.11])
+def test_what_is_given_up_and_comes_back_ends_the_search(tmp_path: Path, share: float) -> None:
+    """A torque constant costs about as much as the inertia and the friction that it moves."""
+    bench = machine(tmp_path, {"turn": lambda at: share * turn_torque(at)})
+    found, _ = names_of(bench, "turn")
+    assert found in ({"torque_constant"}, {"coulomb", "viscous", "inertia"})
+
+
+def test_what_a_name_explains_is_not_given_up_for_three(tmp_path: Path) -> None:
+    bench = machine(tmp_path, {"turn": lambda at: 0.05 * turn_torque(at)})
+    assert names_of(bench, "turn", TorqueConstant(-0.05))[0] == {"torque_constant"}
+
+
+def test_a_carriage_that_is_heavier_is_a_payload(tmp_path: Path) -> None:
+    more = 0.15 * CARRIAGE
+    bench = machine(tmp_path, heavier_by(more))
+    proposer = Proposer(bench, bench, {"turn": [*KINDS, Payload], "lift": [*KINDS, Payload]}, {})
+    state, _ = corrected(state_with(bench, "lift"), proposer)
+    (found,) = state.effects
+    assert isinstance(found.effect, Payload)
+    assert found.effect.mass == pytest.approx(more, rel=0.02)
 
 
 def inertia_of(bench: Bench, axis: str) -> int:
@@ -70,34 +101,24 @@ def inertia_of(bench: Bench, axis: str) -> int:
     return next(k for k, one in enumerate(bench.nominals) if (one.effect, one.axis) == ("inertia", axis))
 
 
-def rival(proposer: Proposer, exact: State, promises: Callable[[Proposal], float]) -> Proposal:
-    """A torque constant instead of an inertia that is off, with the score that a straight line promises."""
-    found = proposer.evaluated(exact, Begun("turn", TorqueConstant(0.01), 0.0, 1))
-    assert found is not None
-    return replace(found, score=promises(found))
-
-
-def instead(bench: Bench, promises: Callable[[Proposal], float]) -> Proposal | None:
+def instead(bench: Bench, promised: float) -> Proposal | None:
+    """What takes the place of the inertia that is off, of a torque constant with the score that a straight line promises."""
     proposer, number = proposer_of(bench), inertia_of(bench, "turn")
     state = state_with(bench, "turn")
-    exact = state.holding(number)
-    return _better(state, number, 0.0, exact, [rival(proposer, exact, promises)])
+    rival = proposer.evaluated(state.holding(number), Begun("turn", TorqueConstant(0.01), 0.0, 1))
+    assert rival is not None
+    found = _better(state, number, 0.0, [replace(rival, score=promised)])
+    return found[0] if found is not None else None
 
 
 def test_what_only_promises_more_does_not_take_the_place_of_an_inertia(tmp_path: Path) -> None:
     bench = machine(tmp_path, {"turn": lambda at: 0.1 * at.acceleration})
-    assert instead(bench, lambda _: 1e6) is None
+    assert instead(bench, 1e6) is None
 
 
 def test_what_moved_several_parameters_takes_the_place_of_one(tmp_path: Path) -> None:
     """A torque constant of 15 %, whatever a straight line makes of it."""
     bench = machine(tmp_path, {"turn": lambda at: 0.15 * turn_torque(at)})
-    found = instead(bench, lambda _: -1e6)
+    found = instead(bench, -1e6)
     assert found is not None
     assert found.effect.effect.name == "torque_constant"
-
-
-def test_the_machine_has_the_friction_that_its_model_has(tmp_path: Path) -> None:
-    """Beside nothing that is off, nothing is named."""
-    bench = machine(tmp_path, {})
-    assert names_of(bench, "turn", Coulomb(COULOMB["turn"])) == (set(), set())

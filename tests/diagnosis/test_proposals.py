@@ -166,6 +166,8 @@ def test_an_effect_is_not_to_blame_for_another_that_pushes(tmp_path: Path) -> No
     proposer = Proposer(bench, bench, {"turn": [TorqueRipple]}, {})
     assert proposer.evaluated(beside, Begun("turn", TorqueRipple(0.4, TEETH, 0.4), 0.0, 1)) is not None
     assert proposer.evaluated(alone, Begun("turn", pushes, 0.0, 1)) is None
+    less_steep = ViscousAsymmetry(0.8 * VISCOUS["turn"])
+    assert proposer.evaluated(alone, Begun("turn", less_steep, 0.0, 1)) is not None
 
 
 def test_play_that_closes_is_a_spring() -> None:
