@@ -101,15 +101,20 @@ class System:
 
         `near`: of the further columns, as of the system's.
         """
-        acted = _acted_on(extra, less) or set(self.axes)
+        acted = self._acted_on(extra, less)
         parts = {axis: self._with(axis, extra, less) for axis in self.axes}
         return solved(self.axes, parts, self._prior(extra, near), held, self.amplitude, resting=self._others(acted))
 
     def fit_tuned(self, extra: Sequence[Column], less: Column | None, held: frozenset[int], near: float = 0.0) -> Fit:
         """The same with amplitudes where the evidence is highest, on axes that something acts on; on all where nothing does."""
-        acted = _acted_on(extra, less) or set(self.axes)
+        acted = self._acted_on(extra, less)
         parts = {axis: self._with(axis, extra, less) for axis in self.axes}
         return solved(self.axes, parts, self._prior(extra, near), held, self.amplitude, acted, resting=self._others(acted))
+
+    def _acted_on(self, extra: Sequence[Column], less: Column | None) -> list[str]:
+        """Axes on which further columns act; all where none does."""
+        told = {axis for one in (*extra, *([less] if less is not None else [])) for axis in one}
+        return [axis for axis in self.axes if axis in told] or list(self.axes)
 
     def _others(self, acted: Collection[str]) -> dict[str, Resting]:
         """Axes on which nothing further acts, as they are without it."""
@@ -244,11 +249,6 @@ def _log_density(left: Array, unknown: Array, level: float, n: float) -> float:
     tail = gammaln(0.5 * (FREEDOM + n)) - gammaln(0.5 * FREEDOM) - 0.5 * n * np.log(0.5 * (FREEDOM - 2.0))
     tail -= 0.5 * (FREEDOM + n) * np.log1p(square / level**2 / (FREEDOM - 2.0))
     return float(tail - 0.5 * spread - n * np.log(level))
-
-
-def _acted_on(extra: Sequence[Column], less: Column | None) -> set[str]:
-    """Axes on which further columns act."""
-    return {axis for one in (*extra, *([less] if less is not None else [])) for axis in one}
 
 
 def _matrix(axis: str, columns: Sequence[Column], first: int, target: Array) -> Matrix:
