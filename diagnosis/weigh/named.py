@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from math import log
 
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.averaging import Answer, believed
 from drivetwin.diagnosis.weigh.needed import needed
-from drivetwin.diagnosis.weigh.off import corrected, heavier
+from drivetwin.diagnosis.weigh.off import EASED, Name, corrected, heavier, name_of
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.refit import least_squares, left_on
@@ -18,33 +18,32 @@ from drivetwin.diagnosis.weigh.yielding import settled_on, tried_set
 from drivetwin.emulator.effects import PlacedEffect
 
 Weigh = Callable[[Family], Answer]
-Names = tuple[tuple[str, str], ...]
 
 
 def named(state: State, answers: Sequence[Answer], proposer: Proposer, weigh: Weigh) -> tuple[State, list[Answer]]:
     """The set that is named, and the answers with those about nominal parameters that are off.
 
     What was worth its cost beside an effect that has gone may not be so without it: an offset beside a torque constant, say.
-    Such an effect goes too, and nominal parameters take its place, where no axis then keeps more of its gap and no more effects
-    are named: what moved several parameters is one cause.
+    Such an effect goes too, and a nominal parameter takes its place, where no axis then keeps more of its gap.
     """
-    state, told = _once(state, answers, proposer, weigh)
-    first, seen = _left(state), {_names(state)}
-    kept: list[PlacedEffect] = []
+    state, told = _once(state, answers, proposer, weigh, ())
+    first, kept, given_up = _left(state), list[PlacedEffect](), set[Name]()
     while (gone := _too_dear(state, kept, proposer)) is not None:
         effect, lean = gone
-        ahead, others = _once(lean, _about(lean, answers), proposer, weigh)
-        if _names(ahead) in seen or len(ahead.effects) > len(state.effects) or _leaves_more(ahead, first):
+        ahead, others = _once(lean, _about(lean, answers), proposer, weigh, {*given_up, name_of(effect)})
+        if _leaves_more(ahead, first):
             kept.append(effect)
             continue
         state, told = ahead, others
-        seen.add(_names(state))
+        given_up.add(name_of(effect))
     return state, told
 
 
-def _once(state: State, answers: Sequence[Answer], proposer: Proposer, weigh: Weigh) -> tuple[State, list[Answer]]:
+def _once(
+    state: State, answers: Sequence[Answer], proposer: Proposer, weigh: Weigh, given_up: Collection[Name]
+) -> tuple[State, list[Answer]]:
     """The set less what is doubtful, with nominal parameters that are off as effects, and less what a patch does not need."""
-    state, off = corrected(believed(state, answers), proposer)
+    state, off = corrected(believed(state, answers), proposer, given_up)
     told = [*answers, *map(weigh, off)]
     return needed(aligned(believed(state, told))), told
 
@@ -57,29 +56,45 @@ def _about(state: State, answers: Sequence[Answer]) -> list[Answer]:
 def _too_dear(state: State, kept: Sequence[PlacedEffect], proposer: Proposer) -> tuple[PlacedEffect, State] | None:
     """The effect that says least for what it costs, with nominal parameters free in its place, and the set without it; None
     where each is worth its cost, or is among those that are `kept`.
+
+    It says nothing where these leave hardly more of the gap: what is told then is less than what the comparison errs by,
+    however many nats that is. Where several of them move for it, it is their one cause.
     """
     settled = settled_on(state)
-    found = []
+    left, found = _left_at_best(settled), []
     for one in settled.effects:
-        if _is_nominal(one, settled) or any(alike(one, each) for each in kept):
+        less = None if _is_nominal(one, settled) else tried_set(settled, [each for each in settled.effects if each is not one])
+        if less is None or any(alike(one, each) for each in kept):
             continue
         cost = log(proposer.tried(one.axis)) - CLEARLY
-        less = tried_set(settled, [each for each in settled.effects if each is not one])
-        if less is None or less.fit.evidence + cost <= settled.reached:
+        as_close = _left_at_best(less) < left + settled.bench.least(one)
+        if not as_close and less.fit.evidence + cost <= settled.reached:
             continue
         less = settled_on(less)
-        if less.reached + cost > settled.reached:
+        if (as_close or less.reached + cost > settled.reached) and not _moves_several(settled, less):
             found.append((less.reached + cost, one, less))
     return max(found, key=lambda each: each[0])[1:] if found else None
+
+
+def _moves_several(before: State, after: State) -> bool:
+    """Whether more is asked of nominal parameters, the one of which most is left aside."""
+    more = sorted(_asked(after, number) - _asked(before, number) for number in range(len(after.bench.nominals)))
+    return sum(more[:-1]) > EASED
+
+
+def _asked(state: State, number: int) -> float:
+    """What a set asks of one nominal parameter [nats]; nothing where an effect stands for it."""
+    return 0.0 if number in state.held() else state.system.strain_of(state.fit, number)
+
+
+def _left_at_best(state: State) -> float:
+    """Share of the gaps that a set leaves with nominal parameters and effects where least is left, the sum of all axes."""
+    return sum(state.energy(state.held()).values())
 
 
 def _is_nominal(one: PlacedEffect, state: State) -> bool:
     """Whether an effect is a parameter of the model that is off: it costs what its prior says, not a name."""
     return any(each.told and (each.effect, each.axis) == (one.effect.name, one.axis) for each in state.bench.nominals)
-
-
-def _names(state: State) -> Names:
-    return tuple(sorted((one.effect.name, one.axis) for one in state.effects))
 
 
 def _left(state: State) -> dict[str, float]:

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
+from math import exp
 from pathlib import Path
 
 import pytest
 from rig_bench import ARM, CARRIAGE, GRAVITY, Torques, ready, strokes, turn_torque
 
 from drivetwin.diagnosis.propose.placing import placed
-from drivetwin.diagnosis.propose.search import Begun
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.averaging import Unexplained, weighed
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
-from drivetwin.diagnosis.weigh.named import named
-from drivetwin.diagnosis.weigh.off import _better, corrected, heavier
-from drivetwin.diagnosis.weigh.proposal import Proposal
+from drivetwin.diagnosis.weigh.colouring import coloured
+from drivetwin.diagnosis.weigh.named import _too_dear, named
+from drivetwin.diagnosis.weigh.off import corrected, heavier
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
@@ -49,7 +48,9 @@ def proposer_of(bench: Bench) -> Proposer:
 
 
 def state_with(bench: Bench, axis: str, *effects: Effect) -> State:
-    return settled_on(state_of(bench, [placed(bench.rows, axis, one) for one in effects], first_colours(bench), {}))
+    """In the noise that it leaves."""
+    state = state_of(bench, [placed(bench.rows, axis, one) for one in effects], first_colours(bench), {})
+    return settled_on(coloured(state, ()))
 
 
 def names_of(bench: Bench, axis: str, *effects: Effect) -> tuple[set[str], set[int]]:
@@ -65,6 +66,19 @@ def test_a_carriage_that_is_a_little_heavier_is_no_offset(tmp_path: Path) -> Non
     found, bodies = names_of(bench, "lift", TorqueOffset(-more * GRAVITY))
     assert not found
     assert bodies
+
+
+def test_however_many_nats_an_effect_is_worth_it_says_nothing_where_nominal_parameters_close_as_much(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A hundred nats in favour of each name: real friction is of another form, and each row counts."""
+    monkeypatch.setattr(Proposer, "tried", lambda _self, _axis: exp(-100.0))
+    more, force = 0.03 * CARRIAGE, 0.3 * CARRIAGE * GRAVITY
+    heavier, loaded = machine(tmp_path, heavier_by(more)), machine(tmp_path, {"lift": lambda at: force + 0.0 * at.time})
+    gone = _too_dear(state_with(heavier, "lift", TorqueOffset(-more * GRAVITY)), [], proposer_of(heavier))
+    assert gone is not None
+    assert not gone[1].effects
+    assert _too_dear(state_with(loaded, "lift", TorqueOffset(-force)), [], proposer_of(loaded)) is None
 
 
 def test_a_force_of_a_third_of_the_weight_is_one(tmp_path: Path) -> None:
@@ -94,31 +108,3 @@ def test_a_carriage_that_is_heavier_is_a_payload(tmp_path: Path) -> None:
     (found,) = state.effects
     assert isinstance(found.effect, Payload)
     assert found.effect.mass == pytest.approx(more, rel=0.02)
-
-
-def inertia_of(bench: Bench, axis: str) -> int:
-    """Number of the motor's inertia among the nominal parameters."""
-    return next(k for k, one in enumerate(bench.nominals) if (one.effect, one.axis) == ("inertia", axis))
-
-
-def instead(bench: Bench, promised: float) -> Proposal | None:
-    """What takes the place of the inertia that is off, of a torque constant with the score that a straight line promises."""
-    proposer, number = proposer_of(bench), inertia_of(bench, "turn")
-    state = state_with(bench, "turn")
-    rival = proposer.evaluated(state.holding(number), Begun("turn", TorqueConstant(0.01), 0.0, 1))
-    assert rival is not None
-    found = _better(state, number, 0.0, [replace(rival, score=promised)])
-    return found[0] if found is not None else None
-
-
-def test_what_only_promises_more_does_not_take_the_place_of_an_inertia(tmp_path: Path) -> None:
-    bench = machine(tmp_path, {"turn": lambda at: 0.1 * at.acceleration})
-    assert instead(bench, 1e6) is None
-
-
-def test_what_moved_several_parameters_takes_the_place_of_one(tmp_path: Path) -> None:
-    """A torque constant of 15 %, whatever a straight line makes of it."""
-    bench = machine(tmp_path, {"turn": lambda at: 0.15 * turn_torque(at)})
-    found = instead(bench, -1e6)
-    assert found is not None
-    assert found.effect.effect.name == "torque_constant"
