@@ -30,12 +30,12 @@ def named(state: State, answers: Sequence[Answer], proposer: Proposer, weigh: We
     first, kept, given_up = _left(state), list[PlacedEffect](), set[Name]()
     while (gone := _too_dear(state, kept, proposer)) is not None:
         effect, lean = gone
-        ahead, others = _once(lean, _about(lean, answers), proposer, weigh, {*given_up, name_of(effect)})
-        if _leaves_more(ahead, first):
+        without = given_up | {name_of(effect)}
+        ahead, others = _once(lean, _about(lean, answers), proposer, weigh, without)
+        if without & set(map(name_of, ahead.effects)) or _leaves_more(ahead, first):
             kept.append(effect)
             continue
-        state, told = ahead, others
-        given_up.add(name_of(effect))
+        state, told, given_up = ahead, others, without
     return state, told
 
 
@@ -94,7 +94,7 @@ def _left_at_best(state: State) -> float:
 
 def _is_nominal(one: PlacedEffect, state: State) -> bool:
     """Whether an effect is a parameter of the model that is off: it costs what its prior says, not a name."""
-    return any(each.told and (each.effect, each.axis) == (one.effect.name, one.axis) for each in state.bench.nominals)
+    return any((each.effect, each.axis) == (one.effect.name, one.axis) for each in state.bench.nominals)
 
 
 def _left(state: State) -> dict[str, float]:

@@ -6,7 +6,9 @@ from functools import partial
 from math import exp
 from pathlib import Path
 
+import plain_bench as plain
 import pytest
+from plain_bench import Machine
 from rig_bench import ARM, CARRIAGE, GRAVITY, Torques, ready, strokes, turn_torque
 
 from drivetwin.diagnosis.propose.placing import placed
@@ -108,3 +110,13 @@ def test_a_carriage_that_is_heavier_is_a_payload(tmp_path: Path) -> None:
     (found,) = state.effects
     assert isinstance(found.effect, Payload)
     assert found.effect.mass == pytest.approx(more, rel=0.02)
+
+
+def test_a_friction_of_which_the_model_says_nothing_is_named_and_stays(tmp_path: Path) -> None:
+    """Given up, it is a nominal parameter that is off, and comes back as that."""
+    bench = Machine(friction=False).bench(tmp_path, seconds=15.0)
+    proposer = Proposer(bench, bench, {"turn": KINDS}, {})
+    effects = [placed(bench.rows, "turn", one) for one in (Coulomb(plain.COULOMB), Viscous(plain.VISCOUS))]
+    weigh = partial(weighed, unexplained=Unexplained({"turn": 0.0}, {"turn": 0.0}), settings=Settings())
+    state, _ = named(settled_on(state_of(bench, effects, first_colours(bench), {})), [], proposer, weigh)
+    assert {one.effect.name for one in state.effects} >= {"coulomb"}
