@@ -7,6 +7,14 @@ from collections.abc import Sequence
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.emulator.effects import FAMILIES, Effect, PlacedEffect
 
+Name = tuple[str, str]
+"""Of an effect, and its axis."""
+
+
+def name_of(one: PlacedEffect) -> Name:
+    """Of an effect on its axis."""
+    return one.effect.name, one.axis
+
 
 def in_order(effects: Sequence[PlacedEffect]) -> tuple[PlacedEffect, ...]:
     """Effects in the order in which torque passes them, what the model has first."""

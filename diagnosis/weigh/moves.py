@@ -9,6 +9,7 @@ from math import log
 import numpy as np
 
 from drivetwin.diagnosis.progress import Progress
+from drivetwin.diagnosis.propose.placing import Name, name_of
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.exchange import Exchange
 from drivetwin.diagnosis.weigh.pair import Pair, empty
@@ -52,7 +53,7 @@ class Search:
         proposals: Sequence[Proposal] = self.proposer.proposals(first)
         pair = first.as_noise_is(first.whole, proposals)
         exchange = Exchange(self.proposer, self._rivals, self.progress)
-        done: set[tuple[tuple[str, str], ...]] = set()
+        done: set[tuple[Name, ...]] = set()
         for _ in range(EXCHANGES):
             pair, proposals = self.added(pair)
             again = restarted(pair, proposals, self.proposer)
@@ -81,7 +82,7 @@ class Search:
         proposals: Sequence[Proposal] = ()
         known: dict[str, Sequence[Proposal]] = {}
         seen = {_names(pair.whole)}
-        refused: set[tuple[str, str]] = set()
+        refused: set[Name] = set()
         while True:
             count = len(pair.whole.effects)
             self.progress(f"{count} effects; every further effect on every axis", 0.1 + 0.5 * count / (count + 3))
@@ -89,7 +90,7 @@ class Search:
                 again = axis in known
                 known[axis] = self.proposer.again(known[axis], pair.whole) if again else self.proposer.proposals(pair, [axis])
             proposals = [one for each in known.values() for one in each]
-            best = self.best([one for one in proposals if _name(one.effect) not in refused], pair.whole)
+            best = self.best([one for one in proposals if name_of(one.effect) not in refused], pair.whole)
             if not best or count >= most:
                 return pair, proposals
             ahead = self._with(pair, best, proposals)
@@ -97,7 +98,7 @@ class Search:
                 best = best[:1]
                 ahead = self._with(pair, best, proposals)
             if ahead.whole.leaves_more_than(pair.whole):
-                refused |= {_name(best[0].effect)}
+                refused |= {name_of(best[0].effect)}
                 continue
             for one in best:
                 self._rivals[one.effect.effect.name, one.effect.axis] = rivals_of(one, proposals)
@@ -215,9 +216,5 @@ class Search:
         return pair
 
 
-def _names(state: State) -> tuple[tuple[str, str], ...]:
-    return tuple(sorted(_name(one) for one in state.effects))
-
-
-def _name(one: PlacedEffect) -> tuple[str, str]:
-    return one.effect.name, one.axis
+def _names(state: State) -> tuple[Name, ...]:
+    return tuple(sorted(name_of(one) for one in state.effects))

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from math import log
 
-from drivetwin.diagnosis.propose.placing import alike
+from drivetwin.diagnosis.propose.placing import Name, alike, name_of
 from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.averaging import Answer, believed
 from drivetwin.diagnosis.weigh.needed import needed
-from drivetwin.diagnosis.weigh.off import EASED, Name, corrected, heavier, name_of
+from drivetwin.diagnosis.weigh.off import EASED, corrected, heavier
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.refit import least_squares, left_on

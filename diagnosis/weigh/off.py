@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from drivetwin.diagnosis.propose.placing import Name, name_of
 from drivetwin.diagnosis.propose.search import Begun
 from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_kind
@@ -17,9 +18,6 @@ from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.foundation.errors import UserError
-
-Name = tuple[str, str]
-"""Of an effect, and its axis."""
 
 EASED = 0.1
 """Nats by which other nominal parameters are asked less where what moved them is named."""
@@ -46,11 +44,6 @@ def corrected(state: State, proposer: Proposer, given_up: Collection[Name] = ())
         with suppress(UserError):
             state = settled_on(state.of(_with(state.effects, family.chosen, state.bench.nominals[number].value)))
             families.append(family)
-
-
-def name_of(one: PlacedEffect) -> Name:
-    """Of an effect on its axis."""
-    return one.effect.name, one.axis
 
 
 def _off(state: State, proposer: Proposer, number: int) -> PlacedEffect | None:
