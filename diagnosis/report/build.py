@@ -20,7 +20,8 @@ from drivetwin.diagnosis.report.distinguish import sensor_that_tells, tell_apart
 from drivetwin.diagnosis.report.divided import Divided, divided
 from drivetwin.diagnosis.report.gap_test import NAME, GapFound, gap_of, significance
 from drivetwin.diagnosis.report.gaps import Gaps, gaps_of
-from drivetwin.diagnosis.report.patched_model import mass_notes, patched_xml
+from drivetwin.diagnosis.report.masses import corrected_masses
+from drivetwin.diagnosis.report.patched_model import patched_xml
 from drivetwin.diagnosis.report.patterns import patterns
 from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
 from drivetwin.diagnosis.report.residual import with_residual
@@ -87,7 +88,8 @@ def build(
         gaps = gaps_of(ready, kept, settings)
         parts = {axis: divided(ready, gaps, axis, settings.seed) for axis in ready.simulation.axes}
     axes = {axis: _axis(ready, gaps, axis, tests[axis], parts[axis]) for axis in ready.simulation.axes}
-    causes = _causes(ready, values, answers, strong, gaps, open_axes, parts, settings)
+    weights = _weights(gaps, open_axes)
+    causes = _causes(ready, values, answers, strong, gaps, weights, parts, settings)
     unknown = {axis: axes[axis].unknown.share for axis in open_axes if axes[axis].unknown.share > 0.0}
     residual, told = with_residual(ready, gaps, unknown, settings) if tables else ((), ())
     return Diagnosis(
@@ -101,7 +103,8 @@ def build(
         model_xml=patched_xml(ready.simulation, gaps.patch.heavier or {}),
         held_back=ready.held_back,
         units={axis: "N" if ready.simulation.slides(axis) else "N·m" for axis in ready.simulation.axes},
-        notes=(*ready.notes, *mass_notes(ready.simulation, gaps.patch.heavier or {})),
+        masses=corrected_masses(ready, gaps, values.spread, weights, parts, settings),
+        notes=ready.notes,
         validation=tuple(run.recording for run in ready.checks),
         residual=residual,
         with_residual=told,
@@ -188,12 +191,11 @@ def _causes(
     answers: Sequence[Answer],
     drives: Sequence[DriveFound],
     gaps: Gaps,
-    open_axes: Sequence[str],
+    weights: Mapping[str, float],
     parts: Mapping[str, Divided],
     settings: Settings,
 ) -> list[Cause]:
     """Selected effects, what else may be there, and the unknown, of every axis that has a gap; most probable share first."""
-    weights = _weights(gaps, open_axes)
     causes = []
     for number, one in enumerate(gaps.patch.effects):
         taken = {axis: weight * parts[axis].share_of(one) for axis, weight in weights.items()}
@@ -203,7 +205,7 @@ def _causes(
         else:
             causes.append(_selected(ready, values, answers, gaps, number, taken, settings))
     causes.extend(_alternatives(answers, gaps.patch, weights, parts, settings))
-    for axis in open_axes:
+    for axis in weights:
         repeats = _repeats(ready, gaps, axis)
         named = any(cause.axis == axis and cause.probability > LEAST_ALONE for cause in causes)
         share = weights[axis] * parts[axis].of(UNKNOWN)

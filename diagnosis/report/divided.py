@@ -22,20 +22,27 @@ Part = list[Array]
 
 OTHER_AXES, MASSES = "other_axes", "masses"
 
+Acting = PlacedEffect | int
+"""What acts on an axis: an effect, or a body, by number, of another mass."""
+
 
 @dataclass(frozen=True)
 class Divided:
-    """Shares of an axis's gap: its own effects, all that acts on it from elsewhere as one, the unknown, noise; and of each
-    effect that acts on it what it takes.
+    """Shares of an axis's gap: its own effects, those of other axes as one, corrected masses as one, the unknown, noise; and
+    what each that acts on it takes.
     """
 
     shares: tuple[Share, ...]
-    taken: Sequence[tuple[PlacedEffect, float]]
+    taken: Sequence[tuple[Acting, float]]
 
     def share_of(self, one: PlacedEffect) -> float:
         """What goes to an effect, or else to one like it, settled since; 0 for one that does not act here."""
-        alike_ones = [share for other, share in self.taken if alike(one, other)]
+        alike_ones = [share for other, share in self.taken if isinstance(other, PlacedEffect) and alike(one, other)]
         return next((share for other, share in self.taken if other is one), next(iter(alike_ones), 0.0))
+
+    def share_of_body(self, body: int) -> float:
+        """What goes to the mass of a body, by its number; 0 where it does not act here."""
+        return next((share for other, share in self.taken if other == body), 0.0)
 
     def of(self, name: str) -> float:
         """What goes to the unknown, say; 0 where nothing does."""
@@ -53,30 +60,32 @@ def divided(ready: Prepared, gaps: Gaps, axis: str, seed: int) -> Divided:
     ]
     others = _others(ready, gaps, axis)
     parts = [*torque, *(part for _, part in others)]
-    name = OTHER_AXES if len(ready.simulation.axes) > 1 else MASSES
-    names = [*(one.effect.name for one in own), *(name for _ in others)]
+    acting: list[Acting] = [*own, *(one for one, _ in others)]
+    names = [*(one.effect.name for one in own), *(MASSES if isinstance(one, int) else OTHER_AXES for one, _ in others)]
     found = shares(gap, parts, names, [run.period for run in ready.checks], gaps.noise[axis].rms, seed)
-    acting = [*own, *(one for one, _ in others)]
-    taken = [(one, each.share) for one, each in zip(acting, found, strict=False) if one is not None]
+    taken = [(one, each.share) for one, each in zip(acting, found, strict=False)]
     first, last = found[: len(own)], found[len(parts) :]
-    elsewhere = (_together(name, found[len(own) : len(parts)]),) if found and others else ()
-    return Divided((*first, *elsewhere, *last), taken)
+    return Divided((*first, *_together(found[len(own) : len(parts)]), *last), taken)
 
 
-def _together(name: str, several: Sequence[Share]) -> Share:
-    """Several shares as one, whose interval is the sum of theirs: no narrower than it is."""
-    low, high = (sum(each.ci90[end] for each in several) for end in (0, 1))
-    return Share(name, sum(each.share for each in several), (low, min(high, 1.0)))
+def _together(several: Sequence[Share]) -> list[Share]:
+    """Shares of one name as one, whose interval is the sum of theirs: no narrower than it is."""
+    found = []
+    for name in dict.fromkeys(each.of for each in several):
+        own = [each for each in several if each.of == name]
+        low, high = (sum(each.ci90[end] for each in own) for end in (0, 1))
+        found.append(Share(name, sum(each.share for each in own), (low, min(high, 1.0))))
+    return found
 
 
-def _others(ready: Prepared, gaps: Gaps, axis: str) -> list[tuple[PlacedEffect | None, Part]]:
-    """What acts on an axis and is not its own, with its torque there; None for a heavier body."""
+def _others(ready: Prepared, gaps: Gaps, axis: str) -> list[tuple[Acting, Part]]:
+    """What acts on an axis and is not its own effect, with its torque there."""
     parts = [contributions(ready.simulation, run, gaps.patch) for run in ready.checks]
     used = [each.axes[axis].used for each in gaps.unseen]
-    effects: Sequence[PlacedEffect | None] = (*gaps.patch.effects, *(None for _ in gaps.patch.heavier or {}))
-    found: list[tuple[PlacedEffect | None, Part]] = []
-    for number, one in enumerate(effects):
-        if one is not None and one.axis == axis:
+    acting: Sequence[Acting] = (*gaps.patch.effects, *(gaps.patch.heavier or {}))
+    found: list[tuple[Acting, Part]] = []
+    for number, one in enumerate(acting):
+        if isinstance(one, PlacedEffect) and one.axis == axis:
             continue
         here = [part[number].get(axis, np.zeros(len(rows)))[rows] for part, rows in zip(parts, used, strict=True)]
         if any(rows.any() for rows in here):

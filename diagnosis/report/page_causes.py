@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 
-from drivetwin.diagnosis.report.result import UNKNOWN, Cause, Diagnosis, Estimate, Shrink
+from drivetwin.diagnosis.report.result import UNKNOWN, Cause, CorrectedMass, Diagnosis, Estimate, Shrink
 from drivetwin.diagnosis.report.wording import (
     LIKELY,
     UNDETERMINED,
@@ -15,6 +16,8 @@ from drivetwin.diagnosis.report.wording import (
     goes_with_words,
     is_determined,
     listed,
+    mass_words,
+    masses_words,
     name_of,
     percent,
     residual_words,
@@ -32,16 +35,40 @@ def causes_section(diagnosis: Diagnosis) -> str:
     others = ", ".join(f"{cause_name(cause)} {chance(cause.probability)}" for cause in rest)
     less = f'<p class="note">Below {percent(LIKELY)}: {escape(others)}.</p>' if rest else ""
     added = added_words(diagnosis.selected)
+    corrected = masses_words(diagnosis.masses)
     tables = f" {escape(residual_words(diagnosis))}" if diagnosis.residual else ""
     outcome = f"<b>patched.xml</b> with <b>effects.json</b> adds {escape(added)}." if added else "No effect is added."
+    if corrected:
+        outcome += f" <b>patched.xml</b> corrects {escape(corrected)}."
     return (
-        f"<section><h2>Causes</h2>{rows}{less}<p>{outcome}{tables}</p>"
+        f"<section><h2>Causes</h2>{rows}{less}{_masses(diagnosis.masses)}<p>{outcome}{tables}</p>"
         '<p class="note">In the order of probability times share. The probability is that the effect, or one from which it '
         "cannot be distinguished, is there. The share is of the gaps of all axes, each relative to its torque. Gap closed "
         "is the part of the gap's energy on motion that was not fitted that goes when the effect is added to all others, on "
         "its own axis. "
         "Intervals in brackets are of 90 %.</p></section>"
     )
+
+
+def _masses(masses: Sequence[CorrectedMass]) -> str:
+    """Bodies whose mass is corrected: they close a gap as a cause does, and are none of the library's effects."""
+    if not masses:
+        return ""
+    head = ["Corrected mass", "Most on axis", "Share of gap", "Gap closed", "In the model", "Found"]
+    rows = [
+        [
+            f"<b>{escape(one.body)}</b>",
+            escape(one.axis),
+            _figure(one.share, percent(one.share)),
+            _shrink(one.gap_closed) if one.gap_closed else DASH,
+            *(escape(words) for words in mass_words(one)),
+        ]
+        for one in masses
+    ]
+    note = (
+        '<p class="note">A wrong mass is a parameter of the model and no effect; its inertia changes in proportion.</p>'
+    )
+    return f"{stacking_table(head, rows)}{note}"
 
 
 def _row(cause: Cause, diagnosis: Diagnosis) -> list[str]:

@@ -20,16 +20,3 @@ def patched_xml(simulation: Simulation, heavier: Mapping[int, float]) -> str:
         model.body_mass[body] *= 1.0 + share
         model.body_inertia[body] *= 1.0 + share
     return as_mjcf(spec, model)
-
-
-def mass_notes(simulation: Simulation, heavier: Mapping[int, float]) -> list[str]:
-    """A sentence for each body, by number, that is heavier by a share: a nominal mass that is off is no effect."""
-    return [_mass_note(simulation, body, share) for body, share in heavier.items()]
-
-
-def _mass_note(simulation: Simulation, body: int, share: float) -> str:
-    _, model = named_model(simulation.path)
-    mass = float(model.body_mass[body])
-    more = "heavier" if share > 0.0 else "lighter"
-    sizes = f"{mass:.4g} to {(1.0 + share) * mass:.4g} kg"
-    return f"{model.body(body).name}: {100.0 * abs(share):.2g} % {more} in the patched model ({sizes}), inertia in proportion."

@@ -146,6 +146,22 @@ class Cause:
 
 
 @dataclass(frozen=True)
+class CorrectedMass:
+    """A body of another mass than the model has, its inertia in proportion: a nominal parameter, which is no effect.
+
+    `mass` and `nominal` [kg]. `share`: of the gaps of all axes together, as of a `Cause`. `gap_closed`: on `axis`, of whose gap
+    it takes most.
+    """
+
+    body: str
+    axis: str
+    mass: Estimate
+    nominal: float
+    share: float
+    gap_closed: Shrink | None
+
+
+@dataclass(frozen=True)
 class Residual:
     """A table of what has no name on an axis, which the patch has beside the selected effects.
 
@@ -218,10 +234,11 @@ class Diagnosis:
     """The whole answer.
 
     `held_back`: the validation data are blocks held back from the training recordings. `selected` is what the patch adds, in
-    order of adding; `units` of their parameters are filled. `model_xml`: the patched model's MJCF. `notes`: sentences that the
-    reader needs. `validation`: the recordings, or blocks of them, that the figures are of; `closed_loop`: those of them that
-    were moved in closed loop. `responses` by axis: of all recordings, fitted or not. `residual`: tables that effects.json has
-    as well, where they were asked for, and `with_residual` what is predicted with them; nothing else knows of them.
+    order of adding; `units` of their parameters are filled. `masses`: bodies whose mass the patched model corrects, largest
+    share first. `model_xml`: the patched model's MJCF. `notes`: sentences that the reader needs. `validation`: the recordings,
+    or blocks of them, that the figures are of; `closed_loop`: those of them that were moved in closed loop. `responses` by
+    axis: of all recordings, fitted or not. `residual`: tables that effects.json has as well, where they were asked for, and
+    `with_residual` what is predicted with them; nothing else knows of them.
     """
 
     verdict: Verdict
@@ -234,6 +251,7 @@ class Diagnosis:
     model_xml: str
     held_back: bool
     units: Mapping[str, str]
+    masses: tuple[CorrectedMass, ...] = ()
     notes: tuple[str, ...] = ()
     validation: tuple[Recording, ...] = ()
     closed_loop: tuple[Comparison, ...] = ()

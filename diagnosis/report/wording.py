@@ -10,7 +10,7 @@ from math import pi
 from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.propose.search import ANGLES
 from drivetwin.diagnosis.report.remains import TimeInterval
-from drivetwin.diagnosis.report.result import AxisGap, Cause, Diagnosis, Estimate, Residual, Unknown, Verdict
+from drivetwin.diagnosis.report.result import AxisGap, Cause, CorrectedMass, Diagnosis, Estimate, Residual, Unknown, Verdict
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.quantities import Scale, number, quantity, scale_of
 from drivetwin.twin.comparison import MODEL, WITH_EFFECTS, AxisComparison
@@ -169,7 +169,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         added = f"{'one effect' if count == 1 else f'{count} effects'} on {len(significant)} axes" if count else ""
         figures = _range(significant, diagnosis)
     else:
-        added = added_words(_largest_first(diagnosis))
+        added = listed([each for each in (added_words(_largest_first(diagnosis)), masses_words(diagnosis.masses)) if each])
         figures = "; ".join(_shrink(name, diagnosis) for name in significant)
     opening = f"{_BY[diagnosis.verdict]} {added}" if added else _BY_NOTHING[diagnosis.verdict]
     return f"{opening}: {figures}."
@@ -202,7 +202,7 @@ _BY_NOTHING: Mapping[Verdict, str] = {
     Verdict.PARTLY_EXPLAINED: "The gap is partly explained",
     Verdict.UNEXPLAINED: "No effect of the library explains the gap",
 }
-"""Where no effect is added: bodies may be heavier."""
+"""Where nothing is added."""
 
 
 def added_words(selected: Sequence[PlacedEffect]) -> str:
@@ -212,6 +212,19 @@ def added_words(selected: Sequence[PlacedEffect]) -> str:
         by_axis.setdefault(placed.axis, []).append(name_of(placed.effect.name))
     axes = [f"{listed([_times(*one) for one in Counter(names).items()])} on {axis}" for axis, names in by_axis.items()]
     return "; ".join(axes) if any(" and " in each for each in axes) else listed(axes)
+
+
+def masses_words(masses: Sequence[CorrectedMass]) -> str:
+    """Bodies whose mass the patched model corrects: "the mass of forearm"; empty where it corrects none."""
+    names = [one.body for one in masses]
+    return f"the {'mass' if len(names) == 1 else 'masses'} of {listed(names)}" if names else ""
+
+
+def mass_words(one: CorrectedMass) -> tuple[str, str]:
+    """The mass in the model and as found, with its interval: "1.2 kg", "1.08 kg (1.05 to 1.11)"."""
+    value, low, high, unit = estimate_figures(one.mass)
+    before = number(scale_of("kg", one.mass.value).factor * one.nominal)
+    return f"{before} {unit}", f"{value} {unit} ({low} to {high})"
 
 
 def residual_words(diagnosis: Diagnosis) -> str:

@@ -38,13 +38,15 @@ class Refitted:
     """The effects in order, and the standard deviation of each one's parameters by name, in their units; infinite for what
     nothing tells.
 
-    `heavier`: bodies, by number, that are heavier by a share of their mass.
+    `heavier`: bodies, by number, that are heavier by a share of their mass, and the `spread` of each share, its standard
+    deviation.
     """
 
     state: State
     effects: tuple[PlacedEffect, ...]
     deviations: Sequence[dict[str, float]]
     heavier: Mapping[int, float]
+    spread: Mapping[int, float]
 
 
 def refitted(state: State, bodies: Collection[int]) -> Refitted:
@@ -55,11 +57,13 @@ def refitted(state: State, bodies: Collection[int]) -> Refitted:
     heavier = {
         one.body: float(values[k]) for k, one in enumerate(state.bench.nominals) if one.body is not None and one.body in bodies
     }
-    spread = _deviations(state, bodies)
+    columns = _deviations(state, bodies)
     apart = [_apart(one, likeliest) for one in state.effects]
     wider = state.bench.settings.widening
+    spread = [_of_parameters(state, number, columns) for number in range(len(state.effects))]
     deviations = [{name: wider * max(own[name], far[name]) for name in own} for own, far in zip(spread, apart, strict=True)]
-    return Refitted(state, state.effects, deviations, heavier)
+    of_body = {one.body: wider * columns[k] for k, one in enumerate(state.bench.nominals) if one.body in heavier}
+    return Refitted(state, state.effects, deviations, heavier, {body: of_body[body] for body in heavier})
 
 
 def least_squares(state: State, bodies: Collection[int], steps: int = STEPS, axis: str | None = None) -> State:
@@ -123,11 +127,12 @@ def _standing(state: State, bodies: Collection[int]) -> Fit:
     return state.still.fit(held=_held(state, bodies))
 
 
-def _deviations(state: State, bodies: Collection[int]) -> list[dict[str, float]]:
-    count, system = len(state.bench.nominals), state.plain
-    free = [k for k in range(len(system.columns)) if k >= count]
+def _deviations(state: State, bodies: Collection[int]) -> dict[int, float]:
+    """Of the system's columns that are fitted, by number: bodies of free mass, and parameters of effects."""
+    system, held = state.plain, _held(state, bodies)
+    free = [k for k in range(len(system.columns)) if k not in held]
     if not free:
-        return []
+        return {}
     fit = _fit(state, bodies)
     size = len(free)
     information, middle = np.zeros((size, size)), np.zeros((size, size))
@@ -142,10 +147,12 @@ def _deviations(state: State, bodies: Collection[int]) -> list[dict[str, float]]
     inverse = inverse_of(information)
     spread = np.sqrt(np.maximum(np.diag(inverse @ middle @ inverse), 0.0))
     spread[np.diag(information) < NOTHING] = np.inf
-    found = []
-    for number, one in enumerate(state.effects):
-        own_columns = [k for k, owner in enumerate(state.owners) if owner == number]
-        told = zip(state.moving(number), own_columns, strict=True)
-        nothing = {field.name: np.inf for field in state.fields(one.axis, one.effect)}
-        found.append(nothing | {field.name: float(spread[k]) * field.size for field, k in told})
-    return found
+    return {k: float(deviation) for k, deviation in zip(free, spread, strict=True)}
+
+
+def _of_parameters(state: State, number: int, columns: Mapping[int, float]) -> dict[str, float]:
+    """The same of an effect's parameters by name, in their units; infinite for what nothing tells."""
+    one, first = state.effects[number], len(state.bench.nominals)
+    own = [first + k for k, owner in enumerate(state.owners) if owner == number]
+    nothing = {field.name: np.inf for field in state.fields(one.axis, one.effect)}
+    return nothing | {field.name: columns[k] * field.size for field, k in zip(state.moving(number), own, strict=True)}

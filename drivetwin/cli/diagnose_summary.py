@@ -19,6 +19,7 @@ from drivetwin.diagnosis.report.wording import (
     interval_words,
     level,
     listed,
+    mass_words,
     name_of,
     of_torque,
     percent,
@@ -44,6 +45,8 @@ def print_summary(console: Console, found: Diagnosis) -> None:
         console.print(_closed_loop(found))
     if found.causes:
         console.print(_causes(found))
+    if found.masses:
+        console.print(_masses(found))
     for line in _hints(found):
         console.print(line, highlight=False)
 
@@ -94,6 +97,19 @@ def _causes(found: Diagnosis) -> Table:
         if cause.probability >= LIKELY:
             figures = chance(cause.probability), percent(cause.share)
             table.add_row(name_of(cause.effect), cause.axis, *figures, _told(cause, found))
+    return table
+
+
+def _masses(found: Diagnosis) -> Table:
+    title = "Masses that differ from the model's, inertia in proportion (90 % interval)"
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    for name in ("body", "most on axis"):
+        table.add_column(name, no_wrap=True)
+    table.add_column("share", justify="right", no_wrap=True)
+    for name in ("in the model", "found"):
+        table.add_column(name)
+    for one in found.masses:
+        table.add_row(one.body, one.axis, percent(one.share), *mass_words(one))
     return table
 
 

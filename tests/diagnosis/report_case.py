@@ -13,6 +13,7 @@ from drivetwin.diagnosis.report.result import (
     AxisGap,
     AxisPrediction,
     Cause,
+    CorrectedMass,
     Diagnosis,
     Estimate,
     Pattern,
@@ -92,6 +93,7 @@ ANY_PHASE = Cause(
     "torque_ripple", "rotate", 0.9, 0.2,
     estimates(amplitude=(0.11, "N·m")) | {"phase": Estimate(-2.32, "rad", (-2.32 - np.pi, -2.32 + np.pi))}, None,
 )  # fmt: skip
+LIGHTER = CorrectedMass("forearm", "rotate", Estimate(1.08, "kg", (1.05, 1.11)), 1.2, 0.14, Shrink(0.14, (0.1, 0.2), 0.15))
 CAUSES = (
     Cause(
         "stribeck", "rotate", 0.97, 0.62,

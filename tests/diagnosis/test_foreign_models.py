@@ -14,6 +14,7 @@ from drivetwin.diagnosis.prepare.inputs import read_inputs
 from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.propose.nominal import nominal_parameters
 from drivetwin.diagnosis.report.result import Diagnosis
+from drivetwin.diagnosis.report.wording import verdict_sentence
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.recording.recording import Recording
 from drivetwin.recording.writer import write_recording
@@ -85,9 +86,16 @@ def test_of_bodies_without_names_the_right_one_is_made_lighter(tmp_path: Path) -
     assert found.selected == ()
     assert model.body_mass[carriage] == pytest.approx(CARRIAGE + LIGHTER, rel=0.001)
     assert sorted(model.body_mass[[column, model.nbody - 1]]) == [5.0, 7.0]
-    (note,) = [each for each in found.notes if "patched model" in each]
-    sizes = f"{CARRIAGE:.4g} to {model.body_mass[carriage]:.4g} kg"
-    assert note == f"{model.body(carriage).name}: 5 % lighter in the patched model ({sizes}), inertia in proportion."
+    (mass,) = found.masses
+    assert (mass.body, mass.axis, mass.nominal) == (model.body(carriage).name, "lift", CARRIAGE)
+    assert mass.mass.value == pytest.approx(model.body_mass[carriage], rel=1e-9)
+    assert mass.mass.ci90[0] < CARRIAGE + LIGHTER < mass.mass.ci90[1] < CARRIAGE
+    assert mass.gap_closed is not None
+    assert mass.gap_closed.validation == pytest.approx(mass.share, abs=0.02), "it is all that the gap is made of"
+    assert mass.gap_closed.validation > 0.9
+    assert verdict_sentence(found).startswith(f"The gap is explained by the mass of {mass.body}: lift ")
+    (share,) = [each for each in found.axes["lift"].shares if each.of == "masses"]
+    assert share.share == pytest.approx(mass.share, abs=1e-9)
 
 
 FOLLOWER = """<body><joint name="weight" type="slide" axis="0 0 1"/>

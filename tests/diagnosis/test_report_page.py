@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from report_case import ANY_PHASE, CASE, ONE_WAY, RIPPLE, SHARES, SLOW, placed, slowly, small
+from report_case import ANY_PHASE, CASE, LIGHTER, ONE_WAY, RIPPLE, SHARES, SLOW, placed, slowly, small
 
 from drivetwin.diagnosis.prepare.testable import NotTestable
 from drivetwin.diagnosis.report import page_shares
@@ -127,6 +127,14 @@ def test_a_cause_has_its_parameters_with_units_and_what_would_distinguish_it(pag
     assert page.row("spring", "rotate")[4] == "7 %without it the gap is no larger than the noise"
     assert "Below 5 %: delay on rotate 3 %." in page.text
     assert "patched.xml with effects.json adds stribeck, torque ripple and spring on rotate." in page.text
+
+
+def test_a_mass_that_was_corrected_stands_with_the_causes(page: Page, tmp_path: Path) -> None:
+    corrected = page_of(replace(CASE, masses=(LIGHTER,)), tmp_path)
+    row = corrected.row("forearm", "rotate")
+    assert row[2:] == ["14 %", "14 % (10 to 20 %)15 % of explainable", "1.2 kg", "1.08 kg (1.05 to 1.11)"]
+    assert "patched.xml corrects the mass of forearm." in corrected.text
+    assert "Corrected mass" not in page.text
 
 
 def test_a_parameter_is_in_the_unit_that_fits_it(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import io
 from dataclasses import replace
 
 import pytest
-from report_case import ANY_PHASE, NOT_TESTABLE, ONE_WAY, RIPPLE, SLOW, STRIBECK, placed, small, two_axes
+from report_case import ANY_PHASE, LIGHTER, NOT_TESTABLE, ONE_WAY, RIPPLE, SLOW, STRIBECK, placed, small, two_axes
 from rich.console import Console
 
 from drivetwin.cli.diagnose_summary import print_summary
@@ -83,6 +83,11 @@ def test_without_causes_there_is_no_table_of_them() -> None:
     assert "Causes" not in words
 
 
+def test_a_mass_that_was_corrected_has_its_row() -> None:
+    assert "forearm rotate 14 % 1.2 kg 1.08 kg (1.05 to 1.11)" in said(replace(CASE, masses=(LIGHTER,)))
+    assert "Masses" not in said(CASE)
+
+
 def test_every_verdict_has_its_sentence() -> None:
     gap = f"{CASE.axes['rotate'].gap_rms:.3g}"
     good = replace(CASE, verdict=Verdict.EXPLAINED, selected=(STRIBECK,))
@@ -91,8 +96,10 @@ def test_every_verdict_has_its_sentence() -> None:
     assert verdict_sentence(little).startswith("Only a small part of the gap is explained, by stribeck on rotate: rotate ")
     nothing = replace(little, selected=(), after_rms={name: each.gap_rms for name, each in CASE.axes.items()})
     assert verdict_sentence(nothing) == f"No effect of the library explains the gap: rotate {gap} N·m rms, 9 % unknown."
-    bodies = replace(good, selected=())
-    assert verdict_sentence(bodies).startswith(f"The gap is explained: rotate {gap} to "), "bodies may be heavier"
+    bodies = replace(good, selected=(), masses=(LIGHTER,))
+    assert verdict_sentence(bodies).startswith(f"The gap is explained by the mass of forearm: rotate {gap} to ")
+    both = replace(good, masses=(LIGHTER,))
+    assert "explained by stribeck on rotate and the mass of forearm: " in verdict_sentence(both)
     assert verdict_sentence(replace(CASE, verdict=Verdict.NO_GAP)).startswith("No gap beyond noise on any axis (rotate ")
 
 
