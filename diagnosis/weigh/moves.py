@@ -50,7 +50,7 @@ class Search:
         """The set of effects that explains the recordings best."""
         self.progress("every effect on every axis", 0.1)
         first = empty(self.proposer.bench, self.proposer.part)
-        proposals: Sequence[Proposal] = self.proposer.proposals(first)
+        proposals: Sequence[Proposal] = self.proposer.further(first, list(self.proposer.kinds))
         pair = first.as_noise_is(first.whole, proposals)
         exchange = Exchange(self.proposer, self._rivals, self.progress)
         done: set[tuple[Name, ...]] = set()
@@ -63,7 +63,7 @@ class Search:
             if not changed or _names(pair.whole) in done:
                 break
             done.add(_names(pair.whole))
-        last = self.proposer.proposals(pair) if changed else self.proposer.again(proposals, pair.whole)
+        last = self.proposer.further(pair, list(self.proposer.kinds)) if changed else self.proposer.again(proposals, pair.whole)
         return Found(pair.whole, families, last)
 
     def further(self, found: Found, state: State) -> Family:
@@ -87,8 +87,8 @@ class Search:
             count = len(pair.whole.effects)
             self.progress(f"{count} effects; every further effect on every axis", 0.1 + 0.5 * count / (count + 3))
             for axis in self.proposer.kinds:
-                again = axis in known
-                known[axis] = self.proposer.again(known[axis], pair.whole) if again else self.proposer.proposals(pair, [axis])
+                again = axis in known and axis not in pair.whole.within_error
+                known[axis] = self.proposer.again(known[axis], pair.whole) if again else self.proposer.further(pair, [axis])
             proposals = [one for each in known.values() for one in each]
             best = self.best([one for one in proposals if name_of(one.effect) not in refused], pair.whole)
             if not best or count >= most:

@@ -53,10 +53,20 @@ class Proposer:
         """Log evidence of a set, less what it costs that each of its effects is one of many that were tried [nats]."""
         return state.reached - sum(log(self.tried(one.axis)) for one in state.effects)
 
+    def further(self, pair: Pair, axes: Sequence[str]) -> list[Proposal]:
+        """The best of every effect on some axes that a set may lack: where it leaves no more than what the comparison errs by,
+        only of those that other axes feel as well."""
+        done = pair.whole.within_error
+        asked = [(axis, kind) for axis in axes for kind in self.kinds[axis]]
+        return self._best_of(pair, [one for one in asked if one[0] not in done or issubclass(one[1], ModelEffect)])
+
     def proposals(self, pair: Pair, axes: Sequence[str] | None = None, only: Collection[str] | None = None) -> list[Proposal]:
         """The best of every effect on every axis, given a set; `only`: of those that yield, by name, for they take the time."""
         asked = [(axis, kind) for axis in (axes if axes is not None else list(self.kinds)) for kind in self.kinds[axis]]
-        asked = [(axis, kind) for axis, kind in asked if only is None or not yields(kind) or kind.name in only]
+        return self._best_of(pair, [one for one in asked if only is None or not yields(one[1]) or one[1].name in only])
+
+    def _best_of(self, pair: Pair, asked: Sequence[tuple[str, type[Effect]]]) -> list[Proposal]:
+        """The best of each effect on its axis, of those that a set may have."""
         taken = {(one.effect.name, one.axis) for one in pair.whole.effects}
         asked = [(axis, kind) for axis, kind in asked if kind.several or (kind.name, axis) not in taken]
         asked = [(axis, kind) for axis, kind in asked if kind is not Delay or pair.whole.late.get(axis, 0.0) == 0.0]

@@ -295,6 +295,17 @@ class State:
         """`energy` of the set as it stands, with the model's own parameters."""
         return self.energy(self.patched)
 
+    @cached_property
+    def within_error(self) -> frozenset[str]:
+        """Axes of which it leaves no more, with nominal parameters where least is left, than what the comparison errs by."""
+        rows, error, left = self.rows, self.bench.settings.model_error, self.energy_still(self.held())
+        beyond = {
+            axis_of(name)
+            for name, share in left.items()
+            if share * rows.gap_energy[name] > (error * rows.size[name]) ** 2 * len(rows.of[name])
+        }
+        return frozenset(rows.axes) - beyond
+
     def leaves_more_than(self, other: State) -> bool:
         """Whether it leaves more of an axis's gap than another: noise with long tails has learned what that one explains."""
         least = self.bench.settings.least_share

@@ -136,6 +136,21 @@ def test_what_says_no_more_than_it_costs_is_taken_out(tmp_path: Path) -> None:
     assert isinstance(family.chosen.effect, TorqueRipple)
 
 
+def test_where_no_more_is_left_than_the_comparison_errs_by_nothing_further_is_asked(tmp_path: Path) -> None:
+    """A wave of 0.4 N·m on the turn is a gap; that of a tenth of it on the lift is below 1.2 % of its torque."""
+    little = {"turn": ripple, "lift": lambda at: 0.1 * ripple(at)}
+    made = ready(tmp_path, *(strokes(seed, seconds, little) for seed, seconds in ((1, 20.0), (2, 4.0))))
+    bench = bench_of(made.rows, Settings(), made.absolute)
+    proposer = Proposer(bench, bench, {axis: [TorqueRipple] for axis in ("turn", "lift")}, {})
+    empty = state_of(bench, (), first_colours(bench), {})
+    pair = Pair(empty, empty)
+    assert empty.within_error == {"lift"}
+    told = {(one.effect.axis, one.effect.effect.name) for one in proposer.further(pair, ["turn", "lift"])}
+    assert ("turn", "torque_ripple") in told
+    assert ("lift", "torque_ripple") not in told
+    assert ("lift", "torque_ripple") in {(one.effect.axis, one.effect.effect.name) for one in proposer.proposals(pair)}
+
+
 def heavier(at: Swing) -> Array:
     return 0.3 * at.acceleration
 
