@@ -113,9 +113,10 @@ def moved(
     high = np.array([field.high / field.size for field in movable])
     steps = np.array([field.difference for field in movable])
     try:
-        axes = sorted(predict(effect))
+        felt = predict(effect)
     except UserError:
         return effect
+    axes = [axis for axis in system.axes if axis in felt]
     project = system.projector(axes, fit, held)
 
     def torque(values: Array) -> Column:

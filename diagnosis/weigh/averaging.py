@@ -180,7 +180,7 @@ def _enlarged(family: Family, systematic: Mapping[str, float]) -> Array:
     """Of each block of each axis (B,), by how much its scatter is enlarged: the square root of the axis's design effect."""
     counts = {axis: int(own.blocks.max(initial=-1)) + 1 for axis, own in family.state.system.axes.items()}
     return np.concatenate(
-        [np.full(n, np.sqrt(1.0 + (n - 1) * systematic[axis_of(axis)])) for axis, n in sorted(counts.items())]
+        [np.full(n, np.sqrt(1.0 + (n - 1) * systematic[axis_of(axis)])) for axis, n in counts.items()]
     )
 
 
@@ -289,7 +289,7 @@ def _of_blocks(
 ) -> Array:
     folds = {axis: np.arange(int(own.blocks.max(initial=-1)) + 1) % settings.folds for axis, own in system.axes.items()}
     found = system.held_out(folds, settings.folds, tangents, column, held, NEARBY)
-    return np.concatenate([found[axis] for axis in sorted(found)])
+    return np.concatenate(list(found.values()))
 
 
 def _same(one: Proposal, chosen: PlacedEffect) -> bool:

@@ -103,7 +103,7 @@ class Search:
             for one in best:
                 self._rivals[one.effect.effect.name, one.effect.axis] = rivals_of(one, proposals)
             newest = [one for one in ahead.whole.effects if not any(same_kind(one, each) for each in pair.whole.effects)]
-            pair = self.yielding(ahead, proposals, self._axes_of([one for one in newest if yields(type(one.effect))]))
+            pair = self.yielding(ahead, proposals, pair.whole.axes_of([one for one in newest if yields(type(one.effect))]))
             refused = set()
             if (names := _names(pair.whole)) in seen:
                 return pair, proposals
@@ -114,14 +114,9 @@ class Search:
     def _with(self, pair: Pair, best: Sequence[Proposal], proposals: Sequence[Proposal]) -> Pair:
         """A set one step on, less what that makes needless."""
         ahead = pair.settled((*pair.whole.effects, *(one.effect for one in best)))
-        ahead = self.with_yielding_friction(pair, ahead, proposals, self._axes_of([one.effect for one in best]))
+        ahead = self.with_yielding_friction(pair, ahead, proposals, pair.whole.axes_of([one.effect for one in best]))
         newest = [one for one in ahead.effects if not any(same_kind(one, each) for each in pair.whole.effects)]
         return self.dropped(pair.as_noise_is(ahead, proposals), newest)
-
-    def _axes_of(self, effects: Sequence[PlacedEffect]) -> list[str]:
-        """The axes of some effects, each once, in the recordings' order: what is done on one depends on those before it."""
-        there = {one.axis for one in effects}
-        return [axis for axis in self.proposer.kinds if axis in there]
 
     def best(self, proposals: Sequence[Proposal], state: State) -> list[Proposal]:
         """The proposal with the best score, if it gains anything and takes a share of the gap, or the best two together; and

@@ -21,7 +21,7 @@ from drivetwin.foundation.errors import UserError
 
 def restarted(pair: Pair, proposals: Sequence[Proposal], proposer: Proposer) -> Pair:
     """The set, or a better one with another effect of the same kinds in the place of those of a transmission."""
-    for axis in sorted({one.axis for one in pair.whole.effects if _of_transmission(one)}):
+    for axis in pair.whole.axes_of([one for one in pair.whole.effects if _of_transmission(one)]):
         kinds = [type(one.effect) for one in pair.whole.effects if one.axis == axis and _of_transmission(one)]
         found = [_sought_again(pair, axis, kind, proposer) for kind in kinds]
         able = [one for one in found if one is not None]

@@ -87,6 +87,11 @@ class State:
         """The same set, the torque of each axis read otherwise [s]."""
         return state_of(self.bench, self.effects, self.axes, late, self.exact)
 
+    def axes_of(self, effects: Sequence[PlacedEffect]) -> list[str]:
+        """The axes of some effects, each once, in the recordings' order: what is done on one depends on those before it."""
+        there = {one.axis for one in effects}
+        return [axis for axis in self.rows.axes if axis in there]
+
     @property
     def rows(self) -> Rows:
         """What is compared."""

@@ -113,7 +113,7 @@ def step_ahead(state: State) -> State | None:
 
     Where one axis's effects bend too much for a straight line, the others still move.
     """
-    axes = sorted({one.axis for one in state.effects})
+    axes = state.axes_of(state.effects)
     for axis in (None, *(axes if len(axes) > 1 else ())):
         best = _best_step(state, axis)
         if best is not None:

@@ -84,3 +84,11 @@ def test_axes_in_another_order_and_with_other_names(named: Sequence[str], in_mod
     assert selected(found, named) == selected(usual(), BOTH)
     for one, name in zip(BOTH, named, strict=True):
         assert found.after_rms[name] == pytest.approx(usual().after_rms[one], rel=0.02)
+
+
+def test_other_names_alone_change_nothing_at_all() -> None:
+    """By name "turn" comes after "tilt", and "a" before "b"."""
+    found = diagnosed(("a", "b"), ("a", "b"), lambda one: one)
+    assert selected(found, ("a", "b")) == selected(usual(), BOTH)
+    assert tuple(found.after_rms.values()) == tuple(usual().after_rms.values())
+    assert [one.probability for one in found.causes] == [one.probability for one in usual().causes]
