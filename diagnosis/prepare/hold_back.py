@@ -1,80 +1,80 @@
-"""Which motion is fitted and which is not, where nobody gave recordings to validate on."""
+"""Which motion is fitted and which is not, where nobody gave recordings to validate on: blocks spread over each recording.
+
+What is held back has to be like the whole: the end of a sweep is small and fast, and tells mostly of friction that yields.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from drivetwin.motion.axis_motion import least_samples, measured_position
-from drivetwin.recording.recording import Recording
+from drivetwin.diagnosis.prepare.motion import Run
+from drivetwin.motion.filtering import reach
 
-HELD_BACK = 0.25
-"""Share at the end of each recording that is held back."""
+Mask = NDArray[np.bool_]
+
+QUARTERS = (2, 0, 3, 1)
+"""Of a stretch of the recording, the quarter that is held back, stretch by stretch: in the order of van der Corput (1935), so
+that of motion that repeats every phase is held back."""
+SHORTEST, REACHES = 0.5, 4
+"""Of a block [s], and in reaches of the filter."""
+BLOCKS = (8, 4, 2, 1)
+"""Of a recording, as many as are long enough."""
 MANY = 4
-"""Recordings, of which one in so many is held back whole."""
-
+"""Recordings that are too short for a block, of which one in so many is held back whole."""
 MOVES = 0.1
 """Of the longest way of an axis, that it must go in a part of the recordings to move there."""
 
-Split = tuple[list[Recording], list[Recording]]
+Split = tuple[list[Run], list[Run]]
 """What is fitted, and what is not."""
 
 
-def hold_back(recordings: Sequence[Recording], cutoff_hz: float) -> Split:
-    """Every fourth recording by speed where there are many and every axis then moves in both parts, else the end of each.
+def hold_back(runs: Sequence[Run]) -> Split:
+    """A quarter of each recording, in blocks; a recording that is too short for one is fitted whole.
 
-    A recording whose end would be too short for the filter is fitted whole.
+    Where all are, every fourth by speed is held back, if every axis then moves in both parts.
     """
-    if len(recordings) >= MANY:
-        whole = _whole(recordings)
-        if all(_moves_as_in(part, recordings) for part in whole):
-            return whole
-    return _ends(recordings, cutoff_hz)
+    blocks = [_blocks(run) for run in runs]
+    if any(held.any() for held in blocks):
+        pairs = list(zip(runs, blocks, strict=True))
+        return [run.without(held) for run, held in pairs], [run.only(held) for run, held in pairs if held.any()]
+    whole = _whole(runs)
+    return whole if all(_moves_as_in(part, runs) for part in whole) else (list(runs), [])
 
 
-def _moves_as_in(part: Sequence[Recording], recordings: Sequence[Recording]) -> bool:
-    """Whether every axis that moves in the recordings moves in a part of them, too: one that only holds its place trembles."""
-    whole, own = _travels(recordings), _travels(part)
-    return all(own.get(axis, 0.0) >= MOVES * way for axis, way in whole.items())
+def _blocks(run: Run) -> Mask:
+    """Samples (n,) that are held back."""
+    count = len(run.recording.time)
+    held = np.zeros(count, dtype=np.bool_)
+    shortest = max(REACHES * reach(run.period, run.cutoff_hz), round(SHORTEST / run.period))
+    stretches = next((number for number in BLOCKS if count >= number * len(QUARTERS) * shortest), 0)
+    quarter = count / max(len(QUARTERS) * stretches, 1)
+    for number in range(stretches):
+        first = len(QUARTERS) * number + QUARTERS[number % len(QUARTERS)]
+        held[round(first * quarter) : round((first + 1) * quarter)] = True
+    return held
 
 
-def _travels(recordings: Sequence[Recording]) -> dict[str, float]:
-    """The longest way of each axis in one recording [rad or m]."""
-    found: dict[str, float] = {}
-    for recording in recordings:
-        for axis, columns in recording.columns.items():
-            way = float(np.ptp(measured_position(columns, recording.info.sample_period)))
-            found[axis] = max(found.get(axis, 0.0), way)
-    return found
-
-
-def _whole(recordings: Sequence[Recording]) -> Split:
+def _whole(runs: Sequence[Run]) -> Split:
     """The slowest and the fastest are always fitted: what happens there is not to be told from the others."""
-    by_speed = sorted(recordings, key=_speed)
+    by_speed = sorted(runs, key=_speed)
     held = by_speed[MANY // 2 : -1 : MANY]
-    return [one for one in recordings if all(one is not other for other in held)], held
+    return [one for one in runs if all(one is not other for other in held)], held
 
 
-def _ends(recordings: Sequence[Recording], cutoff_hz: float) -> Split:
-    fitted, held = [], []
-    for one in recordings:
-        cut = round(len(one.time) * (1.0 - HELD_BACK))
-        if len(one.time) - cut < least_samples(one.info.sample_period, cutoff_hz):
-            fitted.append(one)
-        else:
-            fitted.append(_piece(one, slice(0, cut)))
-            held.append(_piece(one, slice(cut, None)))
-    return fitted, held
+def _moves_as_in(part: Sequence[Run], runs: Sequence[Run]) -> bool:
+    """Whether every axis that moves in the recordings moves in a part of them, too: one that only holds its place trembles."""
+    whole, own = _travels(runs), _travels(part)
+    return bool(np.all(own >= MOVES * whole))
 
 
-def _speed(one: Recording) -> float:
+def _travels(runs: Sequence[Run]) -> NDArray[np.float64]:
+    """The longest way of each axis in one recording (k,) [rad or m]; 0 without any."""
+    return np.max([np.ptp(run.kinematics.position, axis=0) for run in runs], axis=0) if runs else np.zeros(1)
+
+
+def _speed(run: Run) -> float:
     """Mean speed of its fastest axis, in the axis's own unit."""
-    period = one.info.sample_period
-    return max(float(np.mean(np.abs(np.diff(measured_position(columns, period))))) / period for columns in one.columns.values())
-
-
-def _piece(one: Recording, span: slice) -> Recording:
-    columns = {axis: {key: values[span] for key, values in named.items()} for axis, named in one.columns.items()}
-    return replace(one, time=one.time[span], columns=columns)
+    return float(np.max(np.mean(np.abs(run.kinematics.velocity), axis=0)))

@@ -124,6 +124,10 @@ class AxisRun:
         """
         return np.asarray(self.torque - self.weight) if self.asked is None else self.torque
 
+    def counting(self, used: Mask, fitted: Mask) -> AxisRun:
+        """The same, of which no more than some samples (n,) count, and are fitted."""
+        return replace(self, used=self.used & used, fitted=self.fitted & fitted)
+
     def without_edges(self, edge: int) -> AxisRun:
         """The same, of which `edge` samples at both ends are not fitted."""
         fitted = self.fitted.copy()
@@ -160,6 +164,15 @@ class Run:
         edge = reach(self.period, self.cutoff_hz)
         stretch = self._part(span)
         return replace(stretch, axes={name: axis.without_edges(edge) for name, axis in stretch.axes.items()})
+
+    def only(self, held: Mask) -> Run:
+        """The same, of which only some samples (n,) count."""
+        return replace(self, axes={name: axis.counting(held, held) for name, axis in self.axes.items()})
+
+    def without(self, held: Mask) -> Run:
+        """The same, of which some samples (n,) do not count, nor those that the filter has them in are fitted."""
+        near = widen(held, reach(self.period, self.cutoff_hz))
+        return replace(self, axes={name: axis.counting(~held, ~near) for name, axis in self.axes.items()})
 
     def thinned(self) -> Run:
         """No more samples than effects need to be predicted from, and the comparison to be filtered: those of a torque are not

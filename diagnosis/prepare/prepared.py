@@ -70,21 +70,21 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     fit_at, check_at = positions(twin, training, cutoff), positions(twin, validation, cutoff)
     training, validation = fit_at.recordings, check_at.recordings
     recordings = [*training, *validation]
-    fitted, held = hold_back(training, cutoff) if held_back else (list(training), list(validation))
-    if held_back and not held:
+    motion = motion_cutoff(recordings, twin.home_inertia(), steady.by_velocity)
+    standstill = standstill_of(twin, recordings, min(cutoff, motion))
+    each = zip(recordings, standstill, begins(recordings), strict=True)
+    every = [prepare(twin, one, cutoff, motion, still, began, unrecorded) for one, still, began in each]
+    given = ", ".join(one.name for one in training)
+    runs, checks = hold_back(every) if held_back else (every[: len(training)], every[len(training) :])
+    if not checks:
         raise UserError(
-            f"{', '.join(one.name for one in fitted)}: too short to hold a quarter back for validation: record longer, or give "
+            f"{given}: too short to hold a quarter back for validation: record longer, or give "
             "--validate"
         )
-    motion = motion_cutoff(recordings, twin.home_inertia(), steady.by_velocity)
-    standstill = standstill_of(twin, [*fitted, *held], min(cutoff, motion))
-    each = zip([*fitted, *held], standstill, begins([*fitted, *held]), strict=True)
-    every = [prepare(twin, one, cutoff, motion, still, began, unrecorded) for one, still, began in each]
-    runs, checks = every[: len(fitted)], every[len(fitted) :]
     rows = Rows(twin, [run.thinned() for run in runs], settings.blocks)
     if not any(rows.count(axis) for axis in twin.axes):
         raise UserError(
-            f"{', '.join(one.name for one in fitted)}: no axis moves faster than its position's noise: nothing can be asked of "
+            f"{given}: no axis moves faster than its position's noise: nothing can be asked of "
             "them; record a motion, or give the true `position_resolution`"
         )
     absolute = {axis: is_absolute(runs, axis) for axis in twin.axes}

@@ -1,10 +1,20 @@
-"""What is held back where nobody gave recordings to validate on: every axis that moves must move there, too."""
+"""What is held back where nobody gave recordings to validate on: a quarter of every motion, and every axis moves in it."""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
-from drivetwin.diagnosis.prepare.hold_back import hold_back
+import numpy as np
+import pytest
+from rig_bench import MODEL
+
+from drivetwin.diagnosis.prepare.motion import Run
+from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
+from drivetwin.diagnosis.report.result import Array
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.foundation.errors import UserError
+from drivetwin.motion.filtering import reach
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
 
 PERIOD = 0.004
@@ -12,31 +22,89 @@ TREMBLE = 1e-5
 """Of an axis that holds its place [rad]: its encoder and its loop never stand quite still."""
 
 
-def recorded(name: str, lift: float, turn: float, frequency: float) -> Recording:
-    """Ten seconds of both axes, swinging so far."""
-    time = np.arange(2500, dtype=np.float64) * PERIOD
-    swing = np.sin(2.0 * np.pi * frequency * time)
-    columns = {axis: {"position": way * swing, "torque": swing} for axis, way in (("lift", lift), ("turn", turn))}
-    axes = {axis: AxisInfo(joint=axis) for axis in columns}
+def recorded(name: str, lift: float, turn: float, frequency: float, seconds: float = 10.0) -> Recording:
+    """Both axes, swinging so far."""
+    return moved(name, lift, turn, lambda time: np.sin(2.0 * np.pi * frequency * time), seconds)
+
+
+def moved(name: str, lift: float, turn: float, motion: Callable[[Array], Array], seconds: float = 10.0) -> Recording:
+    time = np.arange(round(seconds / PERIOD), dtype=np.float64) * PERIOD
+    swing = motion(time)
+    columns = {axis: {"position": way * swing, "torque": swing} for axis, way in (("turn", turn), ("lift", lift))}
+    axes = {axis: AxisInfo(joint=axis, position_resolution=1e-7) for axis in columns}
     return Recording(name, RecordingInfo(machine="two", sample_period=PERIOD, axes=axes), time, columns)
 
 
-def travels(part: list[Recording], axis: str) -> float:
-    return max(float(np.ptp(one.columns[axis]["position"])) for one in part)
+def split(folder: Path, *recordings: Recording) -> Prepared:
+    """What is fitted of these recordings, and what is not."""
+    model = folder / "model.xml"
+    model.write_text(MODEL, encoding="utf-8")
+    return prepared(model, list(recordings), [], Settings(cutoff_hz=48.0))
 
 
-def test_an_axis_that_only_trembles_in_what_would_be_held_back_moves_in_what_is() -> None:
-    """Each axis recorded by itself, as `identify` does it: every fourth by speed would hold back the turn's alone."""
+def travels(part: Sequence[Run], axis: str) -> float:
+    """The longest way of an axis in the samples of a recording that count."""
+    return max(float(np.ptp(run.axes[axis].motion.position[run.axes[axis].used])) for run in part if run.axes[axis].used.any())
+
+
+def test_a_quarter_of_each_recording_is_held_back_and_nothing_near_it_is_fitted(tmp_path: Path) -> None:
+    found = split(tmp_path, *(recorded(f"run_{k}", 0.3, 1.0, 0.3 + 0.05 * k) for k in range(2)))
+    for run, check in zip(found.runs, found.checks, strict=True):
+        held, fitted = check.axes["turn"].used, run.axes["turn"].fitted
+        moving = held | run.axes["turn"].used
+        assert not (held & run.axes["turn"].used).any()
+        assert held.sum() == pytest.approx(0.25 * moving.sum(), rel=0.1)
+        apart = np.abs(np.flatnonzero(held)[:, None] - np.flatnonzero(fitted)[None, :]).min()
+        assert apart > reach(PERIOD, found.cutoff_hz)
+
+
+def test_what_is_held_back_of_a_sweep_is_like_the_whole(tmp_path: Path) -> None:
+    """Its last quarter alone has a tenth of the speed's energy: the amplitude falls with the square of the frequency."""
+
+    def sweep(time: Array) -> Array:
+        frequency = 0.3 * (10.0 / 0.3) ** (time / time[-1])
+        return np.asarray(np.sin(2.0 * np.pi * np.cumsum(frequency) * PERIOD) / frequency**2)
+
+    found = split(tmp_path, moved("sweep", 0.03, 0.1, sweep, 20.0))
+    (run,), (check,) = found.runs, found.checks
+    energy = run.axes["turn"].motion.velocity ** 2
+    held = check.axes["turn"].used
+    whole = float(np.mean(energy[held | run.axes["turn"].used]))
+    assert np.mean(energy[-len(energy) // 4 :]) < 0.1 * whole
+    assert 0.5 * whole < np.mean(energy[held]) < 2.0 * whole
+
+
+def test_motion_that_repeats_is_held_back_at_every_phase(tmp_path: Path) -> None:
+    """A quarter of each of four periods, never the same one."""
+    found = split(tmp_path, recorded("four", 0.3, 1.0, 0.4))
+    (check,) = found.checks
+    phase = (check.recording.time[check.axes["turn"].used] * 0.4) % 1.0
+    counts, _ = np.histogram(phase, 8, (0.0, 1.0))
+    assert counts.min() > 0.5 * counts.max()
+
+
+def test_an_axis_that_only_trembles_in_one_recording_moves_in_both_parts(tmp_path: Path) -> None:
+    """Each axis recorded by itself, as `identify` does it."""
     alone = [recorded(f"lift_{k}", 0.3, TREMBLE, 0.1 + 0.01 * k) for k in range(2)]
     alone += [recorded(f"turn_{k}", TREMBLE, 1.0, 0.3 + 0.01 * k) for k in range(3)]
-    fitted, held = hold_back(alone, 48.0)
-    for part in (fitted, held):
+    found = split(tmp_path, *alone)
+    for part in (found.runs, found.checks):
         assert travels(part, "lift") > 0.2
         assert travels(part, "turn") > 0.5
 
 
-def test_recordings_of_both_axes_are_held_back_whole() -> None:
-    both = [recorded(f"both_{k}", 0.3, 1.0, 0.1 + 0.01 * k) for k in range(6)]
-    fitted, held = hold_back(both, 48.0)
-    assert {len(one.time) for one in (*fitted, *held)} == {2500}
-    assert {one.name for one in held} == {"both_2"}
+def test_a_recording_that_is_too_short_for_a_block_is_fitted_whole(tmp_path: Path) -> None:
+    found = split(tmp_path, recorded("long", 0.3, 1.0, 0.5), recorded("short", 0.3, 1.0, 0.9, 1.6))
+    assert [run.recording.name for run in found.runs] == ["long", "short"]
+    assert [run.recording.name for run in found.checks] == ["long"]
+
+
+def test_of_many_that_are_too_short_one_is_held_back_whole(tmp_path: Path) -> None:
+    found = split(tmp_path, *(recorded(f"short_{k}", 0.3, 1.0, 0.8 + 0.1 * k, 1.6) for k in range(4)))
+    assert [run.recording.name for run in found.runs] == ["short_0", "short_1", "short_3"]
+    assert [run.recording.name for run in found.checks] == ["short_2"]
+
+
+def test_of_few_that_are_too_short_nothing_can_be_held_back(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="short: too short to hold a quarter back for validation"):
+        split(tmp_path, recorded("short", 0.3, 1.0, 0.9, 1.6))

@@ -11,7 +11,6 @@ import pyarrow.parquet as pq
 import pytest
 from gap_bench import PERIOD, time_of
 
-from drivetwin.diagnosis.prepare.hold_back import hold_back
 from drivetwin.diagnosis.prepare.inputs import Inputs, read_inputs
 from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
 from drivetwin.diagnosis.report.result import Array
@@ -234,7 +233,6 @@ def test_motion_that_tells_little_is_taken_and_asked_less(bench: Bench, position
     assert found.testable["rotate"].not_testable
 
 
-@pytest.mark.xfail(strict=True, reason="the end is held back even where all motion is there, and then nothing is left to fit")
 def test_motion_at_the_end_of_a_recording_is_fitted_too(bench: Bench) -> None:
     found = prepared_of(bench, bench.add("run", {"rotate": strokes(3.5, still=15.0)}))
     assert found.rows.count("rotate") > 0
@@ -250,31 +248,6 @@ def test_a_recording_that_is_too_short_ends_in_one_line_or_is_taken(bench: Bench
     assert rows > 0
     assert "\n" not in line
     assert "run" in line
-
-
-def test_of_a_recording_too_short_to_be_cut_nothing_is_held_back(bench: Bench) -> None:
-    short = bench.add("short", {"rotate": strokes(0.4)})
-    fitted, held = hold_back(bench.read([bench.add("run", {"rotate": strokes(5.0)}), short]).training, 48.0)
-    assert [(each.name, len(each.time)) for each in fitted] == [("run", 3750), ("short", 400)]
-    assert [(each.name, len(each.time)) for each in held] == [("run", 1250)]
-
-
-def test_of_axes_that_moved_one_by_one_the_end_of_each_is_held_back(bench: Bench) -> None:
-    still = np.full(8000, 0.1)
-    for number in range(6):
-        moves = strokes(8.0, speed=0.3 + 0.1 * number)
-        bench.add(f"all/{number}", {"rotate": still, "stretch": moves} if number % 2 else {"rotate": moves, "stretch": still})
-    inputs = bench.read([bench.folder / "all"])
-    fitted, held = hold_back(inputs.training, 48.0)
-    assert [len(each.time) for each in fitted] == [6000] * 6
-    assert [len(each.time) for each in held] == [2000] * 6
-
-
-def test_of_many_recordings_of_all_axes_one_is_held_back_whole(bench: Bench) -> None:
-    for number in range(4):
-        bench.add(f"all/{number}", {"rotate": strokes(4.0, speed=0.3 + 0.1 * number)})
-    fitted, held = hold_back(bench.read([bench.folder / "all"]).training, 48.0)
-    assert ([each.name for each in fitted], [each.name for each in held]) == (["0", "1", "3"], ["2"])
 
 
 def test_a_recording_of_no_axis(bench: Bench) -> None:
