@@ -54,6 +54,9 @@ HARDLY_COUPLED = 1e-3
 """Of the inertias of two axes, that the one between them must be to count."""
 ENOUGH_FITTED = 0.25
 """Of the samples in motion, that must be far from a standstill to be fitted alone; an axis may dwell everywhere."""
+REVERSAL = 0.015
+"""Around a reversal, within which no gap is measured [s]: what is measured there is when friction turned round, and whether it gave
+way by some micrometres first, as any real one does. It is fitted."""
 PREDICTED_RATE = 8.0
 """Samples from which effects are predicted while they are searched, a period of the cut-off of the comparison, or of the motion
 where that is lower: derivatives of them err by 0.2 %."""
@@ -326,6 +329,8 @@ def prepare(
         )
         chosen = select(narrow[axis], standstill[axis], 0.0)
         fitted = chosen.fitted if chosen.fitted.sum() >= ENOUGH_FITTED * chosen.moving.sum() else chosen.moving
+        apart = fitted & select(narrow[axis], standstill[axis], REVERSAL).fitted
+        used = apart if apart.sum() >= ENOUGH_FITTED * fitted.sum() else fitted
         sticks = _sticks(motion, standstill[axis], chosen.moving, round(STANDSTILL_REACH * reach(period, cutoff)))
         simulated = rigid[:, k] + dynamics[axis].friction.resistance(motion)
         base = zero_phase(np.where(sticks, motion.torque, simulated), period, cutoff)
@@ -339,7 +344,7 @@ def prepare(
             base,
             weight[:, k].copy(),
             sticks,
-            fitted,
+            used,
             fitted,
             unchanged(recorded, period),
             step,

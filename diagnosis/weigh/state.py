@@ -302,8 +302,11 @@ class State:
 
     @cached_property
     def within_error(self) -> frozenset[str]:
-        """Axes of which it leaves no more, with nominal parameters where least is left, than what the comparison errs by."""
-        rows, error, left = self.rows, self.bench.settings.model_error, self.energy_still(self.held())
+        """Axes of which it leaves no more, with the model's parameters where least is left, than what the comparison errs by.
+
+        Not with a timing that nothing reads earlier: that would hide a delay.
+        """
+        rows, error, left = self.rows, self.bench.settings.model_error, self.energy_still(self.held() | self.as_recorded)
         beyond = {
             axis_of(name)
             for name, share in left.items()
