@@ -18,61 +18,61 @@ Mask = NDArray[np.bool_]
 QUARTERS = (2, 0, 3, 1)
 """Of a stretch of the recording, the quarter that is held back, stretch by stretch: in the order of van der Corput (1935), so
 that of motion that repeats every phase is held back."""
-SHORTEST, REACHES = 0.5, 4
-"""Of a block [s], and in reaches of the filter."""
-BLOCKS = (8, 4, 2, 1)
-"""Of a recording, as many as are long enough."""
+LONG, REACHES = 0.5, 4
+"""Of several blocks of a recording [s]; the least of a single one, in reaches of the filter."""
+BLOCKS = (8, 4, 2)
+"""Of a recording, as many as are long."""
 MANY = 4
 """Recordings that are too short for a block, of which one in so many is held back whole."""
-MOVES = 0.1
-"""Of the longest way of an axis, that it must go in a part of the recordings to move there."""
+FAIR = 0.1
+"""Of the samples of an axis that count, as many are in either part."""
 
 Split = tuple[list[Run], list[Run]]
 """What is fitted, and what is not."""
 
 
 def hold_back(runs: Sequence[Run]) -> Split:
-    """A quarter of each recording, in blocks; a recording that is too short for one is fitted whole.
+    """A quarter of each recording, in blocks; of those that are too short for one, every fourth by speed.
 
-    Where all are, every fourth by speed is held back, if every axis then moves in both parts.
+    Which quarter it is turns until every axis moves in both parts, or to where the axis of which least is in one of them has
+    most of it there.
     """
-    blocks = [_blocks(run) for run in runs]
-    if any(held.any() for held in blocks):
-        pairs = list(zip(runs, blocks, strict=True))
-        return [run.without(held) for run, held in pairs], [run.only(held) for run, held in pairs if held.any()]
-    whole = _whole(runs)
-    return whole if all(_moves_as_in(part, runs) for part in whole) else (list(runs), [])
+    turns = [_held(runs, turn) for turn in range(len(QUARTERS))]
+    held = next((each for each in turns if _fair(runs, each) >= FAIR), max(turns, key=lambda each: _fair(runs, each)))
+    pairs = list(zip(runs, held, strict=True))
+    return [run.without(part) for run, part in pairs if not part.all()], [run.only(part) for run, part in pairs if part.any()]
 
 
-def _blocks(run: Run) -> Mask:
-    """Samples (n,) that are held back."""
+def _held(runs: Sequence[Run], turn: int) -> list[Mask]:
+    """Samples (n,) of each recording that are held back, each block so many quarters further on."""
+    held = [_blocks(run, turn) for run in runs]
+    short = sorted((run for run, part in zip(runs, held, strict=True) if not part.any()), key=_speed)
+    whole = short[(MANY // 2 + turn) % MANY : -1 : MANY] if len(short) >= MANY else []
+    return [np.ones_like(part) if any(run is other for other in whole) else part for run, part in zip(runs, held, strict=True)]
+
+
+def _blocks(run: Run, turn: int) -> Mask:
     count = len(run.recording.time)
     held = np.zeros(count, dtype=np.bool_)
-    shortest = max(REACHES * reach(run.period, run.cutoff_hz), round(SHORTEST / run.period))
-    stretches = next((number for number in BLOCKS if count >= number * len(QUARTERS) * shortest), 0)
+    least = len(QUARTERS) * REACHES * reach(run.period, run.cutoff_hz)
+    long = max(least, len(QUARTERS) * LONG / run.period)
+    stretches = next((number for number in BLOCKS if count >= number * long), int(count >= least))
     quarter = count / max(len(QUARTERS) * stretches, 1)
     for number in range(stretches):
-        first = len(QUARTERS) * number + QUARTERS[number % len(QUARTERS)]
+        first = len(QUARTERS) * number + (QUARTERS[number % len(QUARTERS)] + turn) % len(QUARTERS)
         held[round(first * quarter) : round((first + 1) * quarter)] = True
     return held
 
 
-def _whole(runs: Sequence[Run]) -> Split:
-    """The slowest and the fastest are always fitted: what happens there is not to be told from the others."""
-    by_speed = sorted(runs, key=_speed)
-    held = by_speed[MANY // 2 : -1 : MANY]
-    return [one for one in runs if all(one is not other for other in held)], held
-
-
-def _moves_as_in(part: Sequence[Run], runs: Sequence[Run]) -> bool:
-    """Whether every axis that moves in the recordings moves in a part of them, too: one that only holds its place trembles."""
-    whole, own = _travels(runs), _travels(part)
-    return bool(np.all(own >= MOVES * whole))
-
-
-def _travels(runs: Sequence[Run]) -> NDArray[np.float64]:
-    """The longest way of each axis in one recording (k,) [rad or m]; 0 without any."""
-    return np.max([np.ptp(run.kinematics.position, axis=0) for run in runs], axis=0) if runs else np.zeros(1)
+def _fair(runs: Sequence[Run], held: Sequence[Mask]) -> float:
+    """Of the axis of which least is in one of the parts, the share of its samples there; 0 without any held back."""
+    shares = []
+    for axis in runs[0].axes:
+        counts = sum(int(run.axes[axis].used.sum()) for run in runs)
+        there = sum(int((run.axes[axis].used & part).sum()) for run, part in zip(runs, held, strict=True))
+        if counts:
+            shares.append(min(there, counts - there) / counts)
+    return min(shares, default=0.0)
 
 
 def _speed(run: Run) -> float:

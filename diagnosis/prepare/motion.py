@@ -55,8 +55,8 @@ HARDLY_COUPLED = 1e-3
 ENOUGH_FITTED = 0.25
 """Of the samples in motion, that must be far from a standstill to be fitted alone; an axis may dwell everywhere."""
 REVERSAL = 0.015
-"""Around a reversal, within which no gap is measured [s]: what is measured there is when friction turned round, and whether it gave
-way by some micrometres first, as any real one does. It is fitted."""
+"""Around a reversal, within which no gap is measured [s]: it would show at what instant friction changed its sign, and that it
+yields by some micrometres before it slides, as any real one does. It is fitted."""
 PREDICTED_RATE = 8.0
 """Samples from which effects are predicted while they are searched, a period of the cut-off of the comparison, or of the motion
 where that is lower: derivatives of them err by 0.2 %."""

@@ -57,9 +57,10 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
         density = min(_density(torque, run), _of_differences(rest, run))
         powers.append(density * _bandwidth(run))
         floors.append(_floor(rest, run))
-        weights.append(len(torque) * run.period)
+        weights.append(float(np.isfinite(rest).sum()) * run.period)
         slope = derivative(run.axes[axis].torque, run.period)[run.axes[axis].used]
         timing.append(float(np.mean(slope**2)) * min(apart, TIMING * run.period) ** 2 if slope.size else 0.0)
+    weights = weights if any(weights) else [1.0] * len(weights)
     band = _bandwidth(runs[0]) * 2.0 * runs[0].period
     sensor = float(np.average(powers, weights=weights))
     floor = float(np.average(floors, weights=weights))

@@ -53,6 +53,8 @@ LEAST_ALONE = 0.25
 """Probability of the unknown where nothing else is named: an axis with a gap has a cause."""
 SHOWN = 0.02
 """Probability from which an effect that was not selected is named."""
+PAIRS = 0.1
+"""Of the samples that count, so many pairs that far apart tell how like each other they are."""
 EXPLAINED, PARTLY = 0.1, 0.7
 """Shares of the gap above noise, up to which what is unknown leaves it explained, and partly explained."""
 
@@ -124,7 +126,7 @@ def _drive_matters(rows: Rows, one: DriveFound, settings: Settings) -> bool:
 def _axis(ready: Prepared, gaps: Gaps, axis: str, test: GapFound, parts: Divided) -> AxisGap:
     noise, speed = gaps.noise[axis], ready.standstill[axis]
     seen = [each.axes[axis] for each in gaps.unseen]
-    still = np.concatenate([(each.measured - each.before)[~each.used] for each in seen])
+    still = np.concatenate([(each.measured - each.before)[np.abs(each.velocity) <= speed] for each in seen])
     used = np.concatenate([each.measured[each.used] for each in seen])
     moves = bool(np.isfinite(speed)) and any(each.used.any() for each in seen)
     significant = test.significant
@@ -177,12 +179,18 @@ def _correlation_time(after: Sequence[Prediction], axis: str) -> float:
         energy = float(rows @ rows)
         if energy <= 0.0:
             continue
-        spectrum = np.abs(np.fft.rfft(rows, 2 * len(rows))) ** 2
-        likeness = np.fft.irfft(spectrum)[: len(rows)] / energy
-        below = np.flatnonzero(likeness < 0.5)
+        pairs = _with_itself(part.used.astype(np.float64))
+        told = pairs > PAIRS * pairs[0]
+        likeness = _with_itself(rows)[told] / pairs[told] * pairs[0] / energy
+        below = np.flatnonzero(told)[likeness < 0.5]
         times.append((int(below[0]) if below.size else len(rows)) * each.period)
         energies.append(energy)
     return float(np.average(times, weights=energies)) if times else 0.0
+
+
+def _with_itself(rows: Array) -> Array:
+    """Sum of products of rows (n,) with themselves, by how many samples later (n,)."""
+    return np.fft.irfft(np.abs(np.fft.rfft(rows, 2 * len(rows))) ** 2)[: len(rows)]
 
 
 def _causes(

@@ -24,7 +24,7 @@ def in_closed_loop(found: Diagnosis, model: Path) -> Diagnosis:
         return found
     cutoff_hz = max(gap.cutoff_hz for gap in found.axes.values())
     replayed: list[Comparison] = []
-    notes: list[str] = []
+    notes = ["in closed loop whole recordings are moved, with what was fitted of them"] if found.held_back else []
     with scratch() as folder:
         patched = folder / "patched.xml"
         patched.write_text(found.model_xml, encoding="utf-8")

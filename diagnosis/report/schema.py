@@ -103,6 +103,17 @@ class SelectedPart(_Part):
     axis: str
 
 
+class MassPart(_Part):
+    """A body whose mass patched.xml corrects, `nominal` [kg] in the model; no effect."""
+
+    body: str
+    axis: str
+    mass: Estimate
+    nominal: Level
+    share: Proportion
+    gap_closed: ShrinkPart | None
+
+
 class AfterPart(_Part):
     """Gap of one axis with the selected effects [N·m or N]."""
 
@@ -156,6 +167,8 @@ class GapReport(_Part):
     after: dict[str, AfterPart]
     closed_loop: dict[str, dict[str, ClosedLoopPart]] = Field(default={}, exclude_if=lambda told: not told)
     """By recording and axis; no key where none was replayed."""
+    masses: list[MassPart] = Field(default=[], exclude_if=lambda told: not told)
+    """No key where patched.xml corrects none."""
     residual: list[ResidualPart] = Field(default=[], exclude_if=lambda told: not told)
     """Of --with-residual; no key without a table."""
 

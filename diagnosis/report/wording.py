@@ -165,14 +165,20 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         return f"No gap beyond noise on any axis ({levels} rms)."
     significant = [name for name, gap in diagnosis.axes.items() if gap.significant]
     if len(significant) > _NAMED_AT_MOST:
-        count = len(diagnosis.selected)
-        added = f"{'one effect' if count == 1 else f'{count} effects'} on {len(significant)} axes" if count else ""
+        parts = [_counted(len(diagnosis.selected), "effect"), _counted(len(diagnosis.masses), "corrected mass", "es")]
+        added = listed([each for each in parts if each])
+        added += f" on {len(significant)} axes" if added else ""
         figures = _range(significant, diagnosis)
     else:
         added = listed([each for each in (added_words(_largest_first(diagnosis)), masses_words(diagnosis.masses)) if each])
         figures = "; ".join(_shrink(name, diagnosis) for name in significant)
     opening = f"{_BY[diagnosis.verdict]} {added}" if added else _BY_NOTHING[diagnosis.verdict]
     return f"{opening}: {figures}."
+
+
+def _counted(count: int, what: str, plural: str = "s") -> str:
+    """How many of something; empty for none."""
+    return f"one {what}" if count == 1 else f"{count} {what}{plural}" if count else ""
 
 
 def _largest_first(diagnosis: Diagnosis) -> list[PlacedEffect]:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from drivetwin.diagnosis.report.page import write_report_page
-from drivetwin.diagnosis.report.result import AxisGap, Cause, Diagnosis, Prediction
+from drivetwin.diagnosis.report.result import AxisGap, Cause, CorrectedMass, Diagnosis, Prediction
 from drivetwin.diagnosis.report.schema import (
     SCHEMA,
     AfterPart,
@@ -20,6 +20,7 @@ from drivetwin.diagnosis.report.schema import (
     CausePart,
     ClosedLoopPart,
     GapReport,
+    MassPart,
     ResidualPart,
     SelectedPart,
     TestPart,
@@ -27,6 +28,9 @@ from drivetwin.diagnosis.report.schema import (
 from drivetwin.emulator.effects.file import effects_payload
 from drivetwin.foundation.files import provenance, write_json
 from drivetwin.twin.write import axis_payload
+
+Closing = TypeVar("Closing", Cause, CorrectedMass)
+"""What closes a part of a gap."""
 
 
 def write_diagnosis(
@@ -69,24 +73,24 @@ def report_of(diagnosis: Diagnosis, made_by: dict[str, Any]) -> GapReport:
         settings=asdict(diagnosis.settings),
         verdict=diagnosis.verdict,
         axes={name: _axis(gap) for name, gap in diagnosis.axes.items()},
-        causes=[_cause(cause) for cause in diagnosis.causes],
+        causes=[CausePart.model_validate(_told(cause)) for cause in diagnosis.causes],
         selected=[SelectedPart(effect=placed.effect.name, axis=placed.axis) for placed in diagnosis.selected],
         after={name: AfterPart(gap_rms=rms) for name, rms in diagnosis.after_rms.items()},
         closed_loop={
             each.recording: {name: ClosedLoopPart.model_validate(axis_payload(axis)) for name, axis in each.axes.items()}
             for each in diagnosis.closed_loop
         },
+        masses=[MassPart.model_validate(_told(each)) for each in diagnosis.masses],
         residual=[
             ResidualPart(axis=each.table.axis, of_unknown=each.of_unknown, gap_rms=each.gap_rms) for each in diagnosis.residual
         ],
     )
 
 
-def _cause(cause: Cause) -> CausePart:
-    closed = cause.gap_closed
-    if closed is not None:  # of nothing that could be explained nothing is
-        cause = replace(cause, gap_closed=replace(closed, of_explainable=closed.of_explainable or 0.0))
-    return CausePart.model_validate(cause)
+def _told(one: Closing) -> Closing:
+    """Of nothing that could be explained nothing is."""
+    closed = one.gap_closed
+    return one if closed is None else replace(one, gap_closed=replace(closed, of_explainable=closed.of_explainable or 0.0))
 
 
 def _axis(gap: AxisGap) -> AxisPart:

@@ -83,12 +83,15 @@ class Search:
         known: dict[str, Sequence[Proposal]] = {}
         seen = {_names(pair.whole)}
         refused: set[Name] = set()
+        partly: frozenset[str] = frozenset()
         while True:
             count = len(pair.whole.effects)
             self.progress(f"{count} effects; every further effect on every axis", 0.1 + 0.5 * count / (count + 3))
+            done = pair.whole.within_error
             for axis in self.proposer.kinds:
-                again = axis in known and axis not in pair.whole.within_error
+                again = axis in known and (axis in partly) == (axis in done)
                 known[axis] = self.proposer.again(known[axis], pair.whole) if again else self.proposer.further(pair, [axis])
+            partly = done
             proposals = [one for each in known.values() for one in each]
             best = self.best([one for one in proposals if name_of(one.effect) not in refused], pair.whole)
             if not best or count >= most:

@@ -1,11 +1,12 @@
 """The values that go into the patch: plain least squares of the set that was found, with intervals that know the colour.
 
 What was weighed is likelihood; what a patch is judged by is the rms of the gap. So the effects of the set are fitted once
-more without colour and unknown, the nominal parameters held; their covariance is the sandwich over blocks of contiguous time
-(Liang and Zeger, Biometrika 73(1), 1986), which is right whatever the colour of what is left. It does not know that the model
-may be of another form than the machine. That shows where likelihood and least squares, which agree on a right model, give
-different values (Hausman, Econometrica 46(6), 1978): a deviation is at least that difference. Even so a wrong form errs alike
-in all blocks: by how much more parameters miss than blocks tell was counted on machines of another simulator (`widening`).
+more without colour and unknown, and with them the masses that are off, all other nominal parameters held; their covariance is
+the sandwich over blocks of contiguous time (Liang and Zeger, Biometrika 73(1), 1986), which is right whatever the colour of
+what is left. It does not know that the model may be of another form than the machine. That shows where likelihood and least
+squares, which agree on a right model, give different values (Hausman, Econometrica 46(6), 1978): a deviation is at least that
+difference. Even so a wrong form errs alike in all blocks: by how much more parameters miss than blocks tell was counted on
+machines of another simulator (`widening`).
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ class Refitted:
 
 def refitted(state: State, bodies: Collection[int]) -> Refitted:
     """A few Gauss-Newton steps from the set's values: what the energy does not tell stays near. `bodies`: of free mass."""
-    likeliest = state.effects
+    likeliest, weighed = state.effects, state.fit.coefficients
     state = least_squares(state, bodies)
     values = _standing(state, bodies).coefficients
     heavier = {
@@ -62,7 +63,11 @@ def refitted(state: State, bodies: Collection[int]) -> Refitted:
     wider = state.bench.settings.widening
     spread = [_of_parameters(state, number, columns) for number in range(len(state.effects))]
     deviations = [{name: wider * max(own[name], far[name]) for name in own} for own, far in zip(spread, apart, strict=True)]
-    of_body = {one.body: wider * columns[k] for k, one in enumerate(state.bench.nominals) if one.body in heavier}
+    of_body = {
+        one.body: wider * max(columns[k], abs(float(weighed[k]) - heavier[one.body]))
+        for k, one in enumerate(state.bench.nominals)
+        if one.body is not None and one.body in heavier
+    }
     return Refitted(state, state.effects, deviations, heavier, {body: of_body[body] for body in heavier})
 
 
@@ -130,7 +135,8 @@ def _standing(state: State, bodies: Collection[int]) -> Fit:
 def _deviations(state: State, bodies: Collection[int]) -> dict[int, float]:
     """Of the system's columns that are fitted, by number: bodies of free mass, and parameters of effects."""
     system, held = state.plain, _held(state, bodies)
-    free = [k for k in range(len(system.columns)) if k not in held]
+    count = len(state.bench.nominals)
+    free = [k for k in range(len(system.columns)) if k not in held and (k >= count or state.bench.nominals[k].body is not None)]
     if not free:
         return {}
     fit = _fit(state, bodies)

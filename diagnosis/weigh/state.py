@@ -304,9 +304,11 @@ class State:
     def within_error(self) -> frozenset[str]:
         """Axes of which it leaves no more, with the model's parameters where least is left, than what the comparison errs by.
 
-        Not with a timing that nothing reads earlier: that would hide a delay.
+        Not with a timing that nothing reads earlier: that would hide a delay. Nor with what the model says nothing of.
         """
-        rows, error, left = self.rows, self.bench.settings.model_error, self.energy_still(self.held() | self.as_recorded)
+        untold = frozenset(number for number, one in enumerate(self.bench.nominals) if not one.told)
+        left = self.energy_still(self.held() | self.as_recorded | untold)
+        rows, error = self.rows, self.bench.settings.model_error
         beyond = {
             axis_of(name)
             for name, share in left.items()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -94,17 +95,63 @@ def test_an_axis_that_only_trembles_in_one_recording_moves_in_both_parts(tmp_pat
 
 
 def test_a_recording_that_is_too_short_for_a_block_is_fitted_whole(tmp_path: Path) -> None:
-    found = split(tmp_path, recorded("long", 0.3, 1.0, 0.5), recorded("short", 0.3, 1.0, 0.9, 1.6))
+    found = split(tmp_path, recorded("long", 0.3, 1.0, 0.5), recorded("short", 0.3, 1.0, 2.9, 0.4))
     assert [run.recording.name for run in found.runs] == ["long", "short"]
     assert [run.recording.name for run in found.checks] == ["long"]
 
 
 def test_of_many_that_are_too_short_one_is_held_back_whole(tmp_path: Path) -> None:
-    found = split(tmp_path, *(recorded(f"short_{k}", 0.3, 1.0, 0.8 + 0.1 * k, 1.6) for k in range(4)))
+    found = split(tmp_path, *(recorded(f"short_{k}", 0.3, 1.0, 2.8 + 0.1 * k, 0.4) for k in range(4)))
     assert [run.recording.name for run in found.runs] == ["short_0", "short_1", "short_3"]
     assert [run.recording.name for run in found.checks] == ["short_2"]
 
 
 def test_of_few_that_are_too_short_nothing_can_be_held_back(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="short: too short to hold a quarter back for validation"):
-        split(tmp_path, recorded("short", 0.3, 1.0, 0.9, 1.6))
+        split(tmp_path, recorded("short", 0.3, 1.0, 2.9, 0.4))
+
+
+def test_of_a_short_recording_there_is_one_block(tmp_path: Path) -> None:
+    found = split(tmp_path, recorded("short", 0.3, 1.0, 2.9, 1.2))
+    (check,) = found.checks
+    edges = np.diff(np.concatenate([[0], check.axes["turn"].used.astype(int), [0]]))
+    assert 0.15 < check.axes["turn"].used.sum() * PERIOD < 0.3
+    assert np.ptp(np.flatnonzero(edges)) * PERIOD < 0.31
+
+
+@pytest.mark.parametrize("begin", [0.2, 3.85, 10.0, 14.8])
+def test_an_axis_that_moves_for_a_moment_does_so_in_both_parts(begin: float, tmp_path: Path) -> None:
+    """Of a minute the lift moves for 3 s, which may fall between two blocks, or into one."""
+
+    def once(time: Array) -> Array:
+        moving = (time >= begin) & (time < begin + 3.0)
+        return np.where(moving, 1.0 - np.cos(2.0 * np.pi * (time - begin)), 0.0)
+
+    lift = moved("minute", 0.1, 0.0, once, 60.0).columns["lift"]
+    minute = recorded("minute", 0.0, 1.0, 0.4, 60.0)
+    found = split(tmp_path, replace(minute, columns={**minute.columns, "lift": lift}))
+    for part in (found.runs, found.checks):
+        assert sum(run.axes["lift"].used.sum() for run in part) * PERIOD > 0.2
+
+
+def test_short_recordings_beside_a_long_one_are_held_back_too(tmp_path: Path) -> None:
+    short = [recorded(f"lift_{k}", 0.3, 0.0, 2.5 + 0.1 * k, 0.4) for k in range(6)]
+    found = split(tmp_path, recorded("turn", 0.0, 1.0, 0.5), *short)
+    for part in (found.runs, found.checks):
+        assert travels(part, "lift") > 0.2
+        assert travels(part, "turn") > 0.5
+
+
+def test_a_gap_does_not_count_near_a_reversal_and_is_fitted_there(tmp_path: Path) -> None:
+    found = split(tmp_path, recorded("run", 0.3, 1.0, 0.4))
+    run = found.runs[0].axes["turn"]
+    turns = np.flatnonzero(np.diff(np.sign(run.motion.velocity)) != 0.0)
+    away = np.abs(np.arange(len(run.used))[:, None] - turns).min(axis=1) * PERIOD
+    assert away[run.used].min() > 0.01
+    assert away[run.fitted].min() < 0.01
+
+
+def test_of_a_motion_that_is_all_reversals_every_sample_counts(tmp_path: Path) -> None:
+    """At 20 Hz no sample is 15 ms from a reversal."""
+    found = split(tmp_path, recorded("fast", 0.003, 0.01, 20.0))
+    assert found.checks[0].axes["turn"].used.sum() > 0.2 * len(found.checks[0].recording.time)

@@ -117,6 +117,14 @@ def test_of_many_axes_the_verdict_gives_the_range_and_the_worst() -> None:
     )
 
 
+def test_of_many_axes_the_verdict_counts_masses_too() -> None:
+    gaps = dict.fromkeys(("a", "b", "c", "d"), CASE.axes["rotate"])
+    many = replace(CASE, axes=gaps, after_rms=dict.fromkeys(gaps, 0.1), masses=(LIGHTER,))
+    assert verdict_sentence(many).startswith("The gap is partly explained by 3 effects and one corrected mass on 4 axes: ")
+    alone = replace(many, selected=(), masses=(LIGHTER, LIGHTER))
+    assert verdict_sentence(alone).startswith("The gap is partly explained by 2 corrected masses on 4 axes: ")
+
+
 def test_what_is_added_is_named_axis_by_axis() -> None:
     offset = placed("torque_offset", "lift", offset=0.3)
     assert added_words((STRIBECK, offset)) == "stribeck on rotate and torque offset on lift"

@@ -39,8 +39,8 @@ SWING = 2.0 * np.pi * 15.0
 
 
 def small_moves() -> Array:
-    """To and fro within a tenth of the travel: a weight and a spring are one there."""
-    return _strokes([(0.05 + 0.12 * share, 0.05 - 0.12 * share, 0.3 + 0.5 * share) for share in np.linspace(0.4, 1.0, 4)])
+    """To and fro within a twentieth of the travel: a weight and a spring are one there."""
+    return _strokes([(0.05 + 0.06 * share, 0.05 - 0.06 * share, 0.3 + 0.5 * share) for share in np.linspace(0.4, 1.0, 4)])
 
 
 def fast_moves() -> Array:
