@@ -17,9 +17,10 @@ from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.exchange import Exchange
+from drivetwin.diagnosis.weigh.moves import Search
 from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.state import colours_of, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import State, colours_of, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import reduced
 from drivetwin.emulator.effects import AxisEffect, Effect
 from drivetwin.emulator.effects.backlash import Backlash
@@ -149,6 +150,17 @@ def test_where_no_more_is_left_than_the_comparison_errs_by_nothing_further_is_as
     assert ("turn", "torque_ripple") in told
     assert ("lift", "torque_ripple") not in told
     assert ("lift", "torque_ripple") in {(one.effect.axis, one.effect.effect.name) for one in proposer.proposals(pair)}
+
+
+def test_an_axis_whose_rest_grows_beyond_the_error_is_asked_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What an axis needs may change with what another one has: here the lift counts as explained only as long as nothing is."""
+    waves = {"turn": ripple, "lift": ripple}
+    made = ready(tmp_path, *(strokes(seed, seconds, waves) for seed, seconds in ((1, 20.0), (2, 4.0))))
+    bench = bench_of(made.rows, Settings(), made.absolute)
+    proposer = Proposer(bench, bench, {axis: [TorqueRipple] for axis in waves}, {})
+    monkeypatch.setattr(State, "within_error", property(lambda one: frozenset() if one.effects else frozenset({"lift"})))
+    found = Search(proposer, lambda _what, _share: None).run()
+    assert {(one.axis, one.effect.name) for one in found.state.effects} == {(axis, "torque_ripple") for axis in waves}
 
 
 def heavier(at: Swing) -> Array:
