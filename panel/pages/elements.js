@@ -32,3 +32,10 @@ export const address = (index, subindex) =>
 export function say(where, text) {
   if (where.textContent !== text) where.textContent = text;
 }
+
+// Hand a file to the person. A busy browser begins to read it long after the click: until then it has to be there.
+export function keep(blob, name) {
+  const link = element("a", { href: URL.createObjectURL(blob), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 600_000);
+}

@@ -1,7 +1,7 @@
 // Parameters: the object dictionary of a drive as a tree with search; values are read when they are asked for.
 // They are compared with the drive type's defaults, or with a file; saved as a DCF, and restored from a file.
 import { act, refused } from "./app.js";
-import { address, element, say } from "./elements.js";
+import { address, element, keep, say } from "./elements.js";
 
 const MOST_SHOWN_LIMIT = 1e15;
 
@@ -135,13 +135,6 @@ export function parameters(place) {
 
 // What is read only beyond identity and communication is a measured value, and differs at any two instants.
 const measured = (told) => told.access === "ro" && told.index >= 0x2000;
-
-// Hand a file to the person.
-function keep(blob, name) {
-  const link = element("a", { href: URL.createObjectURL(blob), download: name });
-  link.click();
-  URL.revokeObjectURL(link.href);
-}
 
 // Of an entry: what is above each, whether it is a number, and its share of the width, so that those of all objects line up.
 const COLUMNS = [["sub", false, 3], ["name", false, 17], ["value", true, 11], ["", false, 17], ["unit", false, 17], ["limits", false, 12], ["default", true, 8], ["file", true, 9], ["access", false, 6]];

@@ -1,6 +1,6 @@
 // Scope: channels over time, trigger, cursors, zoom, one channel over another, and files of what is shown.
 import { act, refused } from "./app.js";
-import { element, say } from "./elements.js";
+import { element, keep, say } from "./elements.js";
 import { scopeBar } from "./scope_bar.js";
 import { colour, timePlot } from "./plot.js";
 import { unpacked } from "./wire.js";
@@ -115,9 +115,7 @@ async function save(name) {
     refused(new Error((await answer.text()).trim()));
     return;
   }
-  const link = element("a", { href: URL.createObjectURL(await answer.blob()), download: name });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  keep(await answer.blob(), name);
 }
 
 function value(picture, key, time) {

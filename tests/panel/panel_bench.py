@@ -7,7 +7,7 @@ import json
 import re
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,6 +22,8 @@ from drivetwin.bus.channel import open_bus
 
 ATTEMPTS = 300
 """Messages of the panel after which what is awaited counts as missing."""
+TRIES = 5
+"""Of a read whose answer may be another client's."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,10 @@ def read_by_canopen(bus: str, node: int, index: int) -> float:
         variable.data_type = canopen.objectdictionary.REAL32
         remote = network.add_node(node, dictionary)
         remote.sdo.RESPONSE_TIMEOUT = PATIENCE  # a loaded host takes longer than its 0.3 s
-        return float(remote.sdo[index].raw)
+        for _ in range(TRIES):
+            with suppress(canopen.SdoCommunicationError):  # the panel asks the same drive on the same channel
+                return float(remote.sdo[index].raw)
+        raise AssertionError(f"every one of {TRIES} answers to 0x{index:04X} was another client's")
     finally:
         network.disconnect()
 

@@ -101,8 +101,10 @@ def test_the_page_saves_compares_and_restores(served: Served, looking: Page, tmp
     write(looking, 0x2168, "2400")
     looking.ask("release")
     with browser_page(f"{served.url}#parameters", width=width, theme=theme) as browser:
+        browser.evaluate("() => { window.released = []; URL.revokeObjectURL = (address) => released.push(address); }")
         with browser.expect_download() as download:
             browser.get_by_role("button", name="Save as DCF").click()
+        assert browser.evaluate("released") == [], "a busy browser begins to read the file long after the click"
         file = tmp_path / download.value.suggested_filename
         download.value.save_as(file)
         assert file.name == "lift-1.dcf"
