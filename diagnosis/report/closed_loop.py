@@ -24,7 +24,7 @@ def in_closed_loop(found: Diagnosis, model: Path) -> Diagnosis:
         return found
     cutoff_hz = max(gap.cutoff_hz for gap in found.axes.values())
     replayed: list[Comparison] = []
-    notes = ["in closed loop whole recordings are moved, with what was fitted of them"] if found.held_back else []
+    notes: list[str] = []
     with scratch() as folder:
         patched = folder / "patched.xml"
         patched.write_text(found.model_xml, encoding="utf-8")
@@ -33,6 +33,8 @@ def in_closed_loop(found: Diagnosis, model: Path) -> Diagnosis:
                 replayed.append(compared(model, recording, found.selected, cutoff_hz, patched=patched))
             except UserError as error:
                 notes.append(f"not moved in closed loop: {error}")
+    if replayed and found.held_back:
+        notes.append("in closed loop whole recordings are moved, with what was fitted of them")
     return replace(found, closed_loop=tuple(replayed), notes=(*found.notes, *notes))
 
 

@@ -86,6 +86,16 @@ def test_the_report_says_both(tmp_path: Path) -> None:
     assert f"{100.0 * apart.relative:.3g} %" in console.export_text()
 
 
+def test_that_what_was_fitted_is_moved_too_is_said_where_blocks_were_held_back(tmp_path: Path) -> None:
+    model = write_model(tmp_path)
+    held = replace(diagnosed(model, measured("position", "torque", "position_demand")), held_back=True)
+    (note,) = set(in_closed_loop(held, model).notes) - set(BASE.notes)
+    assert note.startswith("in closed loop whole recordings are moved")
+    nothing = write_model(tmp_path, '<motor name="motor" joint="turn"/>')
+    (other,) = set(in_closed_loop(held, nothing).notes) - set(BASE.notes)
+    assert other.startswith("not moved in closed loop")
+
+
 def test_a_recording_without_demand_is_not_moved(tmp_path: Path) -> None:
     model = write_model(tmp_path)
     asked = diagnosed(model, measured("position", "torque"))
