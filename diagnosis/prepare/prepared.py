@@ -77,15 +77,12 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     given = ", ".join(one.name for one in training)
     runs, checks = hold_back(every) if held_back else (every[: len(training)], every[len(training) :])
     if not checks:
-        raise UserError(
-            f"{given}: too short to hold a quarter back for validation: record longer, or give "
-            "--validate"
-        )
+        raise UserError(f"{given}: too short to hold a quarter back for validation: record longer, or give --validate")
     rows = Rows(twin, [run.thinned() for run in runs], settings.blocks)
     if not any(rows.count(axis) for axis in twin.axes):
         raise UserError(
-            f"{given}: no axis moves faster than its position's noise: nothing can be asked of "
-            "them; record a motion, or give the true `position_resolution`"
+            f"{given}: no axis moves faster than its position's noise: nothing can be asked of them; "
+            "record a motion, or give the true `position_resolution`"
         )
     absolute = {axis: is_absolute(runs, axis) for axis in twin.axes}
     asked = {axis: testable(rows, axis, absolute[axis], law_missing(runs, axis), unrecorded.get(axis)) for axis in twin.axes}
