@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.diagnosis.prepare.motion import AxisRun, Run
 from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.prepare.run import AxisRun, Run
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from math import exp, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.diagnosis.prepare.motion import Run
+from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.emulator.drive.servo import Loop
 from drivetwin.emulator.effects import DriveEffect, library
 from drivetwin.emulator.effects.current_bandwidth import CurrentBandwidth

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.diagnosis.prepare.motion import Run
+from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.motion.filtering import reach
 
 Mask = NDArray[np.bool_]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal, stats
 
-from drivetwin.diagnosis.prepare.motion import Run
+from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.motion.filtering import derivative
 
 Array = NDArray[np.float64]

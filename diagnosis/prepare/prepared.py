@@ -10,10 +10,11 @@ from drivetwin.diagnosis.prepare.asked_torque import completed, notes
 from drivetwin.diagnosis.prepare.cutoff import chosen_cutoff, motion_cutoff
 from drivetwin.diagnosis.prepare.drive_law import law_missing
 from drivetwin.diagnosis.prepare.hold_back import hold_back
-from drivetwin.diagnosis.prepare.motion import Run, begins, prepare, standstill_of
+from drivetwin.diagnosis.prepare.motion import begins, prepare, standstill_of
 from drivetwin.diagnosis.prepare.positions import positions
 from drivetwin.diagnosis.prepare.rates import fast_enough
 from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.prepare.simulation import Simulation, simulation
 from drivetwin.diagnosis.prepare.smoothed import smoothed
 from drivetwin.diagnosis.prepare.steadied import steadied

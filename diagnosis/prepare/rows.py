@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.deflection import axis_of, centred, deflection_of, is_torque
 from drivetwin.diagnosis.prepare.kinematics import Kinematics
-from drivetwin.diagnosis.prepare.motion import AxisRun, Run, sampled
+from drivetwin.diagnosis.prepare.run import AxisRun, Run, sampled
 from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects import AxisEffect, Effect

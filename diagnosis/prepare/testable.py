@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
 from drivetwin.diagnosis.prepare.drive_law import Missing
-from drivetwin.diagnosis.prepare.motion import Run
 from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, Need, library
 from drivetwin.emulator.effects.transmission_effect import TransmissionEffect
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from drivetwin.diagnosis.prepare.drive_law import Asked, asked_of, drive_candidates, left_by
-from drivetwin.diagnosis.prepare.motion import Run
+from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.emulator.effects import DriveEffect, Effect
 from drivetwin.emulator.effects.current_bandwidth import CurrentBandwidth
 

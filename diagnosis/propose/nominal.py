@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.deflection import axis_of, centred, is_torque
-from drivetwin.diagnosis.prepare.motion import AxisRun, Run
 from drivetwin.diagnosis.prepare.positions import relative_axes
 from drivetwin.diagnosis.prepare.rows import Column, Rows
+from drivetwin.diagnosis.prepare.run import AxisRun, Run
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import Effect, library

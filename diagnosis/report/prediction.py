@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.drive_law import asked_of, given_with
-from drivetwin.diagnosis.prepare.motion import AxisRun, Run, between
+from drivetwin.diagnosis.prepare.motion import between
+from drivetwin.diagnosis.prepare.run import AxisRun, Run
 from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.diagnosis.report.result import AxisPrediction, Prediction
 from drivetwin.emulator.dynamics import AxisDynamics

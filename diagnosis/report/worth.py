@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.diagnosis.prepare.motion import Run
 from drivetwin.diagnosis.prepare.prepared import Prepared
+from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.propose.placing import in_order
 from drivetwin.diagnosis.report.prediction import Patch, contributions, gap_rms, predict
 from drivetwin.emulator.effects import DriveEffect, PlacedEffect

@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from drivetwin.diagnosis.prepare.motion import Run
 from drivetwin.diagnosis.prepare.positions import zeros_within
 from drivetwin.diagnosis.prepare.prepared import Prepared
+from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
 from drivetwin.emulator.effects import Need
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from rig_bench import MODEL
 
-from drivetwin.diagnosis.prepare.motion import Run
 from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
+from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.foundation.errors import UserError

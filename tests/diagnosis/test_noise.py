@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from rig_bench import CARRIAGE, CUTOFF, GRAVITY, PERIOD, RESOLUTION, moved, ready, recording
 
-from drivetwin.diagnosis.prepare.motion import Run
 from drivetwin.diagnosis.prepare.noise import TIMING, Noise, noise_of
+from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.motion.filtering import zero_phase
 

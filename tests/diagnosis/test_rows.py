@@ -10,8 +10,8 @@ import pytest
 from rig_bench import PERIOD, compared, ready, strokes
 from scipy.interpolate import CubicSpline
 
-from drivetwin.diagnosis.prepare.motion import Run
 from drivetwin.diagnosis.prepare.rows import ENOUGH, MUCH, Rows
+from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.effects import AxisEffect
