@@ -17,8 +17,9 @@ import numpy as np
 
 from drivetwin.identification.least_squares import solve
 from drivetwin.identification.regressors import Design, Term
-from drivetwin.motion.axis_motion import AxisMotion, AxisSamples
+from drivetwin.motion.axis_motion import AxisMotion
 from drivetwin.motion.filtering import derivative
+from drivetwin.motion.moving import AxisSamples
 from drivetwin.recording.recording import Samples
 
 

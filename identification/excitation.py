@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drivetwin.motion.axis_motion import AxisSamples
+from drivetwin.motion.moving import AxisSamples
 
 _LEAST_SHARE = 0.01
 

@@ -13,7 +13,7 @@ from drivetwin.identification.least_squares import Solution, solve
 from drivetwin.identification.regressors import Design, Stribeck, Term
 from drivetwin.identification.result import Parameter
 from drivetwin.identification.stribeck import Exponent, stribeck_covariance, with_stribeck
-from drivetwin.motion.axis_motion import AxisSamples
+from drivetwin.motion.moving import AxisSamples
 
 
 @dataclass(frozen=True)

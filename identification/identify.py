@@ -20,8 +20,9 @@ from drivetwin.identification.result import UNITS, AxisIdentification, Identific
 from drivetwin.identification.settings import Settings
 from drivetwin.identification.stribeck import Exponent, StribeckTest, find_stribeck
 from drivetwin.identification.strokes import find_strokes
-from drivetwin.motion.axis_motion import AxisMotion, AxisSamples, axis_motions, select, standstill_velocity
+from drivetwin.motion.axis_motion import AxisMotion, axis_motions
 from drivetwin.motion.inverse_dynamics import JointKind, Model
+from drivetwin.motion.moving import AxisSamples, select, standstill, standstill_velocity
 from drivetwin.recording.recording import Recording
 
 _LEAST_MOTION = 0.25
@@ -59,11 +60,12 @@ def identify(
         if progress:
             progress(axis)
         threshold = chosen.standstill_velocity.get(axis) or standstill_velocity(motions)
-        samples = [select(motion, threshold, chosen.reversal_margin) for motion in motions] if threshold else []
+        stands = standstill(motions, threshold or np.inf)
+        samples = [select(motion, stands, chosen.reversal_margin) for motion in motions] if threshold else []
         if threshold is None or _seconds(samples) < _LEAST_MOTION:
             skipped[axis] = _why_skipped(samples, chosen.reversal_margin)
             continue
-        held = [select(motion, threshold, chosen.reversal_margin) for motion in checked.get(axis, [])]
+        held = [select(motion, stands, chosen.reversal_margin) for motion in checked.get(axis, [])]
         joint = joints[axis]
         data = _AxisData(joint, model.kind(joint), model.inertia(joint), threshold, samples, held)
         axes[axis] = _identify_axis(data, chosen)

@@ -15,7 +15,8 @@ import numpy as np
 
 from drivetwin.identification.least_squares import share_beside
 from drivetwin.identification.regressors import Design, Term
-from drivetwin.motion.axis_motion import AxisMotion, AxisSamples
+from drivetwin.motion.axis_motion import AxisMotion
+from drivetwin.motion.moving import AxisSamples
 from drivetwin.recording.recording import Samples
 
 _LEAST_SHARE = 0.02

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.identification.friction_law import stribeck_decay
-from drivetwin.motion.axis_motion import AxisMotion, AxisSamples
+from drivetwin.motion.axis_motion import AxisMotion
+from drivetwin.motion.moving import AxisSamples
 from drivetwin.recording.recording import Samples
 
 Indices = NDArray[np.int64]

@@ -14,7 +14,7 @@ from drivetwin.identification.model_scale import rest_torque
 from drivetwin.identification.regressors import Term, build_design
 from drivetwin.identification.result import Trace
 from drivetwin.identification.stribeck import with_stribeck
-from drivetwin.motion.axis_motion import AxisSamples
+from drivetwin.motion.moving import AxisSamples
 
 
 def traces_of(samples: Sequence[AxisSamples], fit: Fit, offered: float, validation: bool) -> tuple[Trace, ...]:

@@ -11,8 +11,8 @@ from drivetwin.foundation.files import provenance
 from drivetwin.identification.friction_law import FrictionLaw
 from drivetwin.identification.settings import Settings
 from drivetwin.identification.strokes import Stroke
-from drivetwin.motion.axis_motion import AxisSamples
 from drivetwin.motion.inverse_dynamics import JointKind
+from drivetwin.motion.moving import AxisSamples
 from drivetwin.recording.recording import Samples
 
 SCHEMA = "identified/1"

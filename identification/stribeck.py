@@ -20,7 +20,7 @@ from drivetwin.identification.regressors import (
 )
 from drivetwin.identification.settings import Settings
 from drivetwin.identification.stribeck_shape import at_exponent, best_shape, rise_column, survey
-from drivetwin.motion.axis_motion import AxisSamples
+from drivetwin.motion.moving import AxisSamples
 from drivetwin.recording.recording import Samples
 
 _DEGENERATE = 1e-4

@@ -15,7 +15,7 @@ from scipy.optimize import minimize, minimize_scalar
 
 from drivetwin.identification.cross_validation import Blocks
 from drivetwin.identification.regressors import Design, Stribeck, Term, column
-from drivetwin.motion.axis_motion import AxisSamples
+from drivetwin.motion.moving import AxisSamples
 from drivetwin.recording.recording import Samples
 
 _VELOCITIES = 24

@@ -11,7 +11,7 @@ import numpy as np
 from drivetwin.identification.least_squares import Solution
 from drivetwin.identification.model_scale import rest_torque
 from drivetwin.identification.regressors import Term
-from drivetwin.motion.axis_motion import AxisSamples, Mask
+from drivetwin.motion.moving import AxisSamples, Mask
 from drivetwin.recording.recording import Samples
 
 _LEAST_SECONDS = 0.1

@@ -1,13 +1,10 @@
-"""From a recording to what the regression works on: filtered motion, filtered torque, and which samples count."""
+"""From a recording to what the regression works on: the filtered motion and torque of each axis."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from drivetwin.foundation.errors import UserError
@@ -16,11 +13,6 @@ from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.motion.spectrum import density
 from drivetwin.recording.recording import Recording, Samples
 
-Mask = NDArray[np.bool_]
-
-_SHARE_OF_TOP_SPEED = 0.002
-_NOISE_FACTOR = 5.0
-_MOVES_ABOVE_NOISE = 20.0
 _ON_GRID = 0.05
 """Of a quantum, that samples on its grid are off in the median."""
 _ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
@@ -29,8 +21,6 @@ STEADIED = "steadied_position"
 """Column of a position that is the integral of a recorded velocity above some frequency: its noise is the velocity's."""
 SMOOTHED = "smoothed_position"
 """Column of a position less what of it is noise by its spectrum."""
-STANDSTILL_REACH = 1.5
-"""Filter's reaches left out around a standstill: breaking away is a jump of the torque, of which 2 % still bias."""
 
 
 @dataclass(frozen=True)
@@ -57,15 +47,6 @@ class AxisMotion:
     def smooth(self, samples: Samples) -> Samples:
         """The filter that torque and position went through, for a regressor (n,)."""
         return zero_phase(samples, self.period, self.cutoff_hz)
-
-
-@dataclass(frozen=True)
-class AxisSamples:
-    """A motion with the samples that count: `moving` for errors and gaps, `fitted` for the fit (a subset)."""
-
-    motion: AxisMotion
-    moving: Mask
-    fitted: Mask
 
 
 def axis_motions(model: Model, recording: Recording, cutoff_hz: float) -> list[AxisMotion]:
@@ -101,53 +82,6 @@ def axis_motions(model: Model, recording: Recording, cutoff_hz: float) -> list[A
         )
         for k, axis in enumerate(axes)
     ]
-
-
-def standstill_velocity(motions: Sequence[AxisMotion]) -> float | None:
-    """Speed [rad/s or m/s] above which an axis counts as moving; None where it never moves in any of `motions`."""
-    top = max(float(np.abs(motion.velocity[_inside(motion)]).max()) for motion in motions)
-    noise = float(np.median([motion.velocity_noise for motion in motions]))
-    if top <= _MOVES_ABOVE_NOISE * noise:
-        return None
-    return max(_SHARE_OF_TOP_SPEED * top, _NOISE_FACTOR * noise)
-
-
-def standstill_velocities(motions: Sequence[AxisMotion]) -> list[float]:
-    """`standstill_velocity` by what each motion's own noise is; infinite in all where the axis never moves in any."""
-    top = max(float(np.abs(motion.velocity[_inside(motion)]).max(initial=0.0)) for motion in motions)
-    if top <= _MOVES_ABOVE_NOISE * min(motion.velocity_noise for motion in motions):
-        return [np.inf] * len(motions)
-    return [max(_SHARE_OF_TOP_SPEED * top, _NOISE_FACTOR * motion.velocity_noise) for motion in motions]
-
-
-def select(motion: AxisMotion, threshold: float, reversal_margin: float) -> AxisSamples:
-    """Mark the samples that count.
-
-    Moving: |v| > threshold, the filter's reach at both ends left out. Fitted: moving, and further from a standstill
-    than 1.5 times the filter's reach, for a standing axis holds an arbitrary torque that the filter smears into the motion, and
-    further from a reversal than `reversal_margin` [s]. An axis whose velocity changes sign twice within twice the
-    reach counts as standing: it sticks, or is too slow for its encoder.
-    """
-    inside = _inside(motion)
-    slow = np.abs(motion.velocity) <= threshold
-    width = reach(motion.period, motion.cutoff_hz)
-    standing = _runs_of_at_least(slow, width) | _dithering(motion.velocity, 2 * width)
-    reversal = _sign_changes(motion.velocity) | (slow & ~standing)
-    margin = round(min(reversal_margin / motion.period, len(motion.time)))
-    excluded = widen(standing, round(STANDSTILL_REACH * width))
-    if margin:
-        excluded |= widen(reversal, margin)
-    moving = inside & ~slow
-    return AxisSamples(motion, moving, moving & ~excluded)
-
-
-def widen(mask: Mask, width: int) -> Mask:
-    """`mask` grown by `width` samples on both sides."""
-    count = len(mask)
-    width = min(width, count)
-    before = np.concatenate(([0], np.cumsum(mask)))
-    index = np.arange(count)
-    return np.asarray(before[np.minimum(index + width + 1, count)] > before[np.maximum(index - width, 0)])
 
 
 def measured_position(columns: dict[str, Samples], period: float) -> Samples:
@@ -214,36 +148,3 @@ def _refuse_short(recording: Recording, period: float, cutoff_hz: float) -> None
             f"recording '{recording.name}' has {len(recording.time)} samples; the filter needs at least {least} "
             f"({least * period:.2g} s): record longer or raise the cut-off with --cutoff"
         )
-
-
-def _inside(motion: AxisMotion) -> Mask:
-    inside = np.ones(len(motion.time), dtype=np.bool_)
-    edge = reach(motion.period, motion.cutoff_hz)
-    inside[:edge] = inside[-edge:] = False
-    return inside
-
-
-def _sign_changes(velocity: Samples) -> Mask:
-    changed = np.zeros(len(velocity), dtype=np.bool_)
-    changed[1:] = velocity[1:] * velocity[:-1] < 0.0
-    return changed
-
-
-def _dithering(velocity: Samples, within: int) -> Mask:
-    """The stretches between sign changes that follow each other within so many samples."""
-    changes = np.flatnonzero(_sign_changes(velocity))
-    between = np.zeros(len(velocity), dtype=np.bool_)
-    for start, end in pairwise(changes):
-        if end - start <= within:
-            between[start:end] = True
-    return between
-
-
-def _runs_of_at_least(mask: Mask, length: int) -> Mask:
-    """Those True runs of `mask` that are at least `length` samples long."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
-    long = np.zeros_like(mask)
-    for start, end in zip(edges[::2], edges[1::2], strict=True):
-        if end - start >= length:
-            long[start:end] = True
-    return long

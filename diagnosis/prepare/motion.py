@@ -17,16 +17,17 @@ from drivetwin.diagnosis.prepare.kinematics import Kinematics
 from drivetwin.diagnosis.prepare.run import AxisRun, Coupling, Run, stride_of
 from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.emulator.dynamics import Motion
-from drivetwin.motion.axis_motion import (
+from drivetwin.motion.axis_motion import AxisMotion, measured_position, velocity_noise
+from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
+from drivetwin.motion.moving import (
     STANDSTILL_REACH,
-    AxisMotion,
-    measured_position,
+    Standstill,
     select,
+    shaken,
+    standstill,
     standstill_velocities,
-    velocity_noise,
     widen,
 )
-from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
 from drivetwin.recording.recording import Recording
 
 NOTHING_ASKED: Mapping[str, AskedTorque] = MappingProxyType({})
@@ -49,17 +50,18 @@ REVERSAL = 0.015
 yields by some micrometres before it slides, as any real one does. It is fitted."""
 
 
-def standstill_of(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz: float) -> list[dict[str, float]]:
-    """Speed [rad/s or m/s] above which each axis counts as moving, recording by recording; infinite where it never moves.
+def standstill_of(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz: float) -> list[dict[str, Standstill]]:
+    """Where each axis counts as standing, recording by recording; everywhere where it never moves.
 
-    0.2 % of its highest speed in all recordings, and five times the noise of this recording's velocity at the cut-off.
+    Below 0.2 % of its highest speed in all recordings, and five times the noise of this recording's velocity at the cut-off.
+    And where it is only shaken.
     """
     pieces = [_narrow(simulation, recording, cutoff_hz) for recording in recordings]
-    found: list[dict[str, float]] = [{} for _ in pieces]
+    found: list[dict[str, Standstill]] = [{} for _ in pieces]
     for axis in simulation.axes:
-        speeds = standstill_velocities([piece[axis] for piece in pieces])
-        for each, speed in zip(found, speeds, strict=True):
-            each[axis] = speed
+        motions = [piece[axis] for piece in pieces]
+        for each, speed in zip(found, standstill_velocities(motions), strict=True):
+            each[axis] = standstill(motions, speed)
     return found
 
 
@@ -78,7 +80,7 @@ def prepare(
     recording: Recording,
     cutoff_hz: float,
     motion_hz: float,
-    standstill: Mapping[str, float],
+    stands: Mapping[str, Standstill],
     began: float,
     asked: Mapping[str, AskedTorque] = NOTHING_ASKED,
 ) -> Run:
@@ -113,11 +115,13 @@ def prepare(
             deflection=deflection(recording, axis, measured_position(recording.columns[axis], period), period, cutoff),
             weight_slope=slope[:, k, k].copy(),
         )
-        chosen = select(narrow[axis], standstill[axis], 0.0)
+        chosen = select(narrow[axis], stands[axis], 0.0)
         fitted = chosen.fitted if chosen.fitted.sum() >= ENOUGH_FITTED * chosen.moving.sum() else chosen.moving
-        apart = fitted & select(narrow[axis], standstill[axis], REVERSAL).fitted
+        apart = fitted & select(narrow[axis], stands[axis], REVERSAL).fitted
         used = apart if apart.sum() >= ENOUGH_FITTED * fitted.sum() else fitted
-        sticks = _sticks(motion, standstill[axis], chosen.moving, round(STANDSTILL_REACH * reach(period, cutoff)))
+        held = shaken(narrow[axis], stands[axis])
+        near = widen(chosen.moving, round(STANDSTILL_REACH * reach(period, cutoff)))
+        sticks = near & (held | _sticks(motion, stands[axis].velocity))
         simulated = rigid[:, k] + dynamics[axis].friction.resistance(motion)
         base = zero_phase(np.where(sticks, motion.torque, simulated), period, cutoff)
         torque = zero_phase(motion.torque, period, cutoff)
@@ -140,15 +144,15 @@ def prepare(
     return Run(recording, period, cutoff, wide, stride_of(period, cutoff), compared, axes, coupling)
 
 
-def _sticks(motion: Motion, threshold: float, moving: Mask, near: int) -> Mask:
-    """Where an axis stands within so many samples of some that count, into which the filter smears what it holds then.
+def _sticks(motion: Motion, threshold: float) -> Mask:
+    """Where an axis stands.
 
     Before and after a rest, and as it reverses: for the milliseconds in which friction turns round, any torque between its two
     levels holds. Within half a sample of a reversal, position and torque of a sample do not tell on which side of it they were
     taken.
     """
     speed, turned = np.abs(motion.velocity), TURNED * motion.period * np.abs(motion.acceleration)
-    return np.asarray((speed <= np.maximum(threshold, turned)) & widen(moving, near))
+    return np.asarray(speed <= np.maximum(threshold, turned))
 
 
 def _narrow(simulation: Simulation, recording: Recording, cutoff_hz: float) -> dict[str, AxisMotion]:

@@ -87,6 +87,6 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
         )
     absolute = {axis: is_absolute(runs, axis) for axis in twin.axes}
     asked = {axis: testable(rows, axis, absolute[axis], law_missing(runs, axis), unrecorded.get(axis)) for axis in twin.axes}
-    middle = {axis: sorted(each[axis] for each in standstill)[len(standstill) // 2] for axis in twin.axes}
+    middle = {axis: sorted(each[axis].velocity for each in standstill)[len(standstill) // 2] for axis in twin.axes}
     told = (*notes(unrecorded), *slow, *steady.notes, *smooth.notes, *fit_at.notes, *check_at.notes)
     return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, told, check_at.adrift)

@@ -17,8 +17,8 @@ from drivetwin.diagnosis.prepare.positions import moved
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects import AxisEffect
 from drivetwin.emulator.effects.base import Strays
-from drivetwin.motion.axis_motion import widen
 from drivetwin.motion.filtering import reach, zero_phase
+from drivetwin.motion.moving import widen
 from drivetwin.recording.recording import Recording
 
 Array = NDArray[np.float64]

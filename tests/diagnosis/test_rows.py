@@ -21,8 +21,8 @@ from drivetwin.emulator.effects.elasticity import Elasticity
 from drivetwin.emulator.effects.presliding import Presliding
 from drivetwin.emulator.effects.torque_offset import TorqueOffset
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
-from drivetwin.motion.axis_motion import widen
 from drivetwin.motion.filtering import reach
+from drivetwin.motion.moving import widen
 from drivetwin.recording.recording import Recording
 
 AXES = ("turn", "lift")

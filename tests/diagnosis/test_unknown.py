@@ -11,8 +11,8 @@ from drivetwin.diagnosis.model.beside import Inner
 from drivetwin.diagnosis.model.unknown import Component, by_quantity, components
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.report.result import Array
-from drivetwin.motion.axis_motion import widen
 from drivetwin.motion.filtering import reach
+from drivetwin.motion.moving import widen
 
 WAVES = 4.0
 

@@ -15,8 +15,8 @@ from typer.testing import CliRunner, Result
 from drivetwin.cli.fit import fit_command
 from drivetwin.foundation.errors import UserError
 from drivetwin.identification import Settings, identify
-from drivetwin.motion.axis_motion import widen
 from drivetwin.motion.filtering import reach
+from drivetwin.motion.moving import widen
 from drivetwin.recording.recording import Recording
 from drivetwin.recording.writer import write_into
 

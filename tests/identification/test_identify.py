@@ -18,7 +18,8 @@ from drivetwin.identification import Settings, identify, write_results
 from drivetwin.identification.friction_law import FrictionLaw
 from drivetwin.identification.residuals import error_if_moving, error_of_fit
 from drivetwin.identification.wording import headline
-from drivetwin.motion.axis_motion import axis_motions, standstill_velocity
+from drivetwin.motion.axis_motion import axis_motions
+from drivetwin.motion.moving import standstill_velocity
 from drivetwin.recording.recording import AxisInfo, Recording
 from drivetwin.recording.writer import write_into
 

@@ -21,8 +21,9 @@ from drivetwin.identification.least_squares import Solution, solve, told
 from drivetwin.identification.regressors import Design, Label, Stribeck, Term, column
 from drivetwin.identification.result import Parameter
 from drivetwin.identification.settings import Settings
-from drivetwin.motion.axis_motion import AxisMotion, AxisSamples, axis_motions, select, standstill_velocity
+from drivetwin.motion.axis_motion import AxisMotion, axis_motions
 from drivetwin.motion.inverse_dynamics import Model
+from drivetwin.motion.moving import AxisSamples, select, standstill, standstill_velocity
 from drivetwin.recording.recording import Recording, Samples
 from wafer_handler.scara.dynamics import PARAMETERS, BaseParameters, regressor
 from wafer_handler.scara.geometry import JOINTS
@@ -119,16 +120,15 @@ def _shape(law: FrictionLaw) -> Stribeck | None:
 
 def _samples(pieces: Pieces, settings: Settings) -> list[list[AxisSamples]]:
     """Which samples count: a list a recording, an entry an axis."""
-    thresholds = []
+    stands = []
     for number, axis in enumerate(AXES):
-        threshold = standstill_velocity([piece[number] for piece in pieces])
+        motions = [piece[number] for piece in pieces]
+        threshold = standstill_velocity(motions)
         if threshold is None:
             raise UserError(f"{axis} stands still in every recording: record a motion of it")
-        thresholds.append(threshold)
-    return [
-        [select(motion, threshold, settings.reversal_margin) for motion, threshold in zip(piece, thresholds, strict=True)]
-        for piece in pieces
-    ]
+        stands.append(standstill(motions, threshold))
+    margin = settings.reversal_margin
+    return [[select(motion, where, margin) for motion, where in zip(piece, stands, strict=True)] for piece in pieces]
 
 
 def _design(pieces: Pieces, samples: list[list[AxisSamples]], shapes: Mapping[str, Stribeck | None]) -> Design:
