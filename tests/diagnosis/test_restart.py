@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -19,10 +20,13 @@ from drivetwin.diagnosis.weigh.restart import restarted
 from drivetwin.diagnosis.weigh.state import first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects.backlash import Backlash
+from drivetwin.emulator.effects.presliding import Presliding
 
 TRUE = Backlash(4e-3, 3e3, 8.0, 0.5)
 FINER = 20
 """Steps of the integration a sample."""
+WAY = 2e-3
+"""On which friction gives way before it slides [rad], where it does."""
 
 
 def loose(at: Swing) -> Array:
@@ -45,8 +49,30 @@ def loose(at: Swing) -> Array:
     return np.asarray(through[::FINER] - link * at.acceleration - own)
 
 
-def bench_of_play(folder: Path) -> Bench:
-    made = ready(folder, *(strokes(seed, seconds, {"turn": loose}) for seed, seconds in ((1, 20.0), (2, 4.0))))
+def loose_and_yielding(at: Swing) -> Array:
+    """The same with the friction of either side on a spring that slips at its level: Coulomb friction that gives way first."""
+    step = float(at.time[1] - at.time[0]) / FINER
+    fine = np.arange((len(at.time) - 1) * FINER + 1) * step
+    motor, speed = (np.interp(fine, at.time - at.time[0], values) for values in (at.position, at.velocity))
+    link, level, viscous = TURNING - MOTOR, 0.5 * COULOMB["turn"], 0.5 * VISCOUS["turn"]
+    place, moves, held, own = float(motor[0]), 0.0, 0.0, 0.0
+    through, before = np.zeros(len(fine)), np.zeros(len(fine))
+    for k in range(len(fine)):
+        own = float(np.clip(own + level / WAY * step * speed[k], -level, level))
+        before[k] = own + viscous * speed[k]
+        twist = motor[k] - place
+        if abs(twist) > 0.5 * TRUE.gap:
+            push = TRUE.stiffness * (twist - np.copysign(0.5 * TRUE.gap, twist)) + TRUE.damping * (speed[k] - moves)
+            through[k] = push if push * twist > 0.0 else 0.0
+        held = float(np.clip(held + level / WAY * step * moves, -level, level))
+        moves += step * (through[k] - viscous * moves - held) / link
+        place += step * moves
+    rigid = COULOMB["turn"] * np.sign(at.velocity) + VISCOUS["turn"] * at.velocity
+    return np.asarray((through + before)[::FINER] - link * at.acceleration - rigid)
+
+
+def bench_of_play(folder: Path, torque: Callable[[Swing], Array] = loose, longest: float = 20.0) -> Bench:
+    made = ready(folder, *(strokes(seed, seconds, {"turn": torque}) for seed, seconds in ((1, longest), (2, 4.0))))
     return bench_of(made.rows, Settings(), made.absolute)
 
 
@@ -61,3 +87,16 @@ def test_play_is_found_again_wherever_its_search_went(begun: Backlash, tmp_path:
     assert play.effect.gap == pytest.approx(TRUE.gap, rel=0.1)
     assert play.effect.motor_friction_share == pytest.approx(TRUE.motor_friction_share, abs=0.1)
     assert found.whole.left["turn"] < 0.1
+
+
+def test_play_that_was_bent_to_a_friction_that_yields_is_found_again_beside_it(tmp_path: Path) -> None:
+    bench = bench_of_play(tmp_path, loose_and_yielding, 8.0)
+    alone = state_of(bench, [placed(bench.rows, "turn", TRUE)], first_colours(bench), {})
+    bent = coloured(settled_on(alone), ())
+    found = restarted(Pair(bent, bent), (), Proposer(bench, bench, {"turn": [Backlash, Presliding]}, {}))
+    friction, play = (one.effect for one in found.whole.effects)
+    assert isinstance(play, Backlash)
+    assert isinstance(friction, Presliding)
+    assert play.gap == pytest.approx(TRUE.gap, rel=0.1)
+    assert COULOMB["turn"] / friction.stiffness == pytest.approx(WAY, rel=0.5)
+    assert found.whole.left["turn"] < 0.1 * bent.left["turn"]
