@@ -74,6 +74,11 @@ class Answer:
     members: tuple[Weighed, ...]
 
     @property
+    def believed(self) -> bool:
+        """Whether it goes into a patch: it predicts, and is rather there than not."""
+        return self.predicts and self.probability >= PROBABLE
+
+    @property
     def indistinguishable(self) -> tuple[str, ...]:
         """Other effects that predict as well, most probable first."""
         assert self.chosen is not None
@@ -247,7 +252,7 @@ def believed(state: State, answers: Sequence[Answer]) -> State:
     Barbieri and Berger, Annals of Statistics 32(3), 2004. As it was where the others make no mechanism without them. The noise
     is coloured as what is left now: that of the whole set does not know what the others explained.
     """
-    doubted = [one.chosen for one in answers if one.chosen is not None and not one.predicts]
+    doubted = [one.chosen for one in answers if one.chosen is not None and not one.believed]
     kept = [one for one in state.effects if not any(alike(one, each) for each in doubted)]
     if len(kept) == len(state.effects):
         return state
