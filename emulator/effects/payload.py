@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import log, pi
 from typing import ClassVar
 
 import mujoco
@@ -15,6 +16,8 @@ from drivetwin.emulator.effects.model_tree import free_name, outermost
 
 _PLACE = 0.02
 """Of a place [m], the least that matters: it may well be at 0."""
+_STEEL = 7850.0
+"""Density [kg/m³]: hardly a load is denser."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,16 @@ class Payload(ModelEffect):
 
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
         return super().sizes(motion, axis) | {name: max(abs(getattr(self, name)), _PLACE) for name in ("x", "y", "z")}
+
+    def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
+        """Hardly a load is heavier than all that an axis moves; on a hinge, it turns with no less than a ball of steel.
+
+        Weight on a hinge needs mass times distance only: without this, a ton at a tenth of a millimetre would do.
+        """
+        radius = (0.75 * self.mass / (pi * _STEEL)) ** (1.0 / 3.0)
+        own = self.mass if axis.slide else 0.4 * self.mass * radius**2
+        times = own / max(float(np.median(motion.inertia)), np.finfo(float).tiny)
+        return 0.5 * (max(0.0, log(max(times, 1.0))) / log(2.0)) ** 2
 
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         body = outermost(spec, joint.parent)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import log
 from typing import ClassVar
 
 import numpy as np
@@ -54,6 +55,11 @@ class TemperatureDrift(FrictionEffect):
         """
         longest = float(np.clip(_SPANS * np.ptp(motion.time), 10.0, 2e4))
         return {"cold": (0.0, 3.0), "time_constant": (5.0, longest)}
+
+    def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:
+        """What changes little while it is recorded is likelier another level, which has a name of its own."""
+        spans = self.time_constant / max(float(np.ptp(motion.time)), 1e-9)
+        return 0.5 * (max(0.0, log(spans)) / log(2.0)) ** 2
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
