@@ -79,14 +79,14 @@ def drawn_case(number: int, seed: int, kind: Kind, effects: tuple[str, ...], all
     """The first attempt at which machine, effects and drives go together; raises UserError where none does.
 
     A family that has been drawn is kept for some attempts, so that those that are hard to fit are not drawn less often. What
-    only the demanded torque tells is no cause at a drive whose law is not told.
+    only the demanded torque tells is no cause where no demand is recorded.
     """
     for attempt in range(_TRIES):
         draw = np.random.default_rng([seed, 3, attempt])
         name = family(np.random.default_rng([seed, 4, attempt // _PATIENCE]), allowed)
         world = _world(seed, attempt, name, allowed.robots)
         placed = _placed(draw, world.machine, kind, effects)
-        if placed is None or any(effect in DRIVE and not world.drives[axis].told for effect, axis in placed):
+        if placed is None or any(effect in DRIVE and not world.drives[axis].demand_is_recorded for effect, axis in placed):
             continue
         found = _drawn(draw, world, kind, placed)
         if found is not None:

@@ -31,6 +31,11 @@ class Drive:
     velocity_lag: float
     current_lag: float
 
+    @property
+    def demand_is_recorded(self) -> bool:
+        """Whether a recording has the demand, from which the torque that was asked for follows; in torque mode it has none."""
+        return self.told and self.law != TORQUE
+
 
 def draw_drive(draw: Draw, name: str) -> Drive:
     """One drive; velocity loops of 15 to 45 Hz, a fourth to an eighth of that for the position, as servo handbooks have it."""

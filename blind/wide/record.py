@@ -17,7 +17,7 @@ from drivetwin.blind.wide.drives import told
 from drivetwin.blind.wide.machines import off
 from drivetwin.blind.wide.motion import SETTLE, Plan
 from drivetwin.blind.wide.simulator import Run
-from drivetwin.blind.wide.truth import TORQUE, Axes
+from drivetwin.blind.wide.truth import Axes
 from drivetwin.blind.wide.world import World
 from drivetwin.recording.recording import AxisInfo, Recording, RecordingInfo
 from drivetwin.recording.writer import write_recording
@@ -86,7 +86,7 @@ def _columns(
     }
     if channel.velocity:
         columns["velocity"] = sampled(_filtered(run.velocity[:, k], drive.velocity_lag), times)
-    if drive.told and drive.law != TORQUE:
+    if drive.demand_is_recorded:
         columns["position_demand"] = sampled(plan.position[:, k], times) - start
         if drive.inertia_feedforward > 0.0:
             ahead = drive.inertia_feedforward * (world.links[k] + world.machine.nominal[k].rotor)

@@ -16,6 +16,7 @@ from drivetwin.blind.key import seal
 from drivetwin.blind.wide.case import Item, WideCase
 from drivetwin.blind.wide.choice import SHARES, choice, plans
 from drivetwin.blind.wide.draw import draw_wide, each_wide, world_of
+from drivetwin.blind.wide.drives import LAWS, draw_drive
 from drivetwin.blind.wide.families import FAMILIES
 from drivetwin.blind.wide.record import record_wide
 from drivetwin.foundation.errors import UserError
@@ -60,6 +61,12 @@ def test_a_case_is_recorded_to_the_same_samples(cases: tuple[WideCase, ...], fol
 def test_only_what_is_asked_for_is_drawn(cases: tuple[WideCase, ...]) -> None:
     assert {case.machine for case in cases} <= {"linear", "pendulum"}
     assert {cause.effect for case in cases for cause in case.causes} <= set(ONLY)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_drive_in_torque_mode_and_one_of_untold_law_have_no_demand_to_compare_with(law: str) -> None:
+    """Nobody could find there that a drive gives another torque than was asked for."""
+    assert draw_drive(np.random.default_rng(1), law).demand_is_recorded == (law not in ("torque", "untold"))
 
 
 def test_names_keep_and_leave_out_kinds_of_their_group() -> None:
