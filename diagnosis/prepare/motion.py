@@ -45,9 +45,6 @@ HARDLY_COUPLED = 1e-3
 """Of the inertias of two axes, that the one between them must be to count."""
 ENOUGH_FITTED = 0.25
 """Of the samples in motion, that must be far from a standstill to be fitted alone; an axis may dwell everywhere."""
-REVERSAL = 0.015
-"""Around a reversal, within which no gap is measured [s]: it would show at what instant friction changed its sign, and that it
-yields by some micrometres before it slides, as any real one does. It is fitted."""
 
 
 def standstill_of(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz: float) -> list[dict[str, Standstill]]:
@@ -82,12 +79,14 @@ def prepare(
     motion_hz: float,
     stands: Mapping[str, Standstill],
     began: float,
+    reversal: float,
     asked: Mapping[str, AskedTorque] = NOTHING_ASKED,
 ) -> Run:
     """Filter a recording and evaluate the simulation as it stands on its motion.
 
     `cutoff_hz` is that of the comparison, `motion_hz` up to where the position tells more than noise; `began`: when the
-    recording's time was 0 [s] since the machine was switched on; `asked`: of the axes whose torque was not recorded.
+    recording's time was 0 [s] since the machine was switched on; `reversal` [s]: of `Settings`; `asked`: of the axes whose
+    torque was not recorded.
     """
     period = recording.info.sample_period
     cutoff = effective_cutoff(period, cutoff_hz)
@@ -117,7 +116,7 @@ def prepare(
         )
         chosen = select(narrow[axis], stands[axis], 0.0)
         fitted = chosen.fitted if chosen.fitted.sum() >= ENOUGH_FITTED * chosen.moving.sum() else chosen.moving
-        apart = fitted & select(narrow[axis], stands[axis], REVERSAL).fitted
+        apart = fitted & select(narrow[axis], stands[axis], reversal).fitted
         used = apart if apart.sum() >= ENOUGH_FITTED * fitted.sum() else fitted
         held = shaken(narrow[axis], stands[axis])
         near = widen(chosen.moving, round(STANDSTILL_REACH * reach(period, cutoff)))

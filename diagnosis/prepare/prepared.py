@@ -74,7 +74,7 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     motion = motion_cutoff(recordings, twin.home_inertia(), steady.by_velocity)
     standstill = standstill_of(twin, recordings, min(cutoff, motion))
     each = zip(recordings, standstill, begins(recordings), strict=True)
-    every = [prepare(twin, one, cutoff, motion, still, began, unrecorded) for one, still, began in each]
+    every = [prepare(twin, one, cutoff, motion, still, began, settings.reversal, unrecorded) for one, still, began in each]
     given = ", ".join(one.name for one in training)
     runs, checks = hold_back(every) if held_back else (every[: len(training)], every[len(training) :])
     if not checks:

@@ -36,11 +36,14 @@ def moved(name: str, lift: float, turn: float, motion: Callable[[Array], Array],
     return Recording(name, RecordingInfo(machine="two", sample_period=PERIOD, axes=axes), time, columns)
 
 
-def split(folder: Path, *recordings: Recording) -> Prepared:
+SETTINGS = Settings(cutoff_hz=48.0)
+
+
+def split(folder: Path, *recordings: Recording, settings: Settings = SETTINGS) -> Prepared:
     """What is fitted of these recordings, and what is not."""
     model = folder / "model.xml"
     model.write_text(MODEL, encoding="utf-8")
-    return prepared(model, list(recordings), [], Settings(cutoff_hz=48.0))
+    return prepared(model, list(recordings), [], settings)
 
 
 def travels(part: Sequence[Run], axis: str) -> float:
@@ -142,12 +145,13 @@ def test_short_recordings_beside_a_long_one_are_held_back_too(tmp_path: Path) ->
         assert travels(part, "turn") > 0.5
 
 
-def test_a_gap_does_not_count_near_a_reversal_and_is_fitted_there(tmp_path: Path) -> None:
-    found = split(tmp_path, recorded("run", 0.3, 1.0, 0.4))
+@pytest.mark.parametrize("reversal", [0.0, 0.015, 0.06])
+def test_a_gap_does_not_count_near_a_reversal_and_is_fitted_there(reversal: float, tmp_path: Path) -> None:
+    found = split(tmp_path, recorded("run", 0.3, 1.0, 0.4), settings=replace(SETTINGS, reversal=reversal))
     run = found.runs[0].axes["turn"]
     turns = np.flatnonzero(np.diff(np.sign(run.motion.velocity)) != 0.0)
     away = np.abs(np.arange(len(run.used))[:, None] - turns).min(axis=1) * PERIOD
-    assert away[run.used].min() > 0.01
+    assert away[run.used].min() == pytest.approx(reversal, abs=0.005)
     assert away[run.fitted].min() < 0.01
 
 
