@@ -90,7 +90,7 @@ def test_play_is_found_again_wherever_its_search_went(begun: Backlash, tmp_path:
 
 
 def test_play_that_was_bent_to_a_friction_that_yields_is_found_again_beside_it(tmp_path: Path) -> None:
-    bench = bench_of_play(tmp_path, loose_and_yielding, 8.0)
+    bench = bench_of_play(tmp_path, loose_and_yielding, 4.0)
     alone = state_of(bench, [placed(bench.rows, "turn", TRUE)], first_colours(bench), {})
     bent = coloured(settled_on(alone), ())
     found = restarted(Pair(bent, bent), (), Proposer(bench, bench, {"turn": [Backlash, Presliding]}, {}))
