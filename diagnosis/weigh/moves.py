@@ -25,7 +25,7 @@ from drivetwin.diagnosis.weigh.proposal import (
     same_kind,
 )
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.restart import restarted
+from drivetwin.diagnosis.weigh.restart import Restart
 from drivetwin.diagnosis.weigh.state import NEARBY, State
 from drivetwin.diagnosis.weigh.yielding import best_together, level_that_yields, settled_on, simpler, tried_set, yields
 from drivetwin.emulator.effects import ModelEffect, PlacedEffect
@@ -52,11 +52,11 @@ class Search:
         first = empty(self.proposer.bench, self.proposer.part)
         proposals: Sequence[Proposal] = self.proposer.further(first, list(self.proposer.kinds))
         pair = first.as_noise_is(first.whole, proposals)
-        exchange = Exchange(self.proposer, self._rivals, self.progress)
+        exchange, restart = Exchange(self.proposer, self._rivals, self.progress), Restart(self.proposer)
         done: set[tuple[Name, ...]] = set()
         for _ in range(EXCHANGES):
             pair, proposals = self.added(pair)
-            again = restarted(pair, proposals, self.proposer)
+            again = restart.restarted(pair, proposals)
             if again is not pair:
                 pair, proposals = self.added(again)
             pair, families, changed = exchange.exchanged(pair, proposals)

@@ -9,6 +9,7 @@ here each set is compared in its own colour.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
@@ -34,35 +35,43 @@ BRIEF = 5
 """Steps at most of each in the noise that it leaves: the best goes on."""
 
 
-def restarted(pair: Pair, proposals: Sequence[Proposal], proposer: Proposer) -> Pair:
-    """The set, or a better one with another effect of the same kinds in the place of those of a transmission."""
-    for axis in pair.whole.axes_of([one for one in pair.whole.effects if _of_transmission(one)]):
-        kinds = [type(one.effect) for one in pair.whole.effects if one.axis == axis and _of_transmission(one)]
-        frictions = [] if _only_asked(pair, axis) else [kind for kind in proposer.kinds[axis] if _yields_as_friction(kind)]
-        found = [_sought_again(pair, axis, kind, proposer) for kind in kinds]
-        found += [_sought_together(pair, axis, *both) for both in product(kinds, frictions)]
-        able = [one for one in found if one is not None]
-        best = max(able, key=proposer.rated, default=None)
-        if best is None:
-            continue
-        stands = in_its_noise(pair.whole, pair.whole, axis)
-        if proposer.rated(best) > proposer.rated(stands) + CLEARLY and not best.leaves_more_than(stands):
-            pair = pair.as_noise_is(best, proposals)
-    return pair
+@dataclass(frozen=True)
+class Restart:
+    """Of a search. Both kinds of effects are sought together once on an axis: it takes as long as all else there."""
+
+    proposer: Proposer
+    _asked: set[tuple[str, type[Effect], type[Effect]]] = field(init=False, default_factory=set)
+
+    def restarted(self, pair: Pair, proposals: Sequence[Proposal]) -> Pair:
+        """The set, or a better one with another effect of the same kinds in the place of those of a transmission."""
+        for axis in pair.whole.axes_of([one for one in pair.whole.effects if _of_transmission(one)]):
+            kinds = [type(one.effect) for one in pair.whole.effects if one.axis == axis and _of_transmission(one)]
+            found = [_sought_again(pair, axis, kind, self.proposer) for kind in kinds]
+            found += [self._together(pair, axis, *both) for both in product(kinds, self._frictions(pair, axis))]
+            able = [one for one in found if one is not None]
+            best = max(able, key=self.proposer.rated, default=None)
+            if best is None:
+                continue
+            stands = in_its_noise(pair.whole, pair.whole, axis)
+            if self.proposer.rated(best) > self.proposer.rated(stands) + CLEARLY and not best.leaves_more_than(stands):
+                pair = pair.as_noise_is(best, proposals)
+        return pair
+
+    def _frictions(self, pair: Pair, axis: str) -> list[type[Effect]]:
+        """Kinds of friction that yields; none where the torque is what a drive would have asked for, which errs by more."""
+        if any(run.axes[axis].asked is not None for run in pair.whole.rows.runs):
+            return []
+        return [kind for kind in self.proposer.kinds[axis] if yields(kind) and Look.LEVEL in kind.looks]
+
+    def _together(self, pair: Pair, axis: str, kind: type[Effect], friction: type[Effect]) -> State | None:
+        if (axis, kind, friction) in self._asked:
+            return None
+        self._asked.add((axis, kind, friction))
+        return _sought_together(pair, axis, kind, friction)
 
 
 def _of_transmission(one: PlacedEffect) -> bool:
     return isinstance(one.effect, TransmissionEffect)
-
-
-def _yields_as_friction(kind: type[Effect]) -> bool:
-    return yields(kind) and Look.LEVEL in kind.looks
-
-
-def _only_asked(pair: Pair, axis: str) -> bool:
-    """Whether the torque of an axis is what its drive would have asked for: it errs as a whole, and by more than friction that
-    yields is."""
-    return any(run.axes[axis].asked is not None for run in pair.whole.rows.runs)
 
 
 def _sought_again(pair: Pair, axis: str, kind: type[Effect], proposer: Proposer) -> State | None:

@@ -16,7 +16,7 @@ from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.restart import restarted
+from drivetwin.diagnosis.weigh.restart import Restart
 from drivetwin.diagnosis.weigh.state import first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects.backlash import Backlash
@@ -81,7 +81,7 @@ def test_play_is_found_again_wherever_its_search_went(begun: Backlash, tmp_path:
     bench = bench_of_play(tmp_path)
     wrong = state_of(bench, [placed(bench.rows, "turn", begun)], first_colours(bench), {})
     valley = coloured(settled_on(wrong), ())
-    found = restarted(Pair(valley, valley), (), Proposer(bench, bench, {"turn": [Backlash]}, {}))
+    found = Restart(Proposer(bench, bench, {"turn": [Backlash]}, {})).restarted(Pair(valley, valley), ())
     (play,) = found.whole.effects
     assert isinstance(play.effect, Backlash)
     assert play.effect.gap == pytest.approx(TRUE.gap, rel=0.1)
@@ -93,7 +93,7 @@ def test_play_that_was_bent_to_a_friction_that_yields_is_found_again_beside_it(t
     bench = bench_of_play(tmp_path, loose_and_yielding, 4.0)
     alone = state_of(bench, [placed(bench.rows, "turn", TRUE)], first_colours(bench), {})
     bent = coloured(settled_on(alone), ())
-    found = restarted(Pair(bent, bent), (), Proposer(bench, bench, {"turn": [Backlash, Presliding]}, {}))
+    found = Restart(Proposer(bench, bench, {"turn": [Backlash, Presliding]}, {})).restarted(Pair(bent, bent), ())
     friction, play = (one.effect for one in found.whole.effects)
     assert isinstance(play, Backlash)
     assert isinstance(friction, Presliding)
