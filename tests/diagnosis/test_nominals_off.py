@@ -4,9 +4,28 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rig_bench import COULOMB, LIFTING, TURNING, VISCOUS, Swing, diagnosed, strokes
+import numpy as np
+import pytest
+from rig_bench import (
+    CARRIAGE,
+    COULOMB,
+    GRAVITY,
+    LIFT_MOTOR,
+    LIFTING,
+    TURNING,
+    VISCOUS,
+    Swing,
+    diagnosed,
+    lift_torque,
+    moved,
+    recording,
+    strokes,
+)
 
-from drivetwin.diagnosis.report.result import Array
+from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.report.result import Array, Diagnosis
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.recording.recording import Recording
 
 FRICTION, INERTIA = 0.03, 0.045
 """Shares by which they are: about one standard deviation of what a data sheet gives."""
@@ -21,3 +40,40 @@ def test_a_torque_constant_is_not_named_for_friction_and_inertia_that_are_a_litt
     found = diagnosed(tmp_path, lambda seed, name: strokes(seed, 12.0, both, name))
     assert {one.effect.name for one in found.selected} <= {"coulomb", "viscous", "inertia", "payload"}
     assert found.selected
+
+
+LIFT = f"""<mujoco model="lift"><option gravity="0 0 -{GRAVITY}"/><worldbody>
+<body name="carriage"><joint name="lift" type="slide" axis="0 0 1" armature="{LIFT_MOTOR}"
+ frictionloss="{COULOMB["lift"]}" damping="{VISCOUS["lift"]}"/>
+<inertial pos="0 0 0" mass="{CARRIAGE}" diaginertia="1e-6 1e-6 1e-6"/></body>
+</worldbody><actuator><motor name="lift" joint="lift"/></actuator></mujoco>"""
+
+
+def of_a_lift(folder: Path, constant: float, lighter: float) -> Diagnosis:
+    """What is said of a lift whose Coulomb friction is 5 % lower, with another motor constant and a carriage that is lighter."""
+
+    def recorded(seed: int, name: str) -> Recording:
+        both = moved(seed, 12.0)
+        at = both["lift"]
+        lacks = 0.05 * COULOMB["lift"] * np.sign(at.velocity) + lighter * CARRIAGE * (at.acceleration + GRAVITY)
+        positions = {axis: each.position for axis, each in both.items()}
+        return recording({"lift": (lift_torque(at) - lacks) / constant}, positions, seed, name)
+
+    (folder / "lift.xml").write_text(LIFT, encoding="utf-8")
+    fitted, held = recorded(1, "fitted"), recorded(2, "held")
+    return diagnose(folder / "lift.xml", [fitted], [held], Settings(), lambda _stage, _share: None)
+
+
+def test_what_moved_mass_friction_and_rotor_alike_is_one_motor_constant(tmp_path: Path) -> None:
+    """The friction differs besides: beside it as modelled no motor constant explains it, beside the mass as modelled one does."""
+    found = of_a_lift(tmp_path, 1.12, 0.0)
+    assert found.causes[0].effect == "torque_constant"
+    assert found.causes[0].parameters["error"].value == pytest.approx(0.12, abs=0.02)
+    assert not found.masses
+
+
+def test_a_carriage_that_is_lighter_is_no_motor_constant(tmp_path: Path) -> None:
+    found = of_a_lift(tmp_path, 1.0, 0.11)
+    (mass,) = found.masses
+    assert mass.mass.value == pytest.approx(0.89 * CARRIAGE, rel=0.02)
+    assert "torque_constant" not in {one.effect.name for one in found.selected}
