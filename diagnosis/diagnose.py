@@ -11,7 +11,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from drivetwin.diagnosis.prepare.prepared import prepared
+from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
 from drivetwin.diagnosis.progress import Progress
 from drivetwin.diagnosis.propose.drives import drive_effects
 from drivetwin.diagnosis.propose.placing import in_order
@@ -47,6 +47,19 @@ def _threads_that_wait_little() -> Iterator[None]:
         sys.setswitchinterval(usual)
 
 
+def proposer_of(ready: Prepared, settings: Settings) -> Proposer:
+    """What every effect that can be asked for on an axis is sought with."""
+    rows = ready.rows
+    whole = bench_of(rows, settings, ready.absolute)
+    part = whole if rows.part is rows else bench_of(rows.part, settings, ready.absolute)
+    kinds = {
+        axis: [kind for kind in each.kinds if not issubclass(kind, DriveEffect)]
+        for axis, each in ready.testable.items()
+        if rows.count(axis)
+    }
+    return Proposer(whole, part, kinds, {axis: ready.testable[axis].askew for axis in kinds})
+
+
 @_threads_that_wait_little()
 def diagnose(
     model: Path,
@@ -64,16 +77,7 @@ def diagnose(
     """
     progress("filter, inverse dynamics", 0.02)
     ready = prepared(model, training, validation, settings)
-    rows = ready.rows
-    whole = bench_of(rows, settings, ready.absolute)
-    part = whole if rows.part is rows else bench_of(rows.part, settings, ready.absolute)
-    kinds = {
-        axis: [kind for kind in each.kinds if not issubclass(kind, DriveEffect)]
-        for axis, each in ready.testable.items()
-        if rows.count(axis)
-    }
-    askew = {axis: ready.testable[axis].askew for axis in kinds}
-    proposer = Proposer(whole, part, kinds, askew)
+    proposer = proposer_of(ready, settings)
     search = Search(proposer, progress)
     found = search.run()
     progress("probabilities", 0.8)
@@ -86,9 +90,8 @@ def diagnose(
     state, answers = named(state, answers, proposer, partial(weighed, unexplained=unexplained, settings=settings))
     ready = ready.aligned(state.lateness(), state.apart())
     answers.append(weighed(search.further(found, state), unexplained, settings))
-    drives = [
-        one for axis in kinds for one in drive_effects(ready.runs, axis, ready.testable[axis].kinds, settings.least_share)
-    ]
+    asked = {axis: ready.testable[axis].kinds for axis in proposer.kinds}
+    drives = [one for axis, kinds in asked.items() for one in drive_effects(ready.runs, axis, kinds, settings.least_share)]
     progress("gap, shares, shrink", 0.9)
     values = refitted(state, heavier(state))
     ready = placed_by(ready, Patch(in_order(values.effects), values.heavier))

@@ -50,7 +50,7 @@ LIFT = f"""<mujoco model="lift"><option gravity="0 0 -{GRAVITY}"/><worldbody>
 
 
 def of_a_lift(folder: Path, constant: float, lighter: float) -> Diagnosis:
-    """What is said of a lift whose Coulomb friction is 5 % lower, with another motor constant and a carriage that is lighter."""
+    """What is said of a lift with 5 % less Coulomb friction, another motor constant and a lighter carriage."""
 
     def recorded(seed: int, name: str) -> Recording:
         both = moved(seed, 12.0)
@@ -65,7 +65,7 @@ def of_a_lift(folder: Path, constant: float, lighter: float) -> Diagnosis:
 
 
 def test_what_moved_mass_friction_and_rotor_alike_is_one_motor_constant(tmp_path: Path) -> None:
-    """The friction differs besides: beside it as modelled no motor constant explains it, beside the mass as modelled one does."""
+    """The friction differs besides, so that with friction as modelled no motor constant explains the rest."""
     found = of_a_lift(tmp_path, 1.12, 0.0)
     assert found.causes[0].effect == "torque_constant"
     assert found.causes[0].parameters["error"].value == pytest.approx(0.12, abs=0.02)
