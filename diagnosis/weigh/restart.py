@@ -14,7 +14,7 @@ from itertools import product
 
 import numpy as np
 
-from drivetwin.diagnosis.propose.placing import placed
+from drivetwin.diagnosis.propose.placing import Name, name_of, placed
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.colouring import in_its_noise
 from drivetwin.diagnosis.weigh.pair import Pair
@@ -37,10 +37,10 @@ BRIEF = 5
 
 @dataclass(frozen=True)
 class Restart:
-    """Of a search. Both kinds of effects are sought together once on an axis: it takes as long as all else there."""
+    """Of a search. Both kinds of effects are sought together once beside the same others: it takes its time."""
 
     proposer: Proposer
-    _asked: set[tuple[str, type[Effect], type[Effect]]] = field(init=False, default_factory=set)
+    _asked: set[tuple[str, type[Effect], type[Effect], frozenset[Name]]] = field(init=False, default_factory=set)
 
     def restarted(self, pair: Pair, proposals: Sequence[Proposal]) -> Pair:
         """The set, or a better one with another effect of the same kinds in the place of those of a transmission."""
@@ -64,10 +64,12 @@ class Restart:
         return [kind for kind in self.proposer.kinds[axis] if yields(kind) and Look.LEVEL in kind.looks]
 
     def _together(self, pair: Pair, axis: str, kind: type[Effect], friction: type[Effect]) -> State | None:
-        if (axis, kind, friction) in self._asked:
+        others = [one for one in pair.whole.effects if not (one.axis == axis and yields(type(one.effect)))]
+        asked = axis, kind, friction, frozenset(map(name_of, others))
+        if asked in self._asked:
             return None
-        self._asked.add((axis, kind, friction))
-        return _sought_together(pair, axis, kind, friction)
+        self._asked.add(asked)
+        return _sought_together(pair, axis, others, kind, friction)
 
 
 def _of_transmission(one: PlacedEffect) -> bool:
@@ -87,11 +89,12 @@ def _sought_again(pair: Pair, axis: str, kind: type[Effect], proposer: Proposer)
         return None
 
 
-def _sought_together(pair: Pair, axis: str, kind: type[Effect], friction: type[Effect]) -> State | None:
-    """The same with friction that yields before it slides, in the place of all that yields: both from all their starts."""
+def _sought_together(
+    pair: Pair, axis: str, others: Sequence[PlacedEffect], kind: type[Effect], friction: type[Effect]
+) -> State | None:
+    """The same with friction that yields before it slides, beside the others: both from all their starts."""
     assert issubclass(kind, AxisEffect)
     assert issubclass(friction, AxisEffect)
-    others = [one for one in pair.whole.effects if not (one.axis == axis and yields(type(one.effect)))]
     try:
         white = Pair(*(_white(one, others) for one in (pair.whole, pair.part)))
         likeliest = _begun_together(white.part, axis, kind, friction)
