@@ -98,11 +98,13 @@ def main() -> None:
     parser.add_argument("--cases", type=Path, required=True, help="a folder of case_NNN and key.json")
     parser.add_argument("--only", type=int, action="append", default=[], help="number of a case; repeatable")
     asked = parser.parse_args()
+    if not (asked.cases / "key.json").is_file():
+        parser.error(f"no key.json in {asked.cases}: write cases with python -m drivetwin.blind.wide.write")
     console = Console()
     for case in json.loads((asked.cases / "key.json").read_text(encoding="utf-8"))["cases"]:
         if asked.only and case["number"] not in asked.only:
             continue
-        with threadpool_limits(1):
+        with threadpool_limits(1), Console(stderr=True).status(f"case {case['number']:03d}: a minute or two"):
             one = beside_truth(asked.cases / f"case_{case['number']:03d}", case)
         table = Table(title=f"case {case['number']:03d}, {case['machine']}, {case['kind']}", title_justify="left")
         for name in ("the truth is worth more by [nats]", "only in the truth", "only found"):

@@ -99,11 +99,11 @@ def _sought_together(
         white = Pair(*(_white(one, others) for one in (pair.whole, pair.part)))
         likeliest = _begun_together(white.part, axis, kind, friction)
         settled = side_by_side(lambda both: white.settled([*others, *both], axis=axis), likeliest)
+        own = side_by_side(lambda one: in_its_noise(one, pair.whole, axis, BRIEF), settled)
+        best = max(own, key=lambda one: one.reached, default=None)
+        return in_its_noise(best, pair.whole, axis) if best is not None else None
     except UserError:
         return None
-    own = side_by_side(lambda one: in_its_noise(one, pair.whole, axis, BRIEF), settled)
-    best = max(own, key=lambda one: one.reached, default=None)
-    return in_its_noise(best, pair.whole, axis) if best is not None else None
 
 
 def _begun_together(
