@@ -19,7 +19,10 @@ from drivetwin.diagnosis.prepare.simulation import Simulation, simulation
 from drivetwin.diagnosis.prepare.smoothed import smoothed
 from drivetwin.diagnosis.prepare.steadied import steadied
 from drivetwin.diagnosis.prepare.testable import Testable, is_absolute, testable
+from drivetwin.diagnosis.prepare.turns import placed_within_a_turn
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.effects import Effect
+from drivetwin.emulator.effects.base import Look
 from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Recording
 
@@ -30,6 +33,7 @@ class Prepared:
 
     `standstill` [rad/s or m/s]: of each axis, the middle one of its recordings'. `notes`: what a reader needs to
     know of what was used. `adrift`: by name of a validation recording, axes whose position has a zero that nothing tells yet.
+    `turned_one_way`: axes that are placed by a wave of their torque, and go one way in every recording.
     `apart` [s]: by how much torque and position of each axis still differ in time, once that is known.
     """
 
@@ -44,7 +48,18 @@ class Prepared:
     held_back: bool
     notes: tuple[str, ...]
     adrift: Mapping[str, tuple[str, ...]]
+    turned_one_way: frozenset[str] = frozenset()
     apart: Mapping[str, float] = field(default_factory=dict)
+
+    def alike_while_one_way(self, kind: type[Effect], axis: str) -> tuple[str, ...]:
+        """Other effects that can be asked for on an axis, of which a wave looks the same while every recording goes one way.
+
+        One changes its sign with the direction and the other does not: half a turn off, which nothing tells, they are the same.
+        """
+        if axis not in self.turned_one_way or Look.WAVE not in kind.looks:
+            return ()
+        others = [one for one in self.testable[axis].kinds if Look.WAVE in one.looks]
+        return tuple(one.name for one in others if (Look.LEVEL in one.looks) != (Look.LEVEL in kind.looks))
 
     def aligned(self, late: Mapping[str, float], apart: Mapping[str, float]) -> Prepared:
         """The same with the torque of some axes read `late` [s] earlier: it was recorded after the motion that needed it.
@@ -75,8 +90,10 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     standstill = standstill_of(twin, recordings, min(cutoff, motion))
     each = zip(recordings, standstill, begins(recordings), strict=True)
     every = [prepare(twin, one, cutoff, motion, still, began, settings.reversal, unrecorded) for one, still, began in each]
-    given = ", ".join(one.name for one in training)
-    runs, checks = hold_back(every) if held_back else (every[: len(training)], every[len(training) :])
+    given, fitted = ", ".join(one.name for one in training), every[: len(training)]
+    absolute = {axis: is_absolute(fitted, axis) for axis in twin.axes}
+    turned = placed_within_a_turn(twin, fitted, every[len(training) :], [axis for axis in twin.axes if not absolute[axis]])
+    runs, checks = hold_back(turned.runs) if held_back else (turned.runs, turned.checks)
     if not checks:
         raise UserError(f"{given}: too short to hold a quarter back for validation: record longer, or give --validate")
     rows = Rows(twin, [run.thinned() for run in runs], settings.blocks)
@@ -85,8 +102,11 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
             f"{given}: no axis moves faster than its position's noise: nothing can be asked of them; "
             "record a motion, or give the true `position_resolution`"
         )
-    absolute = {axis: is_absolute(runs, axis) for axis in twin.axes}
-    asked = {axis: testable(rows, axis, absolute[axis], law_missing(runs, axis), unrecorded.get(axis)) for axis in twin.axes}
+    asked = {
+        axis: testable(rows, axis, absolute[axis], axis in turned.axes, law_missing(runs, axis), unrecorded.get(axis))
+        for axis in twin.axes
+    }
+    adrift = {name: tuple(axis for axis in axes if axis not in turned.axes) for name, axes in check_at.adrift.items()}
     middle = {axis: sorted(each[axis].velocity for each in standstill)[len(standstill) // 2] for axis in twin.axes}
-    told = (*notes(unrecorded), *slow, *steady.notes, *smooth.notes, *fit_at.notes, *check_at.notes)
-    return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, told, check_at.adrift)
+    told = (*notes(unrecorded), *slow, *steady.notes, *smooth.notes, *fit_at.notes, *check_at.notes, *turned.notes)
+    return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, told, adrift, turned.one_way)

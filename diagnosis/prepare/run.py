@@ -198,6 +198,14 @@ class Run:
         kinematics = replace(self.kinematics, position=position)
         return replace(self, recording=moved(self.recording, zeros), kinematics=kinematics, axes=axes)
 
+    def within(self, unique: Mapping[str, float]) -> Run:
+        """The recording with the length within which the position of some axes means the same as in others [rad or m]."""
+        axes = {
+            name: replace(own, motion=replace(own.motion, unique=unique.get(name, own.motion.unique)))
+            for name, own in self.axes.items()
+        }
+        return replace(self, axes=axes)
+
     def aligned(self, late: Mapping[str, float]) -> Run:
         """The recording with the torque of some axes read `late` [s] earlier."""
         return replace(self, axes={name: self._aligned(axis, late.get(name, 0.0)) for name, axis in self.axes.items()})

@@ -41,6 +41,10 @@ WHY: Mapping[Need, tuple[str, str]] = {
         "the position is relative to where each recording began",
         "an absolute position, or one recording",
     ),
+    Need.MOTOR_ANGLE: (
+        "the position is relative to where each recording began, and no wave of the torque tells the motor's angle",
+        "an absolute position, one recording, or two motor turns in each",
+    ),
     Need.WEIGHT: ("gravity does not act along this axis in the model", "the machine's gravity in the model, if it does act"),
     Need.TIME: (
         "too short, or the time since the machine was switched on is unknown",
@@ -72,12 +76,16 @@ class Testable:
     askew: frozenset[str]
 
 
-def testable(rows: Rows, axis: str, absolute: bool, lawless: Missing | None, asked: AskedTorque | None) -> Testable:
-    """`absolute`: the position means the same in all recordings; `lawless`: why it is not known what the drive asked for.
+def testable(
+    rows: Rows, axis: str, absolute: bool, turned: bool, lawless: Missing | None, asked: AskedTorque | None
+) -> Testable:
+    """`absolute`: the position means the same in all recordings; `turned`: within a turn of the motor it does.
+
+    `lawless`: why it is not known what the drive asked for.
 
     `asked`: how the torque is known that was not recorded.
     """
-    met = _met(rows, axis, absolute, lawless is None)
+    met = _met(rows, axis, absolute, turned, lawless is None)
     why = WHY if lawless is None else {**WHY, Need.DEMAND: lawless}
     shown = rows.deflects(axis)  # a second encoder shows flanks that change without a reversal
     kinds, refused = [], []
@@ -111,7 +119,7 @@ def _hidden(asked: AskedTorque | None) -> dict[str, str]:
     return found
 
 
-def _met(rows: Rows, axis: str, absolute: bool, drive_told: bool) -> frozenset[Need]:
+def _met(rows: Rows, axis: str, absolute: bool, turned: bool, drive_told: bool) -> frozenset[Need]:
     velocity = rows.rows(axis, lambda _, own: own.motion.velocity)
     if not len(velocity):
         return frozenset()
@@ -126,6 +134,7 @@ def _met(rows: Rows, axis: str, absolute: bool, drive_told: bool) -> frozenset[N
         Need.REVERSALS: _reversals(rows, axis) >= LEAST_REVERSALS,
         Need.ACCELERATION: float(np.sqrt(np.mean(inertial**2))) >= LEAST_INERTIAL * rows.size[axis],
         Need.ABSOLUTE_POSITION: absolute,
+        Need.MOTOR_ANGLE: absolute or turned,
         Need.WEIGHT: _could_feel_gravity(rows, axis),
         Need.TIME: _time_told(rows.runs),
         Need.DEMAND: drive_told,

@@ -23,7 +23,7 @@ TRIED = 400
 
 def placed_by(ready: Prepared, patch: Patch) -> Prepared:
     """The same, each validation recording that is adrift placed by the patch's effects of the position; with a note of each."""
-    told = {one.axis for one in patch.effects if Need.ABSOLUTE_POSITION in one.effect.needs}
+    told = {one.axis for one in patch.effects if one.effect.needs & {Need.ABSOLUTE_POSITION, Need.MOTOR_ANGLE}}
     checks, notes = [], []
     for run in ready.checks:
         zeros = {axis: _zero(ready, run, patch, axis) for axis in ready.adrift.get(run.recording.name, ()) if axis in told}

@@ -118,7 +118,7 @@ def _same_elsewhere(bench: Kind, recorded: Recorded, true: AxisEffect | UnnamedE
     if Need.TIME not in true.needs:
         later = true.predict(replace(motion, time=motion.time + 100.0), axis)
         yield Finding(f"{bench}: the same at another time", _rms(later - torque) / _rms(torque), EXACT)
-    if Need.ABSOLUTE_POSITION not in true.needs:
+    if not true.needs & {Need.ABSOLUTE_POSITION, Need.MOTOR_ANGLE}:
         elsewhere = true.predict(replace(motion, position=motion.position + 0.37), axis)
         yield Finding(f"{bench}: the same elsewhere", _rms(elsewhere - torque) / _rms(torque), EXACT)
     louder = _louder(true).predict(_louder_motion(motion), _louder_axis(axis))

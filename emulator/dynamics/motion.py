@@ -24,7 +24,8 @@ class Motion:
     both with the motor; `rotor_inertia` is the motor's share of it. `from_others`: what of `rigid_torque` the other axes'
     accelerations cost. `band`: the highest frequency that the motion holds [Hz]. `deflection`: how far a second encoder has the
     joint ahead of its motor [rad or m], less its mean; None without one. `weight_slope`: d weight / d position of the joint
-    itself [N·m/rad or N/m]. Samples stand in equal steps.
+    itself [N·m/rad or N/m]. `unique`: the length within which a position means the same in all that was recorded [rad or m].
+    Samples stand in equal steps.
     """
 
     position: NDArray[np.float64]
@@ -39,6 +40,7 @@ class Motion:
     band: float = inf
     deflection: NDArray[np.float64] | None = None
     weight_slope: NDArray[np.float64] | float = 0.0
+    unique: float = inf
     _kept: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
     _lately: Lately[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=Lately)
 

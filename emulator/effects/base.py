@@ -66,6 +66,8 @@ class Need(StrEnum):
     REVERSALS = "reversals"
     ACCELERATION = "acceleration"
     ABSOLUTE_POSITION = "absolute_position"
+    MOTOR_ANGLE = "motor_angle"
+    """The angle of the motor within a turn means the same in all recordings."""
     WEIGHT = "weight"
     TIME = "time"
     DEMAND = "demand"

@@ -15,7 +15,7 @@ from drivetwin.emulator.effects.waves import FRACTIONAL, turns_apart
 class MotorWave(AxisEffect):
     """amplitude sin(order * motor angle + phase); `order` is in waves a motor turn."""
 
-    needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION})
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.MOTOR_ANGLE})
     shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.WHOLE_TRAVEL})
     looks: ClassVar[frozenset[Look]] = frozenset({Look.WAVE})
 

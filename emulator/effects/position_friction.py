@@ -12,7 +12,15 @@ import numpy as np
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from drivetwin.emulator.effects.base import ANGLE, POSITION, TORQUE, Exciting, FrictionEffect, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
-from drivetwin.emulator.effects.waves import FRACTIONAL, amplitude_and_phase, long_waves, strongest, travel, unexplained
+from drivetwin.emulator.effects.waves import (
+    FRACTIONAL,
+    amplitude_and_phase,
+    long_waves,
+    longest,
+    strongest,
+    travel,
+    unexplained,
+)
 
 _PERIODS = 16
 
@@ -26,7 +34,7 @@ class PositionFriction(FrictionEffect):
 
     name: ClassVar[str] = "position_friction"
     family: ClassVar[str] = "friction"
-    needs: ClassVar[frozenset[Need]] = frozenset({Need.ABSOLUTE_POSITION})
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.MOTOR_ANGLE})
     shown_by: ClassVar[frozenset[Exciting]] = frozenset({Exciting.WHOLE_TRAVEL})
     by_motion: ClassVar[str] = "slow strokes over the whole travel, twice from different starts"
     looks: ClassVar[frozenset[Look]] = frozenset({Look.LEVEL, Look.WAVE})
@@ -65,13 +73,14 @@ class PositionFriction(FrictionEffect):
 
     def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """A wave longer than the travel is no wave that was seen, but another level or a slope."""
-        return super().bounds(motion, axis) | {"period": (1e-6, max(travel(motion), 1e-6))}
+        return super().bounds(motion, axis) | {"period": (1e-6, max(longest(motion), 1e-6))}
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
         left = unexplained(motion, axis) * np.sign(motion.velocity)
-        numbers = [*long_waves(motion), *strongest(motion, left, _PERIODS)]
-        return [cls._start(axis.friction.coulomb, cls.small(axis), 1.0 / number) for number in numbers]
+        most, numbers = longest(motion), [*long_waves(motion), *strongest(motion, left, _PERIODS)]
+        periods = dict.fromkeys(min(1.0 / number, most) for number in numbers)
+        return [cls._start(axis.friction.coulomb, cls.small(axis), period) for period in periods]
 
     @classmethod
     def drawn(cls, ground: Ground) -> PositionFriction:

@@ -34,6 +34,11 @@ def travel(motion: Motion) -> float:
     return float(np.ptp(motion.position))
 
 
+def longest(motion: Motion) -> float:
+    """Longest wavelength [rad or m] that a motion shows: all of the travel, or as far as a position means the same."""
+    return min(travel(motion), motion.unique)
+
+
 def top_speed(motion: Motion) -> float:
     """Highest speed [rad/s or m/s], a few outliers aside."""
     return float(np.quantile(np.abs(motion.velocity), 0.999))
