@@ -4,7 +4,7 @@ report."""
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -16,7 +16,7 @@ from drivetwin.diagnosis.progress import Progress
 from drivetwin.diagnosis.propose.drives import drive_effects
 from drivetwin.diagnosis.propose.placing import in_order
 from drivetwin.diagnosis.report.build import build
-from drivetwin.diagnosis.report.gaps import gaps_of
+from drivetwin.diagnosis.report.gaps import gaps_of, open_axes
 from drivetwin.diagnosis.report.prediction import Patch
 from drivetwin.diagnosis.report.result import Diagnosis
 from drivetwin.diagnosis.report.zeros import placed_by
@@ -28,7 +28,7 @@ from drivetwin.diagnosis.weigh.named import named
 from drivetwin.diagnosis.weigh.off import heavier
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.refit import refitted
-from drivetwin.emulator.effects import DriveEffect
+from drivetwin.emulator.effects import DriveEffect, Effect, ModelEffect
 from drivetwin.recording.recording import Recording
 
 TURN = 5e-4
@@ -48,16 +48,21 @@ def _threads_that_wait_little() -> Iterator[None]:
 
 
 def proposer_of(ready: Prepared, settings: Settings) -> Proposer:
-    """What every effect that can be asked for on an axis is sought with."""
-    rows = ready.rows
+    """What every effect that can be asked for on an axis is sought with; on one without a gap, only what others feel too."""
+    rows, gaps = ready.rows, open_axes(ready, gaps_of(ready, Patch(), settings))
     whole = bench_of(rows, settings, ready.absolute)
     part = whole if rows.part is rows else bench_of(rows.part, settings, ready.absolute)
     kinds = {
-        axis: [kind for kind in each.kinds if not issubclass(kind, DriveEffect)]
+        axis: [kind for kind in each.kinds if not issubclass(kind, DriveEffect) and (axis in gaps or _is_felt(kind, gaps))]
         for axis, each in ready.testable.items()
         if rows.count(axis)
     }
     return Proposer(whole, part, kinds, {axis: ready.testable[axis].askew for axis in kinds})
+
+
+def _is_felt(kind: type[Effect], gaps: Collection[str]) -> bool:
+    """Whether an effect of an axis without a gap may make that of another."""
+    return bool(gaps) and issubclass(kind, ModelEffect)
 
 
 @_threads_that_wait_little()

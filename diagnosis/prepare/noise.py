@@ -26,16 +26,26 @@ LOWER_QUARTILE = 0.25
 
 @dataclass(frozen=True)
 class Noise:
-    """Of one axis, rms in the compared band [N·m or N]: noise alone, how it was found, and what a model is expected to miss."""
+    """Of one axis, rms in the compared band [N·m or N]: noise alone, how it was found, and what a model is expected to miss.
+
+    `told`: of the noise, what the torque tells by itself. The rest is the floor of what a set of effects leaves; with too few
+    of them it is no noise.
+    """
 
     rms: float
     found_by: str
     model_error: float
+    told: float
 
     @property
     def floor(self) -> float:
         """Both together: what no cause explains."""
         return float(np.hypot(self.rms, self.model_error))
+
+    @property
+    def told_floor(self) -> float:
+        """The same, whatever is left."""
+        return float(np.hypot(self.told, self.model_error))
 
 
 def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error: float, apart: float) -> Noise:
@@ -66,8 +76,8 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
     floor = float(np.average(floors, weights=weights))
     resolution = quantum**2 / 12.0 * band
     of_time = float(np.average(timing, weights=weights))
-    rms = float(np.sqrt(max(sensor, resolution, floor) + of_time))
-    told = (
+    rms, alone = (float(np.sqrt(max(sensor, resolution, each) + of_time)) for each in (floor, 0.0))
+    found_by = (
         f"spectrum of the torque above {ABOVE:g} cut-offs, or changes from sample to sample of what is left, the lesser, "
         f"taken as white, through the filter: {np.sqrt(sensor):.3g}; "
         f"lower quartile of the spectrum of what is left in the band: {np.sqrt(floor):.3g}; "
@@ -75,7 +85,7 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
     )
     moves = np.concatenate([run.axes[axis].of_motion[run.axes[axis].used] for run in runs])
     error = model_error * float(np.sqrt(np.mean(moves**2))) if moves.size else 0.0
-    return Noise(rms, told, error)
+    return Noise(rms, found_by, error, alone)
 
 
 def _floor(left: Array, run: Run) -> float:

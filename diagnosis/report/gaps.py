@@ -9,6 +9,7 @@ import numpy as np
 
 from drivetwin.diagnosis.prepare.noise import Noise, noise_of
 from drivetwin.diagnosis.prepare.prepared import Prepared
+from drivetwin.diagnosis.report.gap_test import gap_of
 from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
 from drivetwin.diagnosis.report.result import Prediction
 from drivetwin.diagnosis.settings import Settings
@@ -31,6 +32,19 @@ class Gaps:
             {axis: _beyond(own.rms, left[axis]) for axis, own in self.noise.items()},
             {axis: _beyond(own.floor, left[axis]) for axis, own in self.noise.items()},
         )
+
+
+def open_axes(ready: Prepared, gaps: Gaps) -> frozenset[str]:
+    """Axes on which something is to be found: the simulation as it stands has a gap there, or a second encoder shows a motion.
+
+    More than the torque's own noise and what the comparison errs by: a report calls any smaller gap none.
+    """
+    return frozenset(
+        axis
+        for axis, noise in gaps.noise.items()
+        if ready.rows.deflects(axis)
+        or gap_of(gaps.unseen, gaps.fitted, axis, noise.told_floor, ready.cutoff_hz).significant
+    )
 
 
 def _beyond(level: float, left: float) -> float:

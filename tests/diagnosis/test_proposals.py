@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from rig_bench import COULOMB, GEAR, RESOLUTION, TURNING, VISCOUS, Swing, ready, strokes
 
+from drivetwin.diagnosis.diagnose import proposer_of
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.search import Begun, Field, tangents
@@ -22,12 +23,13 @@ from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, colours_of, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import reduced
-from drivetwin.emulator.effects import AxisEffect, Effect
+from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect
 from drivetwin.emulator.effects.backlash import Backlash
 from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coupling import Coupling
 from drivetwin.emulator.effects.elasticity import Elasticity
 from drivetwin.emulator.effects.inertia import Inertia
+from drivetwin.emulator.effects.payload import Payload
 from drivetwin.emulator.effects.presliding import Presliding
 from drivetwin.emulator.effects.temperature_drift import TemperatureDrift
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
@@ -135,6 +137,18 @@ def test_what_says_no_more_than_it_costs_is_taken_out(tmp_path: Path) -> None:
     assert [type(one.effect) for one in pair.whole.effects] == [TorqueRipple]
     assert family.chosen is not None
     assert isinstance(family.chosen.effect, TorqueRipple)
+
+
+def test_an_axis_without_a_gap_is_asked_only_for_what_others_feel(tmp_path: Path) -> None:
+    """And for nothing where no axis has one."""
+    seeds = ((1, 20.0), (2, 4.0))
+    made = ready(tmp_path, *(strokes(seed, seconds, {"turn": ripple}) for seed, seconds in seeds))
+    kinds = proposer_of(made, Settings()).kinds
+    assert TorqueRipple in kinds["turn"]
+    assert Payload in kinds["lift"]
+    assert all(issubclass(kind, ModelEffect) for kind in kinds["lift"])
+    clean = ready(tmp_path, *(strokes(seed, seconds, {}) for seed, seconds in seeds))
+    assert proposer_of(clean, Settings()).kinds == {"turn": [], "lift": []}
 
 
 def test_where_no_more_is_left_than_the_comparison_errs_by_nothing_further_is_asked(tmp_path: Path) -> None:
