@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from drivetwin.diagnosis.prepare.rows import AxisRows, Index
+from drivetwin.foundation.cached import cached_property
 from drivetwin.foundation.compiled import compiled
 
 Array = NDArray[np.float64]
@@ -57,7 +58,7 @@ class Colour:
     counts: Array
     """As how many each row (N,) counts, at most 1."""
 
-    @property
+    @cached_property
     def logarithm(self) -> float:
         """Sum over rows of the logarithm of what each is divided by, less the excess: the density of rows that are not white
         needs it.
@@ -81,7 +82,7 @@ class Colour:
         """The same without weights."""
         return replace(self, weight=np.ones(len(self.weight)), excess=np.zeros(len(self.weight)))
 
-    @property
+    @cached_property
     def independent(self) -> float:
         """As many rows as would tell a mean as well if they were independent: Bartlett's, by the density at zero frequency."""
         count = 0.0
@@ -94,9 +95,25 @@ class Colour:
         """Columns (N, p) or (N,) as uncorrelated rows of equal variance."""
         flat = columns[:, None] if columns.ndim == 1 else columns
         out = np.empty_like(flat)
-        for rows, predictors, deviation, scale in zip(self.groups, self.predictors, self.deviation, self.scale, strict=True):
-            _whiten(flat, rows, self.age, _table(predictors), deviation * scale, out)
-        return np.asarray((out.T * (self.weight * np.sqrt(self.counts))).T).reshape(columns.shape)
+        for rows, table, deviation in self._filters:
+            _whiten(flat, rows, self.age, table, deviation, out)
+        return np.asarray((out.T * self._roots).T).reshape(columns.shape)
+
+    @cached_property
+    def _filters(self) -> list[tuple[Index, Array, Array]]:
+        """Of each group its rows, its predictors, and the deviation of their errors."""
+        own = zip(self.groups, self.predictors, self.deviation, self.scale, strict=True)
+        return [(rows, _table(predictors), deviation * scale) for rows, predictors, deviation, scale in own]
+
+    @cached_property
+    def _roots(self) -> Array:
+        """What the error of each row (N,) is multiplied by: its weight, and as how many it counts."""
+        return np.asarray(self.weight * np.sqrt(self.counts))
+
+    @cached_property
+    def count(self) -> float:
+        """As how many all rows count."""
+        return float(self.counts.sum())
 
 
 def white(rows: AxisRows, intervals: Array, level: float, order: int) -> Colour:
@@ -164,10 +181,20 @@ def _tails(errors: Array, counts: Array, level: float, floor: float) -> tuple[Ar
 
 def _scale(errors: Array, counts: Array, freedom: float) -> float:
     """The likeliest scale of a t distribution, by expectation and maximisation."""
-    square = float(np.median(errors**2)) or float(np.mean(errors**2))
+    squares = errors**2
+    begin = float(np.median(squares)) or float(np.mean(squares))
+    return float(np.sqrt(_square_of(squares, counts, counts.sum(), freedom, begin)))
+
+
+@compiled
+def _square_of(squares, counts, whole, freedom, square):  # type: ignore[no-untyped-def]
+    """The square of that scale, from another one on."""
     for _ in range(STEPS):
-        square = float(np.average((freedom + 1.0) / (freedom + errors**2 / square) * errors**2, weights=counts))
-    return float(np.sqrt(square))
+        total = 0.0
+        for k in range(squares.shape[0]):
+            total += counts[k] * squares[k] * (freedom + 1.0) / (freedom + squares[k] / square)
+        square = total / whole
+    return square
 
 
 def _correlation(own: Array, counts: Array, known: Index, order: int, floor: float) -> Array:

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 ALIKE = 0.02
 """Share by which the torque of a body's mass must differ from that of the axes' inertia to be a parameter of its own."""
+MOST_LACKING = 0.95
+"""Share of a rotor's inertia that it may lack: MuJoCo compiles no model with less than none."""
 LEAST = 0.005
 """Standard deviation of a parameter that the model has not, as the share of the axis's torque that it costs."""
 
@@ -48,6 +50,8 @@ class Nominal:
 
     place: tuple[float, ...] = ()
     """Of a body, its centre of mass where a payload of its axis would be (3,) [m]."""
+    rotor: float = 0.0
+    """Of an inertia, the part that the model has as `armature`, which an effect changes [kg·m² or kg]."""
 
     @property
     def timing(self) -> bool:
@@ -62,7 +66,8 @@ class Nominal:
         if self.body is not None:
             values = (amount * self.value, *self.place)
         else:
-            values = (amount if self.effect == "inertia" else max(0.0, self.value + amount),)
+            less = -MOST_LACKING * self.rotor
+            values = (max(less, amount) if self.effect == "inertia" else max(0.0, self.value + amount),)
         return kind(**{one.name: value for one, value in zip(kind.parameters, values, strict=True)})
 
 
@@ -91,7 +96,8 @@ def _of_axes(rows: Rows, settings: Settings) -> list[Nominal]:
             whole = rows.size[axis] / max(_rms(column), 1e-12)
             told = effect == "inertia" or law.coulomb > 0.0 or law.viscous > 0.0
             spread = float(np.hypot(settings.nominal_spread * value, LEAST * whole)) if told else whole
-            found.append(Nominal(effect, axis, axis, None, value, spread, {axis: column}, told))
+            rotor = rows.motion[axis].rotor_inertia
+            found.append(Nominal(effect, axis, axis, None, value, spread, {axis: column}, told, rotor=rotor))
     return found
 
 

@@ -75,8 +75,8 @@ class Search:
     def added(self, pair: Pair) -> tuple[Pair, Sequence[Proposal]]:
         """The best effect added, and what it makes needless dropped, until nothing more is worth it.
 
-        Not where that leaves more of the gap, however likely the noise has it: then, of several, the first alone, and the next
-        best.
+        Not where that leaves more of a gap that it acts on, however likely the noise has it: then, of several, the first alone,
+        and the next best. What it leaves of others is no fault of its own: all settle again in noise of another colour.
         """
         most = self.proposer.bench.settings.rounds * len(self.proposer.bench.rows.axes)
         proposals: Sequence[Proposal] = ()
@@ -97,10 +97,10 @@ class Search:
             if not best or count >= most:
                 return pair, proposals
             ahead = self._with(pair, best, proposals)
-            if len(best) > 1 and ahead.whole.leaves_more_than(pair.whole):
+            if len(best) > 1 and ahead.whole.leaves_more_than(pair.whole, _acted_on(best)):
                 best = best[:1]
                 ahead = self._with(pair, best, proposals)
-            if ahead.whole.leaves_more_than(pair.whole):
+            if ahead.whole.leaves_more_than(pair.whole, _acted_on(best)):
                 refused |= {name_of(best[0].effect)}
                 continue
             for one in best:
@@ -212,6 +212,11 @@ class Search:
             newest = [one for one in best.effects if one.axis == axis and type(one.effect) in others]
             pair = self.dropped(pair.as_noise_is(best, proposals), newest)
         return pair
+
+
+def _acted_on(best: Sequence[Proposal]) -> set[str]:
+    """The rows on which some effects act."""
+    return {name for one in best for name in one.column}
 
 
 def _names(state: State) -> tuple[Name, ...]:

@@ -95,6 +95,10 @@ def _strained(exact: State, effect: PlacedEffect) -> float:
 
 
 def _is_off(state: State, number: int) -> bool:
+    """Whether a nominal parameter is off by more than chance, and by enough to matter beside the effects where they are.
+
+    These could move to imitate it. That they do not, with the parameter free, is what the deviation says.
+    """
     held = state.held()
     if number in held:
         return False
@@ -103,8 +107,8 @@ def _is_off(state: State, number: int) -> bool:
         return False
     if not state.bench.nominals[number].told:
         return True
-    free = state.energy(state.patched - {number})
-    return max(state.left[axis] - free[axis] for axis in free) >= state.bench.settings.least_share
+    as_modelled, free = state.energy_still(state.patched), state.energy_still(state.patched - {number})
+    return max(as_modelled[axis] - free[axis] for axis in free) >= state.bench.settings.least_share
 
 
 def _with(effects: Sequence[PlacedEffect], new: PlacedEffect, before: float) -> tuple[PlacedEffect, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -316,10 +316,13 @@ class State:
         }
         return frozenset(rows.axes) - beyond
 
-    def leaves_more_than(self, other: State) -> bool:
-        """Whether it leaves more of an axis's gap than another: noise with long tails has learned what that one explains."""
+    def leaves_more_than(self, other: State, rows: Collection[str] | None = None) -> bool:
+        """Whether it leaves more of an axis's gap than another: noise with long tails has learned what that one explains.
+
+        `rows`: those that are compared; all, if not told.
+        """
         least = self.bench.settings.least_share
-        return any(left > other.left[axis] + least for axis, left in self.left.items())
+        return any(left > other.left[name] + least for name, left in self.left.items() if rows is None or name in rows)
 
 
 def state_of(

@@ -6,10 +6,26 @@ from functools import partial
 from math import exp
 from pathlib import Path
 
+import numpy as np
 import plain_bench as plain
 import pytest
 from plain_bench import Machine
-from rig_bench import ARM, CARRIAGE, GRAVITY, Torques, ready, strokes, turn_torque
+from rig_bench import (
+    ARM,
+    CARRIAGE,
+    GRAVITY,
+    LIFT_MOTOR,
+    PERIOD,
+    TURNING,
+    Swing,
+    Torques,
+    as_modelled,
+    moved,
+    ready,
+    recording,
+    strokes,
+    turn_torque,
+)
 
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.settings import Settings
@@ -17,7 +33,7 @@ from drivetwin.diagnosis.weigh.averaging import Unexplained, weighed
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.named import _too_dear, named
-from drivetwin.diagnosis.weigh.off import corrected, heavier
+from drivetwin.diagnosis.weigh.off import _is_off, corrected, heavier
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
@@ -26,6 +42,7 @@ from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.inertia import Inertia
 from drivetwin.emulator.effects.payload import Payload
+from drivetwin.emulator.effects.spring import Spring
 from drivetwin.emulator.effects.torque_constant import TorqueConstant
 from drivetwin.emulator.effects.torque_offset import TorqueOffset
 from drivetwin.emulator.effects.viscous import Viscous
@@ -120,3 +137,34 @@ def test_a_friction_of_which_the_model_says_nothing_is_named_and_stays(tmp_path:
     weigh = partial(weighed, unexplained=Unexplained({"turn": 0.0}, {"turn": 0.0}), settings=Settings())
     state, _ = named(settled_on(state_of(bench, effects, first_colours(bench), {})), [], proposer, weigh)
     assert {one.effect.name for one in state.effects} >= {"coulomb"}
+
+
+def chirping() -> Swing:
+    """Swings of the column whose frequency changes by a few per cent: in them a spring is nearly an inertia."""
+    time = np.arange(round(2.0 * SECONDS / PERIOD), dtype=np.float64) * PERIOD
+    rate = 2.0 * np.pi * (1.0 + 0.06 * np.sin(2.0 * np.pi * time / (2.0 * SECONDS)))
+    angle, change = np.cumsum(rate) * PERIOD, np.gradient(rate, PERIOD)
+    position, velocity = 0.5 * np.sin(angle), 0.5 * rate * np.cos(angle)
+    return Swing(time, position, velocity, 0.5 * (change * np.cos(angle) - rate**2 * np.sin(angle)))
+
+
+def test_an_inertia_that_a_spring_of_the_set_could_imitate_is_off_all_the_same(tmp_path: Path) -> None:
+    """Moved, the spring would take the place of the inertia here, and in no other motion."""
+    at = chirping()
+    lift = moved(1, 2.0 * SECONDS)["lift"]
+    torques = as_modelled({"turn": at, "lift": lift})
+    torques["turn"] = torques["turn"] + 0.1 * TURNING * at.acceleration + 20.0 * at.position
+    made = ready(tmp_path, recording(torques, {"turn": at.position, "lift": lift.position}, noise=1.0))
+    bench = bench_of(made.rows, Settings(), made.absolute)
+    state = settled_on(coloured(state_with(bench, "turn", Spring(20.0, 0.0)), ()))
+    number = next(k for k, one in enumerate(bench.nominals) if (one.effect, one.axis) == ("inertia", "turn"))
+    held = state.energy(state.patched)["turn"]
+    assert held - state.energy(state.patched - {number})["turn"] < Settings().least_share, "with the spring free"
+    assert _is_off(state, number)
+
+
+def test_no_rotor_is_off_by_more_than_it_has(tmp_path: Path) -> None:
+    bench = machine(tmp_path, {})
+    inertia = next(one for one in bench.nominals if (one.effect, one.axis) == ("inertia", "lift"))
+    assert inertia.off_by(-10.0 * LIFT_MOTOR) == Inertia(-0.95 * LIFT_MOTOR)
+    assert inertia.off_by(-0.5 * LIFT_MOTOR) == Inertia(-0.5 * LIFT_MOTOR)

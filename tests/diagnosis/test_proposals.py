@@ -16,7 +16,7 @@ from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.search import Begun, Field, tangents
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.diagnosis.weigh.bench import bench_of
+from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.exchange import Exchange
 from drivetwin.diagnosis.weigh.moves import Search
 from drivetwin.diagnosis.weigh.pair import Pair
@@ -175,6 +175,23 @@ def test_an_axis_whose_rest_grows_beyond_the_error_is_asked_in_full(tmp_path: Pa
     monkeypatch.setattr(State, "within_error", property(lambda one: frozenset() if one.effects else frozenset({"lift"})))
     found = Search(proposer, lambda _what, _share: None).run()
     assert {(one.axis, one.effect.name) for one in found.state.effects} == {(axis, "torque_ripple") for axis in waves}
+
+
+def test_an_effect_is_not_refused_for_what_another_axis_leaves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All settle again in noise of another colour: here the lift seems to keep more with every effect of the turn."""
+    made = ready(tmp_path, *(strokes(seed, seconds, {"turn": ripple}) for seed, seconds in ((1, 20.0), (2, 4.0))))
+    bench = bench_of(made.rows, Settings(), made.absolute)
+    proposer = Proposer(bench, bench, {"turn": [TorqueRipple], "lift": []}, {})
+    left = property(lambda one: one.energy(one.patched) | {"lift": 0.1 * len(one.effects)})
+    monkeypatch.setattr(State, "left", left)
+    search = Search(proposer, lambda _what, _share: None)
+    added, _ = search.added(empty_pair(bench))
+    assert [(one.axis, one.effect.name) for one in added.whole.effects] == [("turn", "torque_ripple")]
+
+
+def empty_pair(bench: Bench) -> Pair:
+    state = state_of(bench, (), first_colours(bench), {})
+    return Pair(state, state)
 
 
 def heavier(at: Swing) -> Array:
