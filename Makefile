@@ -53,8 +53,8 @@ nightly: coverage test-long tutorial mutants
 
 # Tests that repeat a claim over more cases than they do in `make test`, at their full length.
 LONG := $(addprefix tests/,blind/test_record.py blind/wide/test_wide_draw.py diagnosis/excitation/test_distinguished.py \
-	diagnosis/test_channel.py diagnosis/test_diagnose.py diagnosis/test_invariances.py drive_profiles/test_eds_fuzz.py \
-	drivetwin/test_container.py emulator/canopen/test_fuzz_frames.py hil_tests/test_arithmetic.py \
+	diagnosis/test_channel.py diagnosis/test_diagnose.py diagnosis/test_invariances.py diagnosis/test_restart.py \
+	drive_profiles/test_eds_fuzz.py drivetwin/test_container.py emulator/canopen/test_fuzz_frames.py hil_tests/test_arithmetic.py \
 	identification/test_calibration.py integration/test_effect_of_ones_own.py integration/test_wafer_handler.py)
 test-long: .venv/.installed
 	DRIVETWIN_LONG=1 DRIVETWIN_REPETITIONS=150 $(BIN)/pytest --numprocesses auto --dist worksteal $(LONG)

@@ -73,6 +73,7 @@ def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect, g
     named = proposer.evaluated(exact, Begun(off.axis, off.effect, 0.0, 1), 1)
     if named is None:
         return None
+    named = replace(named, taken=_explained_by(state, number))
     usual = replace(named, score=state.fit.evidence - exact.fit.evidence, prior=-state.system.strain_of(state.fit, number))
     known = max(named, usual, key=lambda one: one.score)
     asked = [one for one in proposer.proposals(Pair(exact, exact), [off.axis], ()) if name_of(one.effect) not in given_up]
@@ -107,8 +108,13 @@ def _is_off(state: State, number: int) -> bool:
         return False
     if not state.bench.nominals[number].told:
         return True
+    return max(_explained_by(state, number).values()) >= state.bench.settings.least_share
+
+
+def _explained_by(state: State, number: int) -> dict[str, float]:
+    """Share of the energy of each gap that a nominal parameter explains beside the effects where they are."""
     as_modelled, free = state.energy_still(state.patched), state.energy_still(state.patched - {number})
-    return max(as_modelled[axis] - free[axis] for axis in free) >= state.bench.settings.least_share
+    return {axis: as_modelled[axis] - free[axis] for axis in free}
 
 
 def _with(effects: Sequence[PlacedEffect], new: PlacedEffect, before: float) -> tuple[PlacedEffect, ...]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from repeats import LONG
+from repeats import repeated
 from rig_bench import COULOMB, MODEL, PERIOD, as_modelled, moved, recording
 from scipy import signal
 
@@ -88,7 +88,7 @@ def test_a_torque_that_is_late_makes_no_gap_whether_it_says_so_or_not(tmp_path: 
     ]
 
 
-@pytest.mark.parametrize("late", [0.0007, 0.0061, 0.021, *([0.0023] if LONG else [])])
+@pytest.mark.parametrize("late", repeated(0.0061, 0.0007, 0.0023, 0.021))
 def test_how_late_a_torque_is_is_found_beside_an_effect(late: float, tmp_path: Path) -> None:
     """A carriage with more Coulomb friction and a column that is heavier, torque late by no whole sample."""
     model = tmp_path / "column.xml"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from repeats import repeated
 from rig_bench import COULOMB, MOTOR, TURNING, VISCOUS, Swing, ready, strokes
 
 from drivetwin.diagnosis.propose.placing import placed
@@ -76,7 +77,7 @@ def bench_of_play(folder: Path, torque: Callable[[Swing], Array] = loose, longes
     return bench_of(made.rows, Settings(), made.absolute)
 
 
-@pytest.mark.parametrize("begun", [Backlash(0.0, 300.0, 1.0), TRUE], ids=["a soft spring", "the truth"])
+@pytest.mark.parametrize("begun", repeated(Backlash(0.0, 300.0, 1.0), TRUE))
 def test_play_is_found_again_wherever_its_search_went(begun: Backlash, tmp_path: Path) -> None:
     bench = bench_of_play(tmp_path)
     wrong = state_of(bench, [placed(bench.rows, "turn", begun)], first_colours(bench), {})
