@@ -36,7 +36,9 @@ LIKELY = 0.05
 """Probability from which a cause is worth a motion; as surely as this one is not there, a cause is settled."""
 
 
-MOTION_HELPS = frozenset({Need.BOTH_DIRECTIONS, Need.TWO_SPEEDS, Need.REVERSALS, Need.ACCELERATION, Need.TIME})
+MOTION_HELPS = frozenset(
+    {Need.BOTH_DIRECTIONS, Need.TWO_SPEEDS, Need.REVERSALS, Need.ACCELERATION, Need.TIME, Need.MOTOR_ANGLE}
+)
 """What a recording may lack that another motion gives it."""
 
 

@@ -182,7 +182,7 @@ def _tails(errors: Array, counts: Array, level: float, floor: float) -> tuple[Ar
 def _scale(errors: Array, counts: Array, freedom: float) -> float:
     """The likeliest scale of a t distribution, by expectation and maximisation."""
     squares = errors**2
-    begin = float(np.median(squares)) or float(np.mean(squares))
+    begin = max(float(np.median(squares)) or float(np.mean(squares)), float(np.finfo(np.float64).tiny))
     return float(np.sqrt(_square_of(squares, counts, counts.sum(), freedom, begin)))
 
 
@@ -193,7 +193,7 @@ def _square_of(squares, counts, whole, freedom, square):  # type: ignore[no-unty
         total = 0.0
         for k in range(squares.shape[0]):
             total += counts[k] * squares[k] * (freedom + 1.0) / (freedom + squares[k] / square)
-        square = total / whole
+        square = max(total / whole, 1e-300)
     return square
 
 

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.prepare.simulation import Simulation
+from drivetwin.diagnosis.prepare.testable import LEAST_EACH_WAY
+from drivetwin.emulator.dynamics import Motion
 
 Array = NDArray[np.float64]
 
@@ -25,6 +27,11 @@ LEAST_TURNS = 2.0
 STANDS_OUT = 4.0
 """Times the energy of as many waves half a wave beside, on either side: noise that falls with the square of the frequency has
 twice that of the higher ones, and less than that of the lower ones."""
+ALIKE = 0.02
+"""Of what one wave explains, that another may explain less, for both to be the same."""
+SPEEDS = 8
+"""Speeds, evenly from 0 to the highest, that friction is a curve over."""
+HOW = "each recording is placed by the wave of its torque over a turn of the motor, whose phase counts from there"
 ANGLES = 360
 """Zeros over a turn that are tried."""
 ROUNDS = 20
@@ -37,8 +44,7 @@ DEPENDS = 0.01
 class Turned:
     """Training and validation recordings, of which some axes are placed within a turn of the motor: `axes`.
 
-    `one_way`: those that go one way in every recording. A wave of the friction, which changes its sign with the direction,
-    would have placed them as well.
+    `one_way`: those that go one way in every recording, and that a wave of the torque places as well as one of the friction.
     """
 
     runs: list[Run]
@@ -52,32 +58,65 @@ def placed_within_a_turn(simulation: Simulation, runs: Sequence[Run], checks: Se
     """Moves the position of each axis that is `adrift` to where its torque has the same wave in all recordings.
 
     An axis stays as it is where its model's torque depends on the position, or no wave of a motor turn stands out in most of
-    the recordings that have some turns.
+    the recordings that have some turns. The wave is one of the torque, or one of the friction, which changes its sign with the
+    direction: the one that explains more.
     """
     found = Turned(list(runs), list(checks))
     for axis in (axis for axis in simulation.axes if axis in adrift):
         turn = 2.0 * np.pi / simulation.dynamics()[axis].gear_ratio
         if any(_depends(simulation, run, axis, turn) for run in runs):
             continue
-        own = [_Waves.of(run, axis, turn) for run in found.runs]
-        told = [one for one in own if one.turns >= LEAST_TURNS]
-        if len(told) < 2 or sum(one.stands_out for one in told) <= 0.5 * len(told):
+        tried = [wave for turns in (False, True) if (wave := _wave_of(found.runs, axis, turn, turns)) is not None]
+        if not tried:
             continue
-        shape = _common_shape(told)
-        placed = [_placed(run, axis, one.zero(shape) * turn, turn) for run, one in zip(found.runs, own, strict=True)]
-        others = [_placed(run, axis, _Waves.of(run, axis, turn).zero(shape) * turn, turn) for run in found.checks]
-        one_way = found.one_way | ({axis} if all(_goes_one_way(run, axis) for run in runs) else set())
-        note = f"{axis}: the position is relative; each recording is placed by the wave of its torque over a turn of the motor."
-        found = Turned(placed, others, found.axes | {axis}, one_way, (*found.notes, note))
+        best = max(tried, key=lambda one: one.explains)
+        alike = len(tried) > 1 and min(one.explains for one in tried) > (1.0 - ALIKE) * best.explains
+        one_way = alike and all(_goes_one_way(run, axis) for run in runs)
+        found = Turned(
+            [best.placed(run) for run in found.runs],
+            [best.placed(run) for run in found.checks],
+            found.axes | {axis},
+            found.one_way | ({axis} if one_way else set()),
+            (*found.notes, f"{axis}: the position is relative; {HOW}."),
+        )
     return found
+
+
+@dataclass(frozen=True)
+class _Wave:
+    """A wave of an axis that all recordings have: its shape (2 W,), and how much of their energy it explains.
+
+    `turns`: whether it changes its sign with the direction.
+    """
+
+    axis: str
+    turn: float
+    turns: bool
+    shape: Array
+    explains: float
+
+    def placed(self, run: Run) -> Run:
+        """A recording, moved to where it has the wave; as it is where its axis stands."""
+        zero = _Waves.of(run, self.axis, self.turn, self.turns).zero(self.shape)
+        return run.placed({self.axis: zero * self.turn}).within({self.axis: self.turn})
+
+
+def _wave_of(runs: Sequence[Run], axis: str, turn: float, turns: bool) -> _Wave | None:
+    """None where none stands out."""
+    own = [_Waves.of(run, axis, turn, turns) for run in runs]
+    told = [one for one in own if one.turns >= LEAST_TURNS]
+    if len(told) < 2 or sum(one.stands_out for one in told) <= 0.5 * len(told):
+        return None
+    shape = _common_shape(told)
+    return _Wave(axis, turn, turns, shape, sum(one.gain(shape) for one in told))
 
 
 @dataclass(frozen=True)
 class _Waves:
     """What one recording's torque tells of waves of a motor turn, a cosine and a sine for each number of them a turn.
 
-    `gram` (2 W, 2 W) and `right` (2 W,): of least squares beside a level, a friction and a slope. `energy`: what the waves
-    explain; `beside`: what as many explain half a wave below or above them.
+    `gram` (2 W, 2 W) and `right` (2 W,): of least squares beside what velocity and acceleration explain. `energy`: what the
+    waves explain; `beside`: what as many explain half a wave below or above them.
     """
 
     turns: float
@@ -87,23 +126,23 @@ class _Waves:
     beside: float
 
     @classmethod
-    def of(cls, run: Run, axis: str, turn: float) -> _Waves:
+    def of(cls, run: Run, axis: str, turn: float, turns: bool) -> _Waves:
         own = run.axes[axis]
         rows = np.flatnonzero(own.fitted[:: run.stride]) * run.stride
         left, angle = (own.torque - own.base)[rows], 2.0 * np.pi * own.motion.position / turn
-        velocity = own.motion.velocity[rows]
-        free = _orthonormal(np.column_stack([np.ones(len(rows)), np.sign(velocity), velocity]))
+        sign = np.sign(own.motion.velocity) if turns else np.ones(len(angle))
+        free = _orthonormal(np.column_stack([run.felt(own, each)[rows] for each in _of_motion(own.motion)]))
 
         def beside_free(orders: Array) -> Array:
-            waves = [run.felt(own, wave(order * angle))[rows] for order in orders for wave in (np.cos, np.sin)]
+            waves = [run.felt(own, sign * wave(order * angle))[rows] for order in orders for wave in (np.cos, np.sin)]
             columns = np.column_stack(waves)
             return columns - free @ (free.T @ columns)
 
         numbers = np.arange(1.0, WAVES + 1.0)
         whole = beside_free(numbers)
         beside = max(_explained(beside_free(numbers + half), left) for half in (-0.5, 0.5))
-        turns = float(np.ptp(angle[rows])) / (2.0 * np.pi) if len(rows) else 0.0
-        return cls(turns, whole.T @ whole, whole.T @ left, _explained(whole, left), beside)
+        way = float(np.ptp(angle[rows])) / (2.0 * np.pi) if len(rows) else 0.0
+        return cls(way, whole.T @ whole, whole.T @ left, _explained(whole, left), beside)
 
     @property
     def stands_out(self) -> bool:
@@ -111,10 +150,16 @@ class _Waves:
         return self.energy > STANDS_OUT * self.beside
 
     def zero(self, shape: Array) -> float:
-        """Where in a turn, from -1/2 to 1/2, a position of 0 stands, by a wave of that shape (2 W,)."""
+        """Where in a turn, from -1/2 to 1/2, a position of 0 stands, by a wave of that shape (2 W,); 0 where nothing tells."""
+        return float(_PARTS[int(np.argmax(self._gains(shape)))]) if self.gram.any() else 0.0
+
+    def gain(self, shape: Array) -> float:
+        """Energy that a wave of that shape explains, wherever it is best."""
+        return float(np.max(self._gains(shape)))
+
+    def _gains(self, shape: Array) -> Array:
         tried = _every_angle(shape)
-        gain = 2.0 * tried @ self.right - np.sum((tried @ self.gram) * tried, axis=1)
-        return float(_PARTS[int(np.argmax(gain))])
+        return np.asarray(2.0 * tried @ self.right - np.sum((tried @ self.gram) * tried, axis=1))
 
 
 _PARTS = (np.arange(ANGLES) - ANGLES // 2) / ANGLES
@@ -164,13 +209,20 @@ def _solved(gram: Array, right: Array) -> Array:
     return np.asarray(np.linalg.lstsq(gram, right, rcond=1e-9)[0])
 
 
-def _placed(run: Run, axis: str, zero: float, turn: float) -> Run:
-    return run.placed({axis: zero}).within({axis: turn})
+def _of_motion(motion: Motion) -> list[Array]:
+    """Columns (n,) for friction of any curve over the speed, by direction, and for an inertia.
+
+    What happens at both ends of a stroke of some whole turns comes back every turn as well.
+    """
+    at = np.linspace(0.0, max(float(np.abs(motion.velocity).max()), 1e-12), SPEEDS)
+    hats = [np.interp(np.abs(motion.velocity), at, unit) for unit in np.eye(SPEEDS)]
+    return [motion.acceleration, *hats, *(np.sign(motion.velocity) * hat for hat in hats)]
 
 
 def _goes_one_way(run: Run, axis: str) -> bool:
     own = run.axes[axis]
-    return len(np.unique(np.sign(own.motion.velocity[own.fitted]))) <= 1
+    forwards = float(np.mean(own.motion.velocity[own.fitted] > 0.0)) if own.fitted.any() else 0.0
+    return min(forwards, 1.0 - forwards) < LEAST_EACH_WAY
 
 
 def _depends(simulation: Simulation, run: Run, axis: str, turn: float) -> bool:

@@ -58,8 +58,11 @@ class Nominal:
         """Whether it is of the recording and not of the model."""
         return self.effect is None and self.body is None
 
-    def off_by(self, amount: float) -> Effect | None:
-        """What it is to be off by an amount; None for the timing, and for a body that is lighter or that no axis carries."""
+    def off_by(self, amount: float, within: float = 0.0) -> Effect | None:
+        """What it is to be off by an amount, which is told `within` so much; None for the timing, for a body that is lighter or
+        that no axis carries, and for an inertia of which the rotor has not as much."""
+        if self.effect == "inertia" and amount < 0.0 and (self.rotor == 0.0 or amount + within < -self.rotor):
+            return None
         if self.effect is None or self.axis is None or (self.body is not None and amount <= 0.0):
             return None
         kind = library()[self.effect]

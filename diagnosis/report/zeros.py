@@ -1,7 +1,7 @@
 """Validation recordings whose position has a zero of its own: moved to where what was found gives their torque best.
 
-What was fitted has an absolute position, or no effect of it could have been asked for. Where the model's torque tells no zero,
-as on a level slide, an effect of the position would be judged at a wrong place.
+What was fitted has an absolute position, or one within a turn of the motor (`prepare/turns.py`). Where the model's torque tells
+no zero, as on a level slide, an effect of the position would be judged at a wrong place.
 """
 
 from __future__ import annotations

@@ -216,7 +216,7 @@ class Search:
 
 def _acted_on(best: Sequence[Proposal]) -> set[str]:
     """The rows on which some effects act."""
-    return {name for one in best for name in one.column}
+    return {name for one in best for name, rows in one.column.items() if rows.any()}
 
 
 def _names(state: State) -> tuple[Name, ...]:

@@ -49,7 +49,8 @@ def corrected(state: State, proposer: Proposer, given_up: Collection[Name] = ())
 def _off(state: State, proposer: Proposer, number: int) -> PlacedEffect | None:
     """What a nominal parameter is if it is off; None where it is not, or cannot be asked."""
     one = state.bench.nominals[number]
-    effect = one.off_by(float(state.fit.coefficients[number]))
+    within = state.bench.settings.off * float(np.sqrt(max(state.fit.covariance[number, number], 0.0)))
+    effect = one.off_by(float(state.fit.coefficients[number]), within)
     if effect is None or one.axis is None or type(effect) not in proposer.kinds.get(one.axis, ()):
         return None
     return PlacedEffect(one.axis, effect, {}) if _is_off(state, number) else None
@@ -73,7 +74,8 @@ def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect, g
     named = proposer.evaluated(exact, Begun(off.axis, off.effect, 0.0, 1), 1)
     if named is None:
         return None
-    named = replace(named, taken=_explained_by(state, number))
+    explained = _explained_by(state, number)
+    named = replace(named, taken={name: explained[name] for name in named.column})
     usual = replace(named, score=state.fit.evidence - exact.fit.evidence, prior=-state.system.strain_of(state.fit, number))
     known = max(named, usual, key=lambda one: one.score)
     asked = [one for one in proposer.proposals(Pair(exact, exact), [off.axis], ()) if name_of(one.effect) not in given_up]
@@ -98,7 +100,7 @@ def _strained(exact: State, effect: PlacedEffect) -> float:
 def _is_off(state: State, number: int) -> bool:
     """Whether a nominal parameter is off by more than chance, and by enough to matter beside the effects where they are.
 
-    These could move to imitate it. That they do not, with the parameter free, is what the deviation says.
+    They could move to imitate it; its deviation says how well, with the parameter free.
     """
     held = state.held()
     if number in held:

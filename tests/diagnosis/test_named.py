@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from math import exp
 from pathlib import Path
@@ -166,5 +167,7 @@ def test_an_inertia_that_a_spring_of_the_set_could_imitate_is_off_all_the_same(t
 def test_no_rotor_is_off_by_more_than_it_has(tmp_path: Path) -> None:
     bench = machine(tmp_path, {})
     inertia = next(one for one in bench.nominals if (one.effect, one.axis) == ("inertia", "lift"))
-    assert inertia.off_by(-10.0 * LIFT_MOTOR) == Inertia(-0.95 * LIFT_MOTOR)
+    assert inertia.off_by(-1.1 * LIFT_MOTOR, 0.2 * LIFT_MOTOR) == Inertia(-0.95 * LIFT_MOTOR)
+    assert inertia.off_by(-1.1 * LIFT_MOTOR, 0.05 * LIFT_MOTOR) is None, "it is the link's, or something else"
+    assert replace(inertia, rotor=0.0).off_by(-0.1, 1.0) is None
     assert inertia.off_by(-0.5 * LIFT_MOTOR) == Inertia(-0.5 * LIFT_MOTOR)
