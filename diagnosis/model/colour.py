@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from drivetwin.diagnosis.prepare.rows import AxisRows, Index
-from drivetwin.foundation.cached import cached_property
 from drivetwin.foundation.compiled import compiled
 
 Array = NDArray[np.float64]
@@ -58,7 +57,7 @@ class Colour:
     counts: Array
     """As how many each row (N,) counts, at most 1."""
 
-    @cached_property
+    @property
     def logarithm(self) -> float:
         """Sum over rows of the logarithm of what each is divided by, less the excess: the density of rows that are not white
         needs it.
@@ -82,7 +81,7 @@ class Colour:
         """The same without weights."""
         return replace(self, weight=np.ones(len(self.weight)), excess=np.zeros(len(self.weight)))
 
-    @cached_property
+    @property
     def independent(self) -> float:
         """As many rows as would tell a mean as well if they were independent: Bartlett's, by the density at zero frequency."""
         count = 0.0
@@ -95,25 +94,9 @@ class Colour:
         """Columns (N, p) or (N,) as uncorrelated rows of equal variance."""
         flat = columns[:, None] if columns.ndim == 1 else columns
         out = np.empty_like(flat)
-        for rows, table, deviation in self._filters:
-            _whiten(flat, rows, self.age, table, deviation, out)
-        return np.asarray((out.T * self._roots).T).reshape(columns.shape)
-
-    @cached_property
-    def _filters(self) -> list[tuple[Index, Array, Array]]:
-        """Of each group its rows, its predictors, and the deviation of their errors."""
-        own = zip(self.groups, self.predictors, self.deviation, self.scale, strict=True)
-        return [(rows, _table(predictors), deviation * scale) for rows, predictors, deviation, scale in own]
-
-    @cached_property
-    def _roots(self) -> Array:
-        """What the error of each row (N,) is multiplied by: its weight, and as how many it counts."""
-        return np.asarray(self.weight * np.sqrt(self.counts))
-
-    @cached_property
-    def count(self) -> float:
-        """As how many all rows count."""
-        return float(self.counts.sum())
+        for rows, predictors, deviation, scale in zip(self.groups, self.predictors, self.deviation, self.scale, strict=True):
+            _whiten(flat, rows, self.age, _table(predictors), deviation * scale, out)
+        return np.asarray((out.T * (self.weight * np.sqrt(self.counts))).T).reshape(columns.shape)
 
 
 def white(rows: AxisRows, intervals: Array, level: float, order: int) -> Colour:
@@ -181,20 +164,10 @@ def _tails(errors: Array, counts: Array, level: float, floor: float) -> tuple[Ar
 
 def _scale(errors: Array, counts: Array, freedom: float) -> float:
     """The likeliest scale of a t distribution, by expectation and maximisation."""
-    squares = errors**2
-    begin = max(float(np.median(squares)) or float(np.mean(squares)), float(np.finfo(np.float64).tiny))
-    return float(np.sqrt(_square_of(squares, counts, counts.sum(), freedom, begin)))
-
-
-@compiled
-def _square_of(squares, counts, whole, freedom, square):  # type: ignore[no-untyped-def]
-    """The square of that scale, from another one on."""
+    square = float(np.median(errors**2)) or float(np.mean(errors**2))
     for _ in range(STEPS):
-        total = 0.0
-        for k in range(squares.shape[0]):
-            total += counts[k] * squares[k] * (freedom + 1.0) / (freedom + squares[k] / square)
-        square = max(total / whole, 1e-300)
-    return square
+        square = float(np.average((freedom + 1.0) / (freedom + errors**2 / square) * errors**2, weights=counts))
+    return float(np.sqrt(square))
 
 
 def _correlation(own: Array, counts: Array, known: Index, order: int, floor: float) -> Array:

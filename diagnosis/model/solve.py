@@ -86,7 +86,8 @@ def solved(
     into = {axis: place[part.index[local[axis]]] for axis, part in parts.items()}
     told = whole.only(free)
     prior = told.base + told.near
-    count = {axis: float(own.colour.counts[kept[axis]].sum()) if kept else own.colour.count for axis, own in axes.items()}
+    counts = {axis: own.colour.counts[kept[axis]] if kept else own.colour.counts for axis, own in axes.items()}
+    count = {axis: float(each.sum()) for axis, each in counts.items()}
     moving = [axis for axis in axes if axis not in resting]
     amplitude, level = dict(amplitude), dict.fromkeys(axes, 1.0) | {axis: one.level for axis, one in resting.items()}
     values, information = np.zeros(len(free)), np.diag(prior)
