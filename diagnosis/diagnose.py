@@ -16,7 +16,7 @@ from drivetwin.diagnosis.progress import Progress
 from drivetwin.diagnosis.propose.drives import drive_effects
 from drivetwin.diagnosis.propose.placing import in_order
 from drivetwin.diagnosis.report.build import build
-from drivetwin.diagnosis.report.gaps import gaps_of, open_axes
+from drivetwin.diagnosis.report.gaps import axes_with_gap, gaps_of
 from drivetwin.diagnosis.report.prediction import Patch
 from drivetwin.diagnosis.report.result import Diagnosis
 from drivetwin.diagnosis.report.zeros import placed_by
@@ -48,8 +48,8 @@ def _threads_that_wait_little() -> Iterator[None]:
 
 
 def proposer_of(ready: Prepared, settings: Settings) -> Proposer:
-    """What every effect that can be asked for on an axis is sought with; on one without a gap, only what others feel too."""
-    rows, gaps = ready.rows, open_axes(ready, gaps_of(ready, Patch(), settings))
+    """What every effect that can be asked for on an axis is sought with; on one without a gap, only those of bodies."""
+    rows, gaps = ready.rows, axes_with_gap(ready, gaps_of(ready, Patch(), settings))
     whole = bench_of(rows, settings, ready.absolute)
     part = whole if rows.part is rows else bench_of(rows.part, settings, ready.absolute)
     kinds = {
@@ -61,7 +61,7 @@ def proposer_of(ready: Prepared, settings: Settings) -> Proposer:
 
 
 def _is_felt(kind: type[Effect], gaps: Collection[str]) -> bool:
-    """Whether an effect of an axis without a gap may make that of another."""
+    """Whether an effect of an axis without a gap may make that of another: a load of an arm is felt by the axes before it."""
     return bool(gaps) and issubclass(kind, ModelEffect)
 
 

@@ -28,14 +28,14 @@ LOWER_QUARTILE = 0.25
 class Noise:
     """Of one axis, rms in the compared band [N·m or N]: noise alone, how it was found, and what a model is expected to miss.
 
-    `told`: of the noise, what the torque tells by itself. The rest is the floor of what a set of effects leaves; with too few
-    of them it is no noise.
+    `by_torque`: the noise that the torque shows by itself. `rms` may be more, the floor of what a set of effects leaves, which
+    with too few of them is no noise.
     """
 
     rms: float
     found_by: str
     model_error: float
-    told: float
+    by_torque: float
 
     @property
     def floor(self) -> float:
@@ -43,9 +43,9 @@ class Noise:
         return float(np.hypot(self.rms, self.model_error))
 
     @property
-    def told_floor(self) -> float:
-        """The same, whatever is left."""
-        return float(np.hypot(self.told, self.model_error))
+    def floor_by_torque(self) -> float:
+        """The same with the noise that the torque shows by itself."""
+        return float(np.hypot(self.by_torque, self.model_error))
 
 
 def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error: float, apart: float) -> Noise:

@@ -51,10 +51,10 @@ class Prepared:
     turned_one_way: frozenset[str] = frozenset()
     apart: Mapping[str, float] = field(default_factory=dict)
 
-    def alike_while_one_way(self, kind: type[Effect], axis: str) -> tuple[str, ...]:
-        """Other effects that can be asked for on an axis, of which a wave looks the same while every recording goes one way.
+    def waves_alike(self, kind: type[Effect], axis: str) -> tuple[str, ...]:
+        """Names of other effects whose wave is that of an effect, half a period off, while every recording goes one way.
 
-        One changes its sign with the direction and the other does not: half a turn off, which nothing tells, they are the same.
+        One changes its sign with the direction and the other does not; where its zero is, nothing tells.
         """
         if axis not in self.turned_one_way or Look.WAVE not in kind.looks:
             return ()

@@ -81,9 +81,7 @@ def testable(
 ) -> Testable:
     """`absolute`: the position means the same in all recordings; `turned`: within a turn of the motor it does.
 
-    `lawless`: why it is not known what the drive asked for.
-
-    `asked`: how the torque is known that was not recorded.
+    `lawless`: why it is not known what the drive asked for; `asked`: how the torque is known that was not recorded.
     """
     met = _met(rows, axis, absolute, turned, lawless is None)
     why = WHY if lawless is None else {**WHY, Need.DEMAND: lawless}

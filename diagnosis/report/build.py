@@ -243,7 +243,7 @@ def _selected(
     """`taken`: what it takes of the gap of each axis that has one. How far it closes the gap is told of its own."""
     one = gaps.patch.effects[number]
     answer = next((each for each in answers if each.chosen is not None and alike(each.chosen, one)), None)
-    alike_ones = ready.alike_while_one_way(type(one.effect), one.axis)
+    alike_ones = ready.waves_alike(type(one.effect), one.axis)
     others = tuple(dict.fromkeys((*(answer.indistinguishable if answer is not None else ()), *alike_ones)))
     rest = Patch(tuple(each for each in gaps.patch.effects if each is not one), gaps.patch.heavier)
     return Cause(

@@ -34,16 +34,16 @@ class Gaps:
         )
 
 
-def open_axes(ready: Prepared, gaps: Gaps) -> frozenset[str]:
+def axes_with_gap(ready: Prepared, gaps: Gaps) -> frozenset[str]:
     """Axes on which something is to be found: the simulation as it stands has a gap there, or a second encoder shows a motion.
 
-    More than the torque's own noise and what the comparison errs by: a report calls any smaller gap none.
+    More than the noise that the torque shows by itself and what the comparison errs by, by the test of the report.
     """
     return frozenset(
         axis
         for axis, noise in gaps.noise.items()
         if ready.rows.deflects(axis)
-        or gap_of(gaps.unseen, gaps.fitted, axis, noise.told_floor, ready.cutoff_hz).significant
+        or gap_of(gaps.unseen, gaps.fitted, axis, noise.floor_by_torque, ready.cutoff_hz).significant
     )
 
 
