@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.prepare.run import AxisRun, Run
+from drivetwin.diagnosis.prepare.spanned import orthonormal
 
 Array = NDArray[np.float64]
 
@@ -65,15 +66,9 @@ def components(rows: Rows, axis: str, waves: float, absolute: bool, known: Array
     if load[1] - load[0] > 0.02 * rows.size[axis]:
         scales.append(_Scale("load", lambda _, own: _within(own.motion.rigid_torque, load), _direction))
         scales.append(_Scale("load", lambda _, own: _within(own.motion.rigid_torque, load), _one))
-    curves, basis = shapes(waves), _basis(known)
+    curves, basis = shapes(waves), orthonormal(known)
     parts = [(scale.goes_with, _columns(rows, axis, scale, curves)) for scale in scales]
     return [Component(goes_with, columns - basis @ (basis.T @ columns)) for goes_with, columns in parts]
-
-
-def _basis(known: Array) -> Array:
-    """Orthonormal columns (N, at most q) of what `known` spans."""
-    vectors, sizes, _ = np.linalg.svd(known / np.maximum(np.linalg.norm(known, axis=0), 1e-300), full_matrices=False)
-    return np.asarray(vectors[:, sizes > 1e-6])
 
 
 def _columns(rows: Rows, axis: str, scale: _Scale, curves: Array) -> Array:

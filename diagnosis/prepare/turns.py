@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.prepare.simulation import Simulation
+from drivetwin.diagnosis.prepare.spanned import orthonormal
 from drivetwin.diagnosis.prepare.testable import LEAST_EACH_WAY
 from drivetwin.emulator.dynamics import Motion
 
@@ -66,7 +67,7 @@ def placed_within_a_turn(simulation: Simulation, runs: Sequence[Run], checks: Se
         turn = 2.0 * np.pi / simulation.dynamics()[axis].gear_ratio
         if any(_depends(simulation, run, axis, turn) for run in runs):
             continue
-        tried = [wave for turns in (False, True) if (wave := _wave_of(found.runs, axis, turn, turns)) is not None]
+        tried = [wave for flips in (False, True) if (wave := _wave_of(found.runs, axis, turn, flips)) is not None]
         if not tried:
             continue
         best = max(tried, key=lambda one: one.explains)
@@ -86,29 +87,29 @@ def placed_within_a_turn(simulation: Simulation, runs: Sequence[Run], checks: Se
 class _Wave:
     """A wave of an axis that all recordings have: its shape (2 W,), and how much of their energy it explains.
 
-    `turns`: whether it changes its sign with the direction.
+    `flips`: whether it changes its sign with the direction.
     """
 
     axis: str
     turn: float
-    turns: bool
+    flips: bool
     shape: Array
     explains: float
 
     def placed(self, run: Run) -> Run:
         """A recording, moved to where it has the wave; as it is where its axis stands."""
-        zero = _Waves.of(run, self.axis, self.turn, self.turns).zero(self.shape)
+        zero = _Waves.of(run, self.axis, self.turn, self.flips).zero(self.shape)
         return run.placed({self.axis: zero * self.turn}).within({self.axis: self.turn})
 
 
-def _wave_of(runs: Sequence[Run], axis: str, turn: float, turns: bool) -> _Wave | None:
+def _wave_of(runs: Sequence[Run], axis: str, turn: float, flips: bool) -> _Wave | None:
     """None where none stands out."""
-    own = [_Waves.of(run, axis, turn, turns) for run in runs]
+    own = [_Waves.of(run, axis, turn, flips) for run in runs]
     told = [one for one in own if one.turns >= LEAST_TURNS]
     if len(told) < 2 or sum(one.stands_out for one in told) <= 0.5 * len(told):
         return None
     shape = _common_shape(told)
-    return _Wave(axis, turn, turns, shape, sum(one.gain(shape) for one in told))
+    return _Wave(axis, turn, flips, shape, sum(one.gain(shape) for one in told))
 
 
 @dataclass(frozen=True)
@@ -126,12 +127,12 @@ class _Waves:
     beside: float
 
     @classmethod
-    def of(cls, run: Run, axis: str, turn: float, turns: bool) -> _Waves:
+    def of(cls, run: Run, axis: str, turn: float, flips: bool) -> _Waves:
         own = run.axes[axis]
         rows = np.flatnonzero(own.fitted[:: run.stride]) * run.stride
         left, angle = (own.torque - own.base)[rows], 2.0 * np.pi * own.motion.position / turn
-        sign = np.sign(own.motion.velocity) if turns else np.ones(len(angle))
-        free = _orthonormal(np.column_stack([run.felt(own, each)[rows] for each in _of_motion(own.motion)]))
+        sign = np.sign(own.motion.velocity) if flips else np.ones(len(angle))
+        free = orthonormal(np.column_stack([run.felt(own, each)[rows] for each in _of_motion(own.motion)]))
 
         def beside_free(orders: Array) -> Array:
             waves = [run.felt(own, sign * wave(order * angle))[rows] for order in orders for wave in (np.cos, np.sin)]
@@ -194,14 +195,8 @@ def _turning(part: float) -> Array:
     return found
 
 
-def _orthonormal(columns: Array) -> Array:
-    """(N, at most q): what columns (N, q) span."""
-    vectors, sizes, _ = np.linalg.svd(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300), full_matrices=False)
-    return np.asarray(vectors[:, sizes > 1e-6])
-
-
 def _explained(columns: Array, left: Array) -> float:
-    basis = _orthonormal(columns)
+    basis = orthonormal(columns)
     return float(np.sum((basis.T @ left) ** 2))
 
 
