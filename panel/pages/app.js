@@ -42,6 +42,7 @@ function show() {
   }
   open?.close?.();
   open = { name, ...VIEWS[name](at("view")) };
+  at("view").inert = true; // its controls mean nothing before it was told what there is
   watch(name);
 }
 
@@ -83,7 +84,9 @@ async function offer() {
 addEventListener("hashchange", show);
 hear((told) => {
   head(told);
-  if (open !== null && told.view === open.name) open.take?.(told);
+  if (open === null || told.view !== open.name) return;
+  open.take?.(told);
+  at("view").inert = false;
 });
 connect((there) => {
   if (there) offer().catch(refused);

@@ -21,33 +21,36 @@ export function scopeBar(set, runs) {
   const state = select("State");
   const apply = element("button", {}, "Set");
   const xs = select("X"), ys = select("Y");
-  let told = null, listed = "", choices = [], editing = false; // a trigger that is being entered stays until it is set
+  let told = null, listed = "", choices = Promise.resolve([]), editing = false; // a trigger that is being entered stays until it is set
 
   // One after the other: `more` says, from what is set then, what changes.
   let last = Promise.resolve();
   function send(more) {
     last = last.then(async () => {
-      const wanted = { ...told.set, ...more(told.set) };
+      const wanted = { ...told.set, ...await more(told.set) };
       if (await set(wanted) !== undefined) told.set = wanted;
     });
     return last;
   }
 
+  // The objects of the drive that is chosen now: adding a channel waits for them.
   async function list() {
-    choices = node.value.startsWith("truth") ? QUANTITIES.map((name) => ({ name, key: `${node.value}:${name}` })) : await numbers(Number(node.value));
-    objects.replaceChildren(...choices.map((each) => option(each.name)));
+    const these = node.value.startsWith("truth") ? QUANTITIES.map((name) => ({ name, key: `${node.value}:${name}` })) : numbers(Number(node.value));
+    choices = Promise.resolve(these);
+    const names = (await choices).map((each) => option(each.name));
+    objects.replaceChildren(...names);
   }
 
-  function chosen() {
-    const words = object.value.trim().toLowerCase();
-    return choices.find((each) => each.name.toLowerCase() === words) ?? choices.find((each) => words !== "" && each.name.toLowerCase().includes(words));
+  function chosen(among, entered) {
+    const words = entered.trim().toLowerCase();
+    return among.find((each) => each.name.toLowerCase() === words) ?? among.find((each) => words !== "" && each.name.toLowerCase().includes(words));
   }
 
   node.addEventListener("change", list);
-  add.addEventListener("click", async () => {
-    const [found, words] = [chosen(), object.value];
+  add.addEventListener("click", () => {
+    const [where, words, among] = [node.value, object.value, choices];
     object.value = "";
-    await send((present) => ({ channels: [...present.channels, found?.key ?? `${node.value}:${words}`] }));
+    send(async ({ channels }) => ({ channels: [...channels, chosen(await among, words)?.key ?? `${where}:${words}`] }));
   });
   windows.addEventListener("change", () => send(() => ({ window: Number(windows.value) })));
   apply.addEventListener("click", () => {

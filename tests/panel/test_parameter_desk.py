@@ -12,7 +12,7 @@ import canopen
 import pytest
 from browser_bench import browser_page, needs_chromium
 from panel_bench import Page, Served, page, panel, read_by_canopen
-from playwright.sync_api import expect
+from playwright.sync_api import WebSocketRoute, expect
 from processes import emulator
 
 
@@ -93,6 +93,32 @@ def test_a_panel_that_reads_saves_and_does_not_restore() -> None:
         with pytest.raises(urllib.error.HTTPError, match="409") as refused:
             saved(served, 9)
         assert b"there is no node 9" in refused.value.read()
+
+
+@needs_chromium
+def test_a_click_before_the_page_was_told_of_the_drives_asks_for_no_file(served: Served) -> None:
+    withheld: list[tuple[WebSocketRoute, str | bytes]] = []
+
+    def pass_on(route: WebSocketRoute) -> None:
+        server = route.connect_to_server()
+        server.on_message(lambda text: withheld.append((route, text)) if '"pen"' in text else route.send(text))
+
+    with browser_page(served.url) as browser:
+        asked: list[str] = []
+        browser.on("request", lambda request: asked.append(request.url))
+        browser.route_web_socket("**/live", pass_on)
+        browser.goto(f"{served.url}#parameters")
+        browser.reload()
+        save = browser.get_by_role("button", name="Save as DCF")
+        box = save.bounding_box()
+        assert box is not None
+        browser.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+        for route, text in withheld:
+            route.send(text)
+        with browser.expect_download() as download:
+            save.click()
+        assert download.value.suggested_filename == "lift-1.dcf"
+        assert [url.rpartition("/")[2] for url in asked if "dcf" in url] == ["1.dcf"]
 
 
 @needs_chromium
