@@ -16,7 +16,9 @@ import mujoco
 import numpy as np
 from numpy.polynomial import polynomial
 
+from drivetwin.foundation.compiled import compiled
 from drivetwin.foundation.errors import UserError
+from drivetwin.foundation.mujoco_calls import ADDRESS, mujoco_call, stop_clocks
 from drivetwin.motion.compilation import check_compiles
 from drivetwin.motion.followers import Follower, followers, relations_of
 from drivetwin.recording.recording import Samples
@@ -33,8 +35,21 @@ _ONE_DEGREE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE
 
 
 _ON_JOINT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+_inverse = mujoco_call("mj_inverse", ADDRESS, ADDRESS)
+
 _STATES = 16
 """States in the motion's range, and as many at its corners, at which the torque must be affine to count as such."""
+
+
+@compiled
+def _needed(model: int, data: int, own: tuple[Samples, ...], motion: tuple[Samples, ...], torque: Samples) -> None:
+    """mj_inverse of each row of `motion` (qpos, qvel, qacc) into one of `torque` (n, nv). `own` are MuJoCo's arrays of both."""
+    q, v, a, needed = own
+    qpos, qvel, qacc = motion
+    for row in range(torque.shape[0]):
+        q[:], v[:], a[:] = qpos[row], qvel[row], qacc[row]
+        _inverse(model, data)
+        torque[row] = needed
 
 
 class Model:
@@ -48,6 +63,7 @@ class Model:
         self.name: str = mj_model.names.split(b"\0", 1)[0].decode() or (path.stem if path else "model")
         self.given = mj_model
         self._mj = _frictionless(mj_model)
+        stop_clocks()
         self._relations = relations_of(mj_model)
         self._joints = {
             mj_model.joint(index).name: index for index in range(mj_model.njnt) if int(mj_model.jnt_type[index]) in _ONE_DEGREE
@@ -127,12 +143,8 @@ class Model:
         mj, data = self._mj, mujoco.MjData(self._mj)
         qpos, qvel, qacc, reduction = self._moved(joints, position, velocity, acceleration)
         torque = np.empty((len(position), mj.nv))
-        q, v, a, needed = data.qpos, data.qvel, data.qacc, data.qfrc_inverse
-        inverse = mujoco.mj_inverse
-        # each turn of the loop writes a row into MuJoCo's own arrays
-        for q[:], v[:], a[:], row in zip(qpos, qvel, qacc, torque, strict=True):
-            inverse(mj, data)
-            row[:] = needed
+        own = (data.qpos, data.qvel, data.qacc, data.qfrc_inverse)
+        _needed(mj._address, data._address, own, (qpos, qvel, qacc), torque)
         return np.asarray(np.einsum("nv,nvk->nk", torque, reduction), dtype=np.float64)
 
     def _moved(
