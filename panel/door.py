@@ -35,7 +35,7 @@ ABANDONED = 6.0
 """After which another master's request that no drive has answered counts no more [s]; longer than `PATIENCE`, so that whoever
 asks at the same time is refused and not let through by chance."""
 
-ANSWER = 1.0
+ANSWER = 3.0
 """Longest wait for a drive's answer [s]; it answers within milliseconds, a loaded host may not."""
 
 
@@ -146,6 +146,8 @@ class SdoChannel(Door):
         """Judged by the frames that have passed up to now, not by those that a panel that lags behind has heard of."""
         until = time.monotonic() + PATIENCE
         while not self._link.catch_up(PATIENCE) or not self._is_quiet(node_id):
+            if self._link.lost is not None:
+                raise UserError(f"{where}: {self._link.lost}")
             if time.monotonic() > until:
                 raise UserError(f"{where}: another master asks this drive by SDO without a pause; try again when it has done")
             time.sleep(QUIET / 4)

@@ -84,7 +84,8 @@ class Program:
             outcome = json.loads((self.out / "controller.json").read_text(encoding="utf-8"))
             return f"{outcome['outcome']}: {outcome['reason']}" if outcome["reason"] else str(outcome["outcome"])
         except (OSError, ValueError):
-            return (self._folder / "log").read_text(encoding="utf-8", errors="replace").strip()[-500:]
+            log = self._folder / "log"
+            return log.read_text(encoding="utf-8", errors="replace").strip()[-500:] if log.is_file() else ""
 
 
 class Motion:

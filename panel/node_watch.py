@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import pi
 
@@ -92,6 +92,7 @@ class NodeWatch:
         self._door = door
         self._now = now
         self._mapping_read = 0.0
+        self._rewritten = self._rewritten_read = 0
 
     @property
     def name(self) -> str:
@@ -105,6 +106,7 @@ class NodeWatch:
     def write(self, index: int, subindex: int, data: bytes) -> None:
         """Write the bytes of an object. Raises UserError."""
         self._door.write(self.node_id, index, subindex, data)
+        self._rewritten += _is_of_mapping_or_gear(index)
         for hear in self.writers:
             hear((index, subindex), data)
 
@@ -217,28 +219,34 @@ class NodeWatch:
     def _refresh_mapping(self) -> None:
         quiet = self._door.quiet_for(self.node_id)
         asked_since = time.monotonic() - quiet > self._mapping_read
-        if self._mapping_read and (not asked_since or quiet < SETTLED):
+        began, rewritten = time.monotonic(), self._rewritten
+        if self._mapping_read and rewritten == self._rewritten_read and (not asked_since or quiet < SETTLED):
             return
-        began = time.monotonic()
-        if not self._mapping_read:
-            self._read_history()
+        history = [] if self._mapping_read else list(self._history())
         types = {address: entry.data_type for address, entry in self.entries.items()}
         self.pdos = read_pdos(self.read, types)
         self.unit = None if self.axis is None else self._position_unit(self.axis)
-        self._mapping_read = began
+        self.emergencies.extend(history)
+        self._mapping_read, self._rewritten_read = began, rewritten
 
-    def _read_history(self) -> None:
+    def _history(self) -> Iterator[Emergency]:
         """1003h: what went wrong before the panel was there (CiA 301, 7.5.2.4)."""
         if (0x1003, 0) not in self.entries:
             return
         for number in range(1, self.read(0x1003, 0)[0] + 1):
             told = self.read(0x1003, number)
-            self.emergencies.append(Emergency(None, int.from_bytes(told[:2], "little"), None, told[2:]))
+            yield Emergency(None, int.from_bytes(told[:2], "little"), None, told[2:])
 
     def _position_unit(self, axis: Axis) -> float | None:
         """Joint travel a position unit, by the factor group: 6092h units a turn of the driving shaft, 6091h of the gear."""
         if any(address not in self.entries for address in _FACTORS):
             return None
         motor, shaft, feed, turns = (int.from_bytes(self.read(*address), "little") for address in _FACTORS)
+        if 0 in (shaft, feed):
+            return None
         motor_turns = motor / shaft * turns / feed
         return 2.0 * pi * motor_turns / axis.gear_ratio
+
+
+def _is_of_mapping_or_gear(index: int) -> bool:
+    return 0x1400 <= index < 0x1C00 or index in {index for index, _ in _FACTORS}

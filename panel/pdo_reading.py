@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.drive_profiles.profile import BITS, FLOATS, SIGNED, DataType
-from drivetwin.foundation.errors import UserError
+from drivetwin.panel.door import ObjectRefusedError
 from drivetwin.panel.frames import Places
 from drivetwin.panel.values import Value, decode
 
@@ -88,7 +88,7 @@ def _read(read: Callable[[int, int], bytes], types: Mapping[Address, DataType], 
         if cob_id & INVALID:
             return None
         mapped = [read(index + 0x200, entry + 1) for entry in range(read(index + 0x200, 0)[0])]
-    except UserError:
+    except ObjectRefusedError:
         return None
     return Pdo(cob_id & 0x7FF, transmits, _fields(mapped, types))
 

@@ -9,6 +9,7 @@ import signal
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from drivetwin.foundation.errors import UserError
 from drivetwin.panel.access import COOKIE, Access, RefusedError
-from drivetwin.panel.shown import Shown
+from drivetwin.panel.shown import Asked, Shown
 
 logger = logging.getLogger(__name__)
 
@@ -42,6 +43,14 @@ _HEADERS = (
     (b"cache-control", b"no-cache"),
 )
 """A page loads nothing but from its own server, and nobody frames it."""
+
+
+@dataclass(frozen=True)
+class _Question:
+    """What a page has asked under a number; `asked`: None where it lets the pen go."""
+
+    number: object
+    asked: Asked | None
 
 
 class Guard:
@@ -93,18 +102,27 @@ class Guard:
 
 
 class Page:
-    """One open page. What it watches is sent by a task of its own: one that stops reading makes nobody else wait."""
+    """One open page. What it watches is sent by a task of its own: one that stops reading makes nobody else wait.
+
+    What it asks is answered by two more, in the order of the questions: what writes, and what only reads. A drive that is slow
+    to answer makes neither the view nor a command wait.
+    """
 
     def __init__(self, shown: Shown, wire: WebSocket) -> None:
         self._shown = shown
         self._wire = wire
         self._view: str | None = None
+        self._told = ""
         self._seen = asyncio.Event()
+        self._writes: asyncio.Queue[_Question] = asyncio.Queue()
+        self._reads: asyncio.Queue[_Question] = asyncio.Queue()
+        self._written: asyncio.Future[object] | None = None
 
     async def serve(self) -> None:
         """Answer the page until it leaves; then the pen is free again."""
         await self._wire.accept()
-        tasks = {asyncio.create_task(self._listen()), asyncio.create_task(self._tell())}
+        work = (self._listen(), self._tell(), self._answer_each(self._writes), self._answer_each(self._reads))
+        tasks = {asyncio.create_task(each) for each in work}
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             for task in done:
@@ -113,7 +131,10 @@ class Page:
         finally:
             for task in tasks:
                 task.cancel()
-            self._shown.pen.release(self)
+            if self._written is None or self._written.done():
+                self._shown.pen.release(self)
+            else:
+                self._written.add_done_callback(lambda _: self._shown.pen.release(self))
 
     async def _listen(self) -> None:
         """Raises WebSocketDisconnect when the page leaves."""
@@ -128,38 +149,55 @@ class Page:
                 self._seen.set()
                 return
             number = question.pop("id", None)
-            answer = await self._answer(question)
+            await self._take(number, question)
         except UserError as error:
             await self._send({"id": number, "refused": str(error)})
-        else:
-            await self._send({"id": number, "answer": answer})
 
-    async def _answer(self, question: dict[str, Any]) -> object:
+    async def _take(self, number: object, question: dict[str, Any]) -> None:
+        """Answer what needs nobody else; let the rest wait for those before it. A view opened again is told all anew."""
         match question:
             case {"ask": "views"}:
-                return list(self._shown.views)
+                await self._send({"id": number, "answer": list(self._shown.views)})
             case {"ask": "watch", "view": str(view)} if view in self._shown.views:
-                self._view = view
-                return None
+                self._view, self._told = view, ""
+                await self._send({"id": number, "answer": None})
             case {"ask": "release"}:
-                self._shown.pen.release(self)
-                return None
-        asked = self._shown.asked(question)
-        if asked.writes:
-            self._shown.pen.take(self)
-        return await asyncio.to_thread(asked.answer)
+                self._writes.put_nowait(_Question(number, None))
+            case _:
+                asked = self._shown.asked(question)
+                (self._writes if asked.writes else self._reads).put_nowait(_Question(number, asked))
+
+    async def _answer_each(self, waiting: asyncio.Queue[_Question]) -> None:
+        while True:
+            question = await waiting.get()
+            try:
+                answer = await self._answer(question.asked)
+            except UserError as error:
+                await self._send({"id": question.number, "refused": str(error)})
+            else:
+                await self._send({"id": question.number, "answer": answer})
+
+    async def _answer(self, asked: Asked | None) -> object:
+        """None: the pen is let go. What has begun to write ends, though the page may have left."""
+        if asked is None:
+            self._shown.pen.release(self)
+            return None
+        if not asked.writes:
+            return await asyncio.to_thread(asked.answer)
+        self._shown.pen.take(self)
+        self._written = asyncio.ensure_future(asyncio.to_thread(asked.answer))
+        return await asyncio.shield(self._written)
 
     async def _tell(self) -> None:
         """What it watches, once it has seen what it was told last: a slow page is told less often, and nothing piles up."""
-        last = ""
         while True:
             await asyncio.sleep(1.0 / FRAMES)
             if self._view is None:
                 continue
             head = {"view": self._view, **self._shown.head(), "pen": self._shown.pen.told(self)}
             told = json.dumps({**head, **self._shown.views[self._view]()})
-            if told != last:
-                last = told
+            if told != self._told:
+                self._told = told
                 self._seen.clear()
                 await self._wire.send_text(told)
                 await self._seen.wait()

@@ -28,13 +28,15 @@ def decode(data_type: DataType, data: bytes) -> Value | None:
 
 def encode(entry: ObjectEntry, text: str) -> bytes:
     """The bytes of what a person wrote: a number (also 0x...), or text. Raises UserError for what the object cannot hold."""
-    if entry.data_type not in BITS:
-        return bytes.fromhex(text) if entry.data_type in BYTE_TYPES else text.encode("latin-1", "replace")
-    low, high = limits(entry)
     try:
+        if entry.data_type in BYTE_TYPES:
+            return bytes.fromhex(text)
+        if entry.data_type not in BITS:
+            return text.encode("latin-1", "replace")
         number = float(text) if entry.data_type in FLOATS else int(text, 0)
     except ValueError:
         raise UserError(f"{entry.name}: {text!r} is no {_kind(entry)}") from None
+    low, high = limits(entry)
     if not low <= number <= high:
         raise UserError(f"{entry.name}: {number:g} is outside {low:g} to {high:g}")
     return pack(entry.data_type, number)
@@ -60,4 +62,6 @@ def limits(entry: ObjectEntry) -> tuple[int | float, int | float]:
 
 
 def _kind(entry: ObjectEntry) -> str:
+    if entry.data_type in BYTE_TYPES:
+        return "bytes in hexadecimal"
     return "number" if entry.data_type in FLOATS else "integer (decimal, or 0x and hexadecimal)"

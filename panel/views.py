@@ -112,7 +112,7 @@ def _node(node: NodeWatch) -> Told:
         **_torque(node),
         "unit": node.axis.unit if node.axis is not None else "",
         "register": None if register is None else register_words(int(register)),
-        "emergencies": [_emergency(emergency) for emergency in node.emergencies],
+        "emergencies": [_emergency(emergency) for emergency in node.emergencies.copy()],
     }
 
 

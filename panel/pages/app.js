@@ -89,6 +89,11 @@ hear((told) => {
   at("view").inert = false;
 });
 connect((there) => {
-  if (there) offer().catch(refused);
-  else [at("place").hidden, at("bus").textContent] = [false, "the panel has gone; waiting for it"];
+  if (there) {
+    offer().catch(refused);
+    return;
+  }
+  offered = []; // whatever answers next may show another bus
+  at("view").inert = true;
+  [at("place").hidden, at("bus").textContent] = [false, "the panel has gone; waiting for it"];
 });

@@ -1,5 +1,5 @@
 // Faults: each by hand, what was struck, and what drives and controller did then.
-import { act } from "./app.js";
+import { act, refused } from "./app.js";
 import { element, say, table } from "./elements.js";
 
 export function faults(place) {
@@ -10,7 +10,7 @@ export function faults(place) {
   const struck = element("div", { "data-is": "struck" });
   const events = element("div", { class: "list", "data-is": "events" });
   const controller = element("p", { "data-is": "controller" });
-  let kinds = null, asked = false, nodes = [], shownStruck = "", shownEvents = "";
+  let kinds = null, asked = false, may = false, nodes = [], shownStruck = "", shownEvents = "";
 
   place.replaceChildren(
     element("section", {}, element("h2", {}, "Strike a fault"), element("div", { class: "row" }, kind, strike), summary, fields),
@@ -22,18 +22,27 @@ export function faults(place) {
     let seconds = null;
     for (const field of fields.querySelectorAll("[name]")) {
       if (field.value === "") continue;
-      if (field.name === "for") seconds = Number(field.value);
+      if (field.name === "for") seconds = Number(field.value.replace(",", "."));
       else told[field.name] = field.value;
     }
-    act("strike", { told, seconds });
+    if (Number.isNaN(seconds)) refused(new Error("for: expected seconds, as 0.5"));
+    else act("strike", { told, seconds });
   });
 
   async function load() {
     asked = true;
-    kinds = await act("faults") ?? {};
+    kinds = await act("faults") ?? null;
+    asked = kinds !== null;
+    if (!asked) return;
     kind.replaceChildren(...Object.keys(kinds).map((name) => element("option", { value: name }, name)));
     kind.value = "sto" in kinds ? "sto" : kind.value;
     form();
+    allow();
+  }
+
+  // Only what is known can be struck.
+  function allow() {
+    strike.disabled = !may || kinds === null;
   }
 
   function form() {
@@ -49,7 +58,8 @@ export function faults(place) {
       nodes = told.nodes;
       if (!asked && told.emulated) load();
       if (!told.emulated) say(summary, "Faults are struck in an emulator, and this panel has started none: drivetwin panel --emulate scara");
-      strike.disabled = !told.pen.allowed || !told.emulated;
+      may = told.pen.allowed && told.emulated;
+      allow();
       strike.title = told.pen.allowed ? "" : "needs --allow-writes";
       say(controller, told.motion === null ? "" : told.motion.runs ? "The controller runs." : `The controller has ended: ${told.motion.said}`);
       const now = JSON.stringify([told.struck, told.pen.allowed]);

@@ -20,17 +20,24 @@ export function parameters(place) {
   const tree = element("div");
   let rows = [];
   let allowed = false;
-  let held = null; // the file to compare with: name and text
+  let held = null; // the file to compare with: node, name and text
+  let shown = 0; // rises with each drive that is chosen, and when the view is left: what was asked for before is no longer wanted
+  let first = Promise.resolve(); // values of entries that were opened are read one after the other
 
   async function load() {
-    const objects = await act("objects", { node: Number(node.value) });
-    if (objects === undefined) return;
-    rows = objects.map((each) => row(Number(node.value), each));
-    for (const each of rows) each.allow(allowed);
-    held = null;
-    file.value = "";
+    const [mine, of] = [++shown, Number(node.value)];
+    [rows, held, file.value, all.disabled] = [[], null, "", true];
     outcome.replaceChildren();
+    tree.replaceChildren();
     withFile();
+    filter();
+    const objects = await act("objects", { node: of });
+    if (mine !== shown || objects === undefined) return;
+    all.disabled = false;
+    rows = objects.map((each) => row(of, each, (read) => {
+      first = first.then(() => (mine === shown ? read() : undefined));
+    }));
+    for (const each of rows) each.allow(allowed);
     const groups = Map.groupBy(rows, (each) => each.told.index);
     const areas = Map.groupBy(groups.values(), ([first]) => area(first.told.index));
     tree.replaceChildren(...[...areas].map(([name, members]) => element("div", {}, element("h3", {}, name), ...members.map(group))));
@@ -58,26 +65,31 @@ export function parameters(place) {
   }
 
   async function compare() {
-    const [chosen] = file.files;
+    const [mine, of, [chosen]] = [shown, Number(node.value), file.files];
+    held = null;
+    withFile();
+    for (const each of rows) each.forget();
+    filter();
     if (chosen === undefined) return;
-    const told = { node: Number(node.value), name: chosen.name, text: await chosen.text() };
+    const told = { node: of, name: chosen.name, text: await chosen.text() };
     const answer = await act("compare", told);
-    if (answer === undefined) return;
+    if (answer === undefined || mine !== shown || file.files[0] !== chosen) return;
     held = told;
     const values = new Map(answer.values.map(([index, subindex, value]) => [address(index, subindex), value]));
     for (const each of rows) each.expect(values.get(address(each.told.index, each.told.subindex)));
     withFile();
-    await readAll();
+    if (!await readAll()) return;
     const differ = rows.filter((each) => each.differs()).length;
     const strange = answer.strange === 0 ? "" : ` ${answer.strange} values are of objects that this drive does not have.`;
     outcome.replaceChildren(element("p", {}, `${values.size} values of ${told.name}: ${differ} differ from the drive's.${strange}`));
   }
 
   async function restoreAll() {
+    const mine = shown;
     const answer = await act("restore", held);
-    if (answer === undefined) return;
+    if (answer === undefined || mine !== shown) return;
     const { written, same, left_out, refused: lines } = answer;
-    await readAll();
+    if (!await readAll()) return;
     outcome.replaceChildren(
       element("p", {}, `${written} written and read back, ${same} stood there already, ${left_out} left out (read only, commands and set-points, communication), ${lines.length} not taken.`),
       element("ul", {}, ...lines.map((line) => element("li", {}, line))));
@@ -95,13 +107,17 @@ export function parameters(place) {
     save.disabled = false;
   }
 
+  // Whether all were read: another drive may be chosen meanwhile.
   async function readAll() {
+    const mine = shown;
     all.disabled = true;
     for (const each of rows.filter((one) => one.told.access !== "wo")) {
       await each.read();
+      if (mine !== shown) return false;
       filter();
     }
     all.disabled = false;
+    return true;
   }
 
   node.addEventListener("change", load);
@@ -129,6 +145,9 @@ export function parameters(place) {
       }
       node.replaceChildren(...told.nodes.map((each) => element("option", { value: each.id }, `${each.id} ${each.name}`)));
       load();
+    },
+    close() {
+      shown += 1;
     },
   };
 }
@@ -168,8 +187,8 @@ function group(rows) {
   return details;
 }
 
-// One entry: its line, and how it is read and written.
-function row(node, told) {
+// One entry: its line, and how it is read and written; `inTurn` does the first read when it is its turn.
+function row(node, told, inTurn) {
   const where = { node, index: told.index, subindex: told.subindex };
   const value = element("span", { class: "value" });
   const writable = told.access === "rw" || told.access === "wo";
@@ -216,9 +235,14 @@ function row(node, told) {
       expected = other;
       say(inFile, number(told, other));
     },
+    forget: () => {
+      isCompared = false;
+      expected = undefined;
+      say(inFile, "");
+    },
     words: `${address(told.index, told.subindex)} ${told.object} ${told.name} ${told.parameter} ${told.unit}`.toLowerCase(),
     first: () => {
-      if (present === undefined && !line.hidden) read();
+      if (present === undefined && !line.hidden) inTurn(() => (present === undefined && !line.hidden ? read() : undefined));
     },
     allow: (allowed) => {
       input.disabled = write.disabled = !allowed;

@@ -110,12 +110,13 @@ function drawable({ start, end, points, values }) {
 // A page's file: what is refused comes as a line.
 async function save(name) {
   if (name.endsWith("zip") && await act("scope recording") === undefined) return;
-  const answer = await fetch(name);
-  if (!answer.ok) {
-    refused(new Error((await answer.text()).trim()));
-    return;
+  try {
+    const answer = await fetch(name);
+    if (answer.ok) keep(await answer.blob(), name);
+    else refused(new Error((await answer.text()).trim()));
+  } catch {
+    refused(new Error("the panel has gone"));
   }
-  keep(await answer.blob(), name);
 }
 
 function value(picture, key, time) {

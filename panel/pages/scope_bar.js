@@ -37,8 +37,9 @@ export function scopeBar(set, runs) {
   async function list() {
     const these = node.value.startsWith("truth") ? QUANTITIES.map((name) => ({ name, key: `${node.value}:${name}` })) : numbers(Number(node.value));
     choices = Promise.resolve(these);
-    const names = (await choices).map((each) => option(each.name));
-    objects.replaceChildren(...names);
+    const mine = choices;
+    const names = (await mine).map((each) => option(each.name));
+    if (mine === choices) objects.replaceChildren(...names);
   }
 
   function chosen(among, entered) {
@@ -52,16 +53,21 @@ export function scopeBar(set, runs) {
     object.value = "";
     send(async ({ channels }) => ({ channels: [...channels, chosen(await among, words)?.key ?? `${where}:${words}`] }));
   });
-  windows.addEventListener("change", () => send(() => ({ window: Number(windows.value) })));
+  windows.addEventListener("change", () => {
+    const window = Number(windows.value);
+    send(() => ({ window }));
+  });
   apply.addEventListener("click", () => {
     const trigger = kind.value === "" ? null : { channel: on.value, kind: kind.value, level: Number(level.value), state: kind.value === "state" ? state.value : "" };
+    const share = Number(pre.value);
     editing = false;
-    send(() => ({ trigger, pre: Number(pre.value) }));
+    send(() => ({ trigger, pre: share }));
   });
   for (const each of [kind, on, level, state, pre]) each.addEventListener("input", () => { editing = true; });
   for (const each of [xs, ys]) each.addEventListener("change", () => {
-    if (xs.value === "" && ys.value === "") send(() => ({ xy: null }));
-    else if (xs.value !== "" && ys.value !== "") send(() => ({ xy: [xs.value, ys.value] }));
+    const [x, y] = [xs.value, ys.value];
+    if (x === "" && y === "") send(() => ({ xy: null }));
+    else if (x !== "" && y !== "") send(() => ({ xy: [x, y] }));
   });
   kind.addEventListener("change", shape);
   run.addEventListener("click", () => runs(run.textContent === "Run"));
@@ -83,11 +89,11 @@ export function scopeBar(set, runs) {
 
   function renew() {
     const keys = told.channels.map((each) => option(each.key, each.label));
-    const { trigger, xy } = told.set, entered = [on.value, state.value];
+    const { trigger, xy } = told.set, entered = [on.value, state.value], over = [xs.value, ys.value];
     on.replaceChildren(...keys.map((each) => each.cloneNode(true)));
     xs.replaceChildren(option("", "X: none"), ...keys.map((each) => each.cloneNode(true)));
     ys.replaceChildren(option("", "Y: none"), ...keys.map((each) => each.cloneNode(true)));
-    [xs.value, ys.value] = xy ?? ["", ""];
+    [xs.value, ys.value] = (over[0] === "") !== (over[1] === "") ? over : xy ?? ["", ""]; // one of two is still being entered
     windows.replaceChildren(...told.windows.map((each) => option(each, `${each} s`)));
     windows.value = told.set.window;
     state.replaceChildren(...told.states.map((each) => option(each)));

@@ -6,6 +6,7 @@ import base64
 import json
 import re
 import signal
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -20,8 +21,6 @@ from websockets.typing import Origin
 
 from drivetwin.bus.channel import open_bus
 
-ATTEMPTS = 300
-"""Messages of the panel after which what is awaited counts as missing."""
 TRIES = 5
 """Of a read whose answer may be another client's."""
 
@@ -73,7 +72,8 @@ class Page:
 
     def until(self, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
         """The first told view that is wanted."""
-        for _ in range(ATTEMPTS):
+        until = time.monotonic() + PATIENCE
+        while time.monotonic() < until:
             message = self._hear()
             if "view" in message and wanted(message):
                 return message

@@ -98,10 +98,16 @@ def test_a_panel_that_reads_saves_and_does_not_restore() -> None:
 @needs_chromium
 def test_a_click_before_the_page_was_told_of_the_drives_asks_for_no_file(served: Served) -> None:
     withheld: list[tuple[WebSocketRoute, str | bytes]] = []
+    passes: list[bool] = []
 
     def pass_on(route: WebSocketRoute) -> None:
-        server = route.connect_to_server()
-        server.on_message(lambda text: withheld.append((route, text)) if '"pen"' in text else route.send(text))
+        def hear(text: str | bytes) -> None:
+            if '"pen"' in str(text) and not passes:
+                withheld.append((route, text))
+            else:
+                route.send(text)
+
+        route.connect_to_server().on_message(hear)
 
     with browser_page(served.url) as browser:
         asked: list[str] = []
@@ -113,6 +119,7 @@ def test_a_click_before_the_page_was_told_of_the_drives_asks_for_no_file(served:
         box = save.bounding_box()
         assert box is not None
         browser.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+        passes.append(True)
         for route, text in withheld:
             route.send(text)
         with browser.expect_download() as download:
@@ -147,3 +154,21 @@ def test_the_page_saves_compares_and_restores(served: Served, looking: Page, tmp
         assert read_by_canopen(served.bus, 1, 0x2168) == 2400.0
         assert browser.evaluate("document.documentElement.scrollWidth") <= width
         browser.locator("#release").click()
+
+
+@needs_chromium
+@pytest.mark.usefixtures("looking")  # the drives are at rest
+def test_a_file_that_is_refused_is_not_restored_by_the_one_before(served: Served, tmp_path: Path) -> None:
+    good, bad = tmp_path / "lift.dcf", tmp_path / "notes.dcf"
+    good.write_text(saved(served, 1), encoding="ascii")
+    bad.write_text("no parameters", encoding="ascii")
+    with browser_page(f"{served.url}#parameters") as browser:
+        browser.get_by_label("Compare with").set_input_files(good)
+        expect(browser.locator("[data-is='outcome']")).to_contain_text("values of lift.dcf")
+        expect(browser.get_by_role("button", name="Restore")).to_be_enabled()
+        browser.get_by_label("Compare with").set_input_files(bad)
+        expect(browser.locator("#said")).to_contain_text("notes.dcf")
+        expect(browser.get_by_role("button", name="Restore")).to_be_disabled()
+        browser.get_by_label("Drive", exact=True).select_option("2")
+        expect(browser.locator("[data-is='outcome']")).to_be_empty()
+        expect(browser.get_by_role("button", name="Read all")).to_be_enabled()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import canopen
 import pytest
 
@@ -49,3 +51,10 @@ def test_what_an_object_cannot_hold_is_refused(address: tuple[int, int], text: s
 def test_bytes_of_another_length_are_no_value() -> None:
     assert all(decode(data_type, b"") is None for data_type in BITS)
     assert decode(DataType.VSTR, b"ServoOne\0") == "ServoOne"
+
+
+def test_bytes_are_hexadecimal() -> None:
+    entry = replace(ENTRIES[0x6060, 0], data_type=DataType.OSTR)
+    assert encode(entry, "01 ff") == b"\x01\xff"
+    with pytest.raises(UserError, match="'0g' is no bytes in hexadecimal"):
+        encode(entry, "0g")

@@ -8,7 +8,7 @@ from pathlib import Path
 import canopen
 import pytest
 from in_process import Command
-from processes import emulator
+from processes import PATIENCE, emulator
 
 from drivetwin.emulator.faults.library import library
 
@@ -30,7 +30,9 @@ def node(path: Path) -> Iterator[canopen.RemoteNode]:
         network.connect(interface="remote", channel=bus)
         try:
             dictionary = canopen.ObjectDictionary()
-            yield network.add_node(2, dictionary)
+            remote = network.add_node(2, dictionary)
+            remote.sdo.RESPONSE_TIMEOUT = PATIENCE  # a loaded host takes longer than its 0.3 s
+            yield remote
         finally:
             network.disconnect()
     assert not path.exists()
