@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from drivetwin.controller.drive_node import DriveNode
 from drivetwin.controller.error_control import set_error_control
 from drivetwin.controller.limits import Limits, apply_torque_limits
-from drivetwin.controller.link import Link
+from drivetwin.controller.link import SDO_TIMEOUT, Link
 from drivetwin.controller.machine import Machine
 from drivetwin.drive_profiles import DriveProfile
 from drivetwin.foundation.errors import UserError
@@ -31,7 +31,7 @@ UPLOAD_OF_THE_SERIAL_NUMBER = bytes((0x40, 0x18, 0x10, 4, 0, 0, 0, 0))
 """Of 1018h:04. Two devices that said the same at the same time would be one frame on the wire; their serial numbers differ."""
 
 SECOND_ANSWER = 0.05
-"""How long a second answer to one request may take [s]."""
+"""How long a second answer to one request may take after the first [s]."""
 
 SLOW_DOWN_ON_QUICK_STOP_RAMP = 2
 """605Ah and 605Eh: ramp of 6085h, then switch on disabled, or fault."""
@@ -110,12 +110,13 @@ def _await_boots(link: Link, drives: Sequence[DriveNode]) -> None:
 
 
 def _check_one_answers(link: Link, drive: DriveNode) -> None:
-    """Raise UserError where one request has two answers."""
+    """Raise UserError where one request has two answers. One that comes late is awaited: it would answer the next request."""
     answers: list[bytes] = []
     cob_id = SDO_ANSWER + drive.node_id
     link.fast[cob_id] = answers.append
     link.send(SDO_REQUEST + drive.node_id, UPLOAD_OF_THE_SERIAL_NUMBER)
-    link.wait_until(lambda: len(answers) > 1, SECOND_ANSWER)
+    if link.wait_until(lambda: bool(answers), SDO_TIMEOUT):
+        link.wait_until(lambda: len(answers) > 1, SECOND_ANSWER)
     link.fast.pop(cob_id)
     if len(answers) > 1:
         raise _there_twice(drive, f"one SDO request had {len(answers)} answers")

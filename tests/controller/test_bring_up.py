@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
+import can
 import pytest
 from canopen.sdo.client import SdoClient
 from virtual_bench import VirtualBench
 
+from drivetwin.bus.channel import InprocBus
 from drivetwin.controller import bring_up as bring_up_module
 from drivetwin.controller import link as link_module
-from drivetwin.controller.bring_up import bring_up
+from drivetwin.controller.bring_up import bring_up, connect
 from drivetwin.controller.drive_node import DriveNode
-from drivetwin.controller.machine import POSITION_UNIT
+from drivetwin.controller.link import Link
+from drivetwin.controller.machine import POSITION_UNIT, load_machine
 from drivetwin.controller.motion import enable_streaming
 from drivetwin.controller.trouble import TroubleError
+from drivetwin.drive_profiles import load_profile
 from drivetwin.emulator.canopen import NmtState
 from drivetwin.emulator.canopen.abort_codes import AbortCode, SdoAbort
+from drivetwin.emulator.clock import SyncClock
+from drivetwin.emulator.effects import read_effects
+from drivetwin.emulator.machine import load_machine as load_virtual_machine
+from drivetwin.emulator.virtual_machine import VirtualMachine
 from drivetwin.foundation.errors import UserError
 
 
@@ -38,6 +47,55 @@ def test_every_drive_is_operational_and_mapped_as_three_axes_fit_a_millisecond(s
         assert valid == [0x1400, 0x1800, 0x1801]
         assert od[0x1006].value == 1000
         assert (od[0x605A].value, od[0x605E].value) == (2, 2)
+
+
+class Stalled:
+    """The stage, which stalls for `STALL` [s] when it is asked for its serial number: all that it says then comes late."""
+
+    STALL = 4.0 * bring_up_module.SECOND_ANSWER
+
+    def __init__(self, transmit: Callable[[can.Message], None]) -> None:
+        self._transmit = transmit
+        self._held: list[can.Message] = []
+        self._until: float | None = None
+        described = load_virtual_machine("stage")
+        effects = read_effects(described.effects_path)
+        self._machine = VirtualMachine(described, load_profile("servoone"), effects, SyncClock(), 0, self._say)
+        self._machine.power_on()
+
+    def receive(self, message: can.Message) -> None:
+        self._machine.receive(message)
+
+    def poll(self) -> None:
+        self._machine.poll()
+        if not self._stalls:
+            for message in self._held:
+                self._transmit(message)
+            self._held.clear()
+
+    def wait(self) -> float | None:
+        return 0.001 if self._held else None
+
+    @property
+    def _stalls(self) -> bool:
+        return self._until is not None and time.monotonic() < self._until
+
+    def _say(self, message: can.Message) -> None:
+        if self._until is None and message.arbitration_id == 0x581 and message.data[1:4] == bytes((0x18, 0x10, 4)):
+            self._until = time.monotonic() + self.STALL
+        if self._stalls or self._held:
+            self._held.append(message)
+        else:
+            self._transmit(message)
+
+
+def test_an_answer_that_comes_late_is_not_taken_for_that_of_the_next_request() -> None:
+    bus = InprocBus(Stalled)
+    bus.shutdown()
+    link = Link(bus)
+    drives = connect(link, load_machine("stage"), load_profile("servoone"))
+    bring_up(link, drives, 0.001)
+    assert drives[0].read(0x1006) == 1000
 
 
 def test_three_axes_take_less_than_a_millisecond_of_a_real_bus(scara: VirtualBench) -> None:
