@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from drivetwin.controller.drive_node import DriveNode
 from drivetwin.controller.error_control import set_error_control
 from drivetwin.controller.limits import Limits, apply_torque_limits
-from drivetwin.controller.link import SDO_TIMEOUT, Link
+from drivetwin.controller.link import SDO_TIMEOUT, SDO_TIMEOUT_IN_CYCLES, Link
 from drivetwin.controller.machine import Machine
 from drivetwin.drive_profiles import DriveProfile
 from drivetwin.foundation.errors import UserError
@@ -110,12 +110,12 @@ def _await_boots(link: Link, drives: Sequence[DriveNode]) -> None:
 
 
 def _check_one_answers(link: Link, drive: DriveNode) -> None:
-    """Raise UserError where one request has two answers. One that comes late is awaited: it would answer the next request."""
+    """Raise UserError where one request has two answers. The first is awaited: late, it would pass for the next request's."""
     answers: list[bytes] = []
     cob_id = SDO_ANSWER + drive.node_id
     link.fast[cob_id] = answers.append
     link.send(SDO_REQUEST + drive.node_id, UPLOAD_OF_THE_SERIAL_NUMBER)
-    if link.wait_until(lambda: bool(answers), SDO_TIMEOUT):
+    if link.wait_until(lambda: bool(answers), SDO_TIMEOUT if link.cycle is None else SDO_TIMEOUT_IN_CYCLES):
         link.wait_until(lambda: len(answers) > 1, SECOND_ANSWER)
     link.fast.pop(cob_id)
     if len(answers) > 1:

@@ -35,6 +35,7 @@ _ONE_DEGREE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE
 
 
 _ON_JOINT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+
 _inverse = mujoco_call("mj_inverse", ADDRESS, ADDRESS)
 
 _STATES = 16
@@ -43,7 +44,7 @@ _STATES = 16
 
 @compiled
 def _needed(model: int, data: int, own: tuple[Samples, ...], motion: tuple[Samples, ...], torque: Samples) -> None:
-    """mj_inverse of each row of `motion` (qpos, qvel, qacc) into one of `torque` (n, nv). `own` are MuJoCo's arrays of both."""
+    """mj_inverse of each row of `motion` (qpos, qvel, qacc) into `torque` (n, nv); `own`: these and qfrc_inverse of `data`."""
     q, v, a, needed = own
     qpos, qvel, qacc = motion
     for row in range(torque.shape[0]):

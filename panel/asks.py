@@ -26,11 +26,15 @@ STORE = b"save"
 
 
 class _Ask(BaseModel, ABC):
-    """`writes`: it changes something on the bus or the machine, so that the page needs the pen."""
+    """`writes`: it changes something on the bus or the machine, so that the page needs the pen.
+
+    `of_a_drive`: it only reads from a drive, which may be slow to answer; what is asked after it does not wait.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     writes: ClassVar[bool] = False
+    of_a_drive: ClassVar[bool] = False
 
     @abstractmethod
     def answer(self, panel: Panel) -> object:
@@ -49,6 +53,8 @@ class Objects(_Ask):
 
 class Read(_Ask):
     """One object by SDO."""
+
+    of_a_drive: ClassVar[bool] = True
 
     ask: Literal["read"]
     node: int

@@ -45,7 +45,7 @@ class BusPanel:
     def asked(self, question: dict[str, Any]) -> Asked:
         """Raises UserError for what is no question."""
         ask = read_ask(question)
-        return Asked(ask.writes, partial(ask.answer, self._panel))
+        return Asked(ask.writes, partial(ask.answer, self._panel), ask.of_a_drive)
 
     def files(self) -> list[Route]:
         """What the scope holds, the parameters of a drive, the pages of the run."""

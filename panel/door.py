@@ -35,7 +35,7 @@ ABANDONED = 6.0
 """After which another master's request that no drive has answered counts no more [s]; longer than `PATIENCE`, so that whoever
 asks at the same time is refused and not let through by chance."""
 
-ANSWER = 3.0
+ANSWER = 1.0
 """Longest wait for a drive's answer [s]; it answers within milliseconds, a loaded host may not."""
 
 

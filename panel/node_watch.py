@@ -105,8 +105,11 @@ class NodeWatch:
 
     def write(self, index: int, subindex: int, data: bytes) -> None:
         """Write the bytes of an object. Raises UserError."""
-        self._door.write(self.node_id, index, subindex, data)
-        self._rewritten += _is_of_mapping_or_gear(index)
+        try:
+            self._door.write(self.node_id, index, subindex, data)
+        finally:  # it may have been written though no answer came
+            if _is_of_mapping_or_gear(index):
+                self._rewritten += 1
         for hear in self.writers:
             hear((index, subindex), data)
 

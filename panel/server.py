@@ -33,6 +33,9 @@ PAGES = Path(__file__).with_name("pages")
 FRAMES = 20
 """How often a page is told what it watches, at most [1/s]."""
 
+MOST_WAITING = 1000
+"""Questions of a page that wait in each of its queues, at most: a tree of parameters has some hundreds."""
+
 LONGEST_QUESTION = 4_000_000
 """[byte]; the EDS of a drive with thousands of objects is one."""
 
@@ -46,7 +49,7 @@ _HEADERS = (
 
 
 @dataclass(frozen=True)
-class _Question:
+class _Waiting:
     """What a page has asked under a number; `asked`: None where it lets the pen go."""
 
     number: object
@@ -104,8 +107,7 @@ class Guard:
 class Page:
     """One open page. What it watches is sent by a task of its own: one that stops reading makes nobody else wait.
 
-    What it asks is answered by two more, in the order of the questions: what writes, and what only reads. A drive that is slow
-    to answer makes neither the view nor a command wait.
+    Its questions are answered by two more, in order: what only reads from a drive, which may be slow to answer, and the rest.
     """
 
     def __init__(self, shown: Shown, wire: WebSocket) -> None:
@@ -114,14 +116,14 @@ class Page:
         self._view: str | None = None
         self._told = ""
         self._seen = asyncio.Event()
-        self._writes: asyncio.Queue[_Question] = asyncio.Queue()
-        self._reads: asyncio.Queue[_Question] = asyncio.Queue()
-        self._written: asyncio.Future[object] | None = None
+        self._of_drives: asyncio.Queue[_Waiting] = asyncio.Queue()
+        self._others: asyncio.Queue[_Waiting] = asyncio.Queue()
+        self._writing: asyncio.Future[object] | None = None
 
     async def serve(self) -> None:
         """Answer the page until it leaves; then the pen is free again."""
         await self._wire.accept()
-        work = (self._listen(), self._tell(), self._answer_each(self._writes), self._answer_each(self._reads))
+        work = (self._listen(), self._tell(), self._answer_each(self._of_drives), self._answer_each(self._others))
         tasks = {asyncio.create_task(each) for each in work}
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -131,10 +133,16 @@ class Page:
         finally:
             for task in tasks:
                 task.cancel()
-            if self._written is None or self._written.done():
+            if self._writing is None:
                 self._shown.pen.release(self)
             else:
-                self._written.add_done_callback(lambda _: self._shown.pen.release(self))
+                self._writing.add_done_callback(self._has_written)
+
+    def _has_written(self, writing: asyncio.Future[object]) -> None:
+        """The page has left while it wrote: nobody is told how that went."""
+        if not writing.cancelled() and writing.exception() is not None:
+            logger.info("what a page wrote before it left: %s", writing.exception())
+        self._shown.pen.release(self)
 
     async def _listen(self) -> None:
         """Raises WebSocketDisconnect when the page leaves."""
@@ -154,7 +162,7 @@ class Page:
             await self._send({"id": number, "refused": str(error)})
 
     async def _take(self, number: object, question: dict[str, Any]) -> None:
-        """Answer what needs nobody else; let the rest wait for those before it. A view opened again is told all anew."""
+        """Answer at once what needs neither a drive nor the pen; queue the rest. A view that is opened again is sent whole."""
         match question:
             case {"ask": "views"}:
                 await self._send({"id": number, "answer": list(self._shown.views)})
@@ -162,20 +170,25 @@ class Page:
                 self._view, self._told = view, ""
                 await self._send({"id": number, "answer": None})
             case {"ask": "release"}:
-                self._writes.put_nowait(_Question(number, None))
+                self._queue(self._others, _Waiting(number, None))
             case _:
                 asked = self._shown.asked(question)
-                (self._writes if asked.writes else self._reads).put_nowait(_Question(number, asked))
+                self._queue(self._of_drives if asked.of_a_drive else self._others, _Waiting(number, asked))
 
-    async def _answer_each(self, waiting: asyncio.Queue[_Question]) -> None:
+    def _queue(self, queue: asyncio.Queue[_Waiting], one: _Waiting) -> None:
+        if queue.qsize() >= MOST_WAITING:
+            raise UserError(f"{MOST_WAITING} questions of this page wait for an answer: ask fewer at a time")
+        queue.put_nowait(one)
+
+    async def _answer_each(self, queue: asyncio.Queue[_Waiting]) -> None:
         while True:
-            question = await waiting.get()
+            one = await queue.get()
             try:
-                answer = await self._answer(question.asked)
+                answer = await self._answer(one.asked)
             except UserError as error:
-                await self._send({"id": question.number, "refused": str(error)})
+                await self._send({"id": one.number, "refused": str(error)})
             else:
-                await self._send({"id": question.number, "answer": answer})
+                await self._send({"id": one.number, "answer": answer})
 
     async def _answer(self, asked: Asked | None) -> object:
         """None: the pen is let go. What has begun to write ends, though the page may have left."""
@@ -185,8 +198,8 @@ class Page:
         if not asked.writes:
             return await asyncio.to_thread(asked.answer)
         self._shown.pen.take(self)
-        self._written = asyncio.ensure_future(asyncio.to_thread(asked.answer))
-        return await asyncio.shield(self._written)
+        self._writing = asyncio.ensure_future(asyncio.to_thread(asked.answer))
+        return await asyncio.shield(self._writing)
 
     async def _tell(self) -> None:
         """What it watches, once it has seen what it was told last: a slow page is told less often, and nothing piles up."""

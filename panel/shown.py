@@ -15,10 +15,14 @@ Told = dict[str, object]
 
 @dataclass(frozen=True)
 class Asked:
-    """What a page asks for; `writes`: it needs the pen. `answer` raises UserError for what cannot be done."""
+    """What a page asks for. `writes`: it needs the pen; `of_a_drive`: it only reads from one, which may be slow to answer.
+
+    `answer` raises UserError for what cannot be done.
+    """
 
     writes: bool
     answer: Callable[[], object]
+    of_a_drive: bool = False
 
 
 class Shown(Protocol):

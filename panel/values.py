@@ -35,7 +35,7 @@ def encode(entry: ObjectEntry, text: str) -> bytes:
             return text.encode("latin-1", "replace")
         number = float(text) if entry.data_type in FLOATS else int(text, 0)
     except ValueError:
-        raise UserError(f"{entry.name}: {text!r} is no {_kind(entry)}") from None
+        raise UserError(f"{entry.name}: {text!r} is not {_kind(entry)}") from None
     low, high = limits(entry)
     if not low <= number <= high:
         raise UserError(f"{entry.name}: {number:g} is outside {low:g} to {high:g}")
@@ -64,4 +64,4 @@ def limits(entry: ObjectEntry) -> tuple[int | float, int | float]:
 def _kind(entry: ObjectEntry) -> str:
     if entry.data_type in BYTE_TYPES:
         return "bytes in hexadecimal"
-    return "number" if entry.data_type in FLOATS else "integer (decimal, or 0x and hexadecimal)"
+    return "a number" if entry.data_type in FLOATS else "an integer (decimal, or 0x and hexadecimal)"

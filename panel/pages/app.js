@@ -85,8 +85,8 @@ addEventListener("hashchange", show);
 hear((told) => {
   head(told);
   if (open === null || told.view !== open.name) return;
-  open.take?.(told);
   at("view").inert = false;
+  open.take?.(told);
 });
 connect((there) => {
   if (there) {
@@ -94,6 +94,6 @@ connect((there) => {
     return;
   }
   offered = []; // whatever answers next may show another bus
-  at("view").inert = true;
+  at("view").inert = at("motion").hidden = at("release").hidden = true;
   [at("place").hidden, at("bus").textContent] = [false, "the panel has gone; waiting for it"];
 });

@@ -10,7 +10,7 @@ export function faults(place) {
   const struck = element("div", { "data-is": "struck" });
   const events = element("div", { class: "list", "data-is": "events" });
   const controller = element("p", { "data-is": "controller" });
-  let kinds = null, asked = false, may = false, nodes = [], shownStruck = "", shownEvents = "";
+  let kinds = null, asked = false, allowed = false, nodes = [], shownStruck = "", shownEvents = "";
 
   place.replaceChildren(
     element("section", {}, element("h2", {}, "Strike a fault"), element("div", { class: "row" }, kind, strike), summary, fields),
@@ -25,7 +25,7 @@ export function faults(place) {
       if (field.name === "for") seconds = Number(field.value.replace(",", "."));
       else told[field.name] = field.value;
     }
-    if (Number.isNaN(seconds)) refused(new Error("for: expected seconds, as 0.5"));
+    if (Number.isNaN(seconds)) refused(new Error("for: expected seconds, such as 0.5"));
     else act("strike", { told, seconds });
   });
 
@@ -42,7 +42,7 @@ export function faults(place) {
 
   // Only what is known can be struck.
   function allow() {
-    strike.disabled = !may || kinds === null;
+    strike.disabled = !allowed || kinds === null;
   }
 
   function form() {
@@ -58,7 +58,7 @@ export function faults(place) {
       nodes = told.nodes;
       if (!asked && told.emulated) load();
       if (!told.emulated) say(summary, "Faults are struck in an emulator, and this panel has started none: drivetwin panel --emulate scara");
-      may = told.pen.allowed && told.emulated;
+      allowed = told.pen.allowed && told.emulated;
       allow();
       strike.title = told.pen.allowed ? "" : "needs --allow-writes";
       say(controller, told.motion === null ? "" : told.motion.runs ? "The controller runs." : `The controller has ended: ${told.motion.said}`);

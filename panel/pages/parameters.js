@@ -10,7 +10,7 @@ export function parameters(place) {
   const search = element("input", { type: "search", placeholder: "name, 6064, P360 …", "aria-label": "Search" });
   const changed = element("input", { type: "checkbox", id: "changed" });
   const count = element("span", { class: "soft" });
-  const all = element("button", {}, "Read all");
+  const all = element("button", { disabled: true }, "Read all");
   const store = element("button", {}, "Store in the drive (1010h)");
   const file = element("input", { type: "file", accept: ".eds,.dcf,.json", "aria-label": "Compare with a file" });
   const restore = element("button", { disabled: true }, "Restore from the file");
@@ -22,7 +22,7 @@ export function parameters(place) {
   let allowed = false;
   let held = null; // the file to compare with: node, name and text
   let shown = 0; // rises with each drive that is chosen, and when the view is left: what was asked for before is no longer wanted
-  let first = Promise.resolve(); // values of entries that were opened are read one after the other
+  let reading = Promise.resolve(); // values of entries that were opened are read one after the other
 
   async function load() {
     const [mine, of] = [++shown, Number(node.value)];
@@ -35,7 +35,7 @@ export function parameters(place) {
     if (mine !== shown || objects === undefined) return;
     all.disabled = false;
     rows = objects.map((each) => row(of, each, (read) => {
-      first = first.then(() => (mine === shown ? read() : undefined));
+      reading = reading.then(() => (mine === shown ? read() : undefined));
     }));
     for (const each of rows) each.allow(allowed);
     const groups = Map.groupBy(rows, (each) => each.told.index);
@@ -67,6 +67,7 @@ export function parameters(place) {
   async function compare() {
     const [mine, of, [chosen]] = [shown, Number(node.value), file.files];
     held = null;
+    outcome.replaceChildren();
     withFile();
     for (const each of rows) each.forget();
     filter();
@@ -78,16 +79,17 @@ export function parameters(place) {
     const values = new Map(answer.values.map(([index, subindex, value]) => [address(index, subindex), value]));
     for (const each of rows) each.expect(values.get(address(each.told.index, each.told.subindex)));
     withFile();
-    if (!await readAll()) return;
+    if (!await readAll() || held !== told) return;
     const differ = rows.filter((each) => each.differs()).length;
     const strange = answer.strange === 0 ? "" : ` ${answer.strange} values are of objects that this drive does not have.`;
     outcome.replaceChildren(element("p", {}, `${values.size} values of ${told.name}: ${differ} differ from the drive's.${strange}`));
   }
 
   async function restoreAll() {
-    const mine = shown;
+    node.disabled = true;
     const answer = await act("restore", held);
-    if (answer === undefined || mine !== shown) return;
+    node.disabled = false;
+    if (answer === undefined) return;
     const { written, same, left_out, refused: lines } = answer;
     if (!await readAll()) return;
     outcome.replaceChildren(

@@ -23,11 +23,12 @@ export function scopeBar(set, runs) {
   const xs = select("X"), ys = select("Y");
   let told = null, listed = "", choices = Promise.resolve([]), editing = false; // a trigger that is being entered stays until it is set
 
-  // One after the other: `more` says, from what is set then, what changes.
+  // One after the other: `more` says, from what is set then, what changes; `known` is what it waits for.
   let last = Promise.resolve();
-  function send(more) {
+  function send(more, known = undefined) {
     last = last.then(async () => {
-      const wanted = { ...told.set, ...await more(told.set) };
+      const found = await known;
+      const wanted = { ...told.set, ...more(told.set, found) };
       if (await set(wanted) !== undefined) told.set = wanted;
     });
     return last;
@@ -51,7 +52,7 @@ export function scopeBar(set, runs) {
   add.addEventListener("click", () => {
     const [where, words, among] = [node.value, object.value, choices];
     object.value = "";
-    send(async ({ channels }) => ({ channels: [...channels, chosen(await among, words)?.key ?? `${where}:${words}`] }));
+    send(({ channels }, these) => ({ channels: [...channels, chosen(these, words)?.key ?? `${where}:${words}`] }), among);
   });
   windows.addEventListener("change", () => {
     const window = Number(windows.value);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import json
 import threading
 from collections.abc import Callable
@@ -13,8 +14,9 @@ from processes import PATIENCE
 from starlette.routing import Route
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from drivetwin.foundation.errors import UserError
 from drivetwin.panel.access import Pen, RefusedError
-from drivetwin.panel.server import Page
+from drivetwin.panel.server import MOST_WAITING, Page
 from drivetwin.panel.shown import Asked
 
 
@@ -51,18 +53,29 @@ class Wire:
 
 
 class Slow:
-    """Shows one view that never changes; "read" and "write" are answered once `answered` is set."""
+    """Shows one view that never changes; "read" and "write" are answered once `answered` is set, others at once.
+
+    `failed`: so is a write, in one line.
+    """
 
     def __init__(self) -> None:
         self.pen = Pen(allowed=True)
         self.views: dict[str, Callable[[], dict[str, object]]] = {"still": dict}
         self.answered = threading.Event()
+        self.failed = ""
 
     def head(self) -> dict[str, object]:
         return {}
 
     def asked(self, question: dict[str, Any]) -> Asked:
-        return Asked(question["ask"] == "write", lambda: self.answered.wait(PATIENCE))
+        slow = question["ask"] in ("read", "write")
+        return Asked(question["ask"] == "write", self._slow if slow else lambda: True, question["ask"] == "read")
+
+    def _slow(self) -> bool:
+        there = self.answered.wait(PATIENCE)
+        if self.failed:
+            raise UserError(self.failed)
+        return there
 
     def files(self) -> list[Route]:
         return []
@@ -73,7 +86,7 @@ async def opened(shown: Slow) -> tuple[Wire, asyncio.Task[None]]:
     return wire, asyncio.create_task(Page(shown, cast("WebSocket", wire)).serve())
 
 
-def test_a_read_that_takes_long_holds_up_neither_the_view_nor_a_write() -> None:
+def test_a_read_that_takes_long_holds_up_nothing_else() -> None:
     async def looked() -> None:
         shown = Slow()
         wire, page = await opened(shown)
@@ -81,8 +94,10 @@ def test_a_read_that_takes_long_holds_up_neither_the_view_nor_a_write() -> None:
         wire.ask(2, "watch", view="still")
         assert await wire.next() == {"id": 2, "answer": None}
         assert (await wire.next())["view"] == "still"
-        wire.ask(3, "release")
-        assert await wire.next() == {"id": 3, "answer": None}
+        wire.ask(3, "scope set")
+        assert await wire.next() == {"id": 3, "answer": True}
+        wire.ask(4, "release")
+        assert await wire.next() == {"id": 4, "answer": None}
         shown.answered.set()
         assert await wire.next() == {"id": 1, "answer": True}
         wire.leave()
@@ -105,21 +120,58 @@ def test_a_view_that_is_opened_again_is_told_though_nothing_has_changed() -> Non
     asyncio.run(looked())
 
 
-def test_what_a_page_has_begun_to_write_keeps_the_pen_when_it_leaves() -> None:
+@pytest.mark.parametrize("failed", ["", "the drive refused"])
+def test_what_a_page_has_begun_to_write_keeps_the_pen_when_it_leaves(failed: str, caplog: pytest.LogCaptureFixture) -> None:
     async def looked() -> None:
         shown = Slow()
+        shown.failed = failed
         wire, page = await opened(shown)
         wire.ask(1, "write")
-        while shown.pen.told(None)["writer"] == "nobody":
-            await asyncio.sleep(0)
+        async with asyncio.timeout(PATIENCE):
+            while shown.pen.told(None)["writer"] == "nobody":
+                await asyncio.sleep(0)
         wire.leave()
         await page
         another = object()
         with pytest.raises(RefusedError, match="another page writes"):
             shown.pen.take(another)
         shown.answered.set()
-        while shown.pen.told(None)["writer"] != "nobody":
-            await asyncio.sleep(0)
+        async with asyncio.timeout(PATIENCE):
+            while shown.pen.told(None)["writer"] != "nobody":
+                await asyncio.sleep(0)
         shown.pen.take(another)
+
+    asyncio.run(looked())
+    gc.collect()
+    assert [record.name for record in caplog.records if record.levelname == "ERROR"] == []
+
+
+def test_what_changes_the_scope_comes_before_what_is_asked_after_it() -> None:
+    """The trigger is armed before the motion that is to fire it, however long a read takes."""
+
+    async def looked() -> None:
+        shown = Slow()
+        wire, page = await opened(shown)
+        for number, what in enumerate(("read", "scope set", "motion")):
+            wire.ask(number, what)
+        assert [(await wire.next())["id"] for _ in range(2)] == [1, 2]
+        shown.answered.set()
+        assert (await wire.next())["id"] == 0
+        wire.leave()
+        await page
+
+    asyncio.run(looked())
+
+
+def test_a_page_that_asks_without_end_is_refused() -> None:
+    async def looked() -> None:
+        shown = Slow()
+        wire, page = await opened(shown)
+        for number in range(MOST_WAITING + 2):
+            wire.ask(number, "read")
+        assert "wait for an answer" in (await wire.next())["refused"]
+        shown.answered.set()
+        wire.leave()
+        await page
 
     asyncio.run(looked())

@@ -163,6 +163,7 @@ def test_a_file_that_is_refused_is_not_restored_by_the_one_before(served: Served
     good.write_text(saved(served, 1), encoding="ascii")
     bad.write_text("no parameters", encoding="ascii")
     with browser_page(f"{served.url}#parameters") as browser:
+        expect(browser.get_by_role("button", name="Read all")).to_be_enabled()
         browser.get_by_label("Compare with").set_input_files(good)
         expect(browser.locator("[data-is='outcome']")).to_contain_text("values of lift.dcf")
         expect(browser.get_by_role("button", name="Restore")).to_be_enabled()

@@ -56,5 +56,5 @@ def test_bytes_of_another_length_are_no_value() -> None:
 def test_bytes_are_hexadecimal() -> None:
     entry = replace(ENTRIES[0x6060, 0], data_type=DataType.OSTR)
     assert encode(entry, "01 ff") == b"\x01\xff"
-    with pytest.raises(UserError, match="'0g' is no bytes in hexadecimal"):
+    with pytest.raises(UserError, match="'0g' is not bytes in hexadecimal"):
         encode(entry, "0g")
