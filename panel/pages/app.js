@@ -54,7 +54,8 @@ function head(told) {
   at("release").hidden = writer !== "this page";
   at("motion").hidden = told.motion === null;
   if (told.motion === null) return;
-  say(at("moves"), told.motion.runs ? "in motion" : `not in motion (${told.motion.said})`);
+  const why = told.motion.said === "" ? "" : ` (${told.motion.said})`;
+  say(at("moves"), told.motion.runs ? "in motion" : `not in motion${why}`);
   say(at("move"), told.motion.runs ? "stop" : "start");
   at("move").disabled = !allowed;
   at("move").title = allowed ? "" : "needs --allow-writes";
