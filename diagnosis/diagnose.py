@@ -57,7 +57,9 @@ def proposer_of(ready: Prepared, settings: Settings) -> Proposer:
         for axis, each in ready.testable.items()
         if rows.count(axis)
     }
-    return Proposer(whole, part, kinds, {axis: ready.testable[axis].askew for axis in kinds})
+    asked = {axis: ready.testable[axis] for axis in kinds}
+    veiled = {axis: each.veiled if axis in gaps else () for axis, each in asked.items()}
+    return Proposer(whole, part, kinds, {axis: each.askew for axis, each in asked.items()}, veiled)
 
 
 def _is_felt(kind: type[Effect], gaps: Collection[str]) -> bool:

@@ -52,6 +52,9 @@ WHY: Mapping[Need, tuple[str, str]] = {
     ),
 }
 
+SETS_APART = frozenset({Need.BOTH_DIRECTIONS, Need.TWO_SPEEDS, Need.TIME})
+"""Without these an effect acts as some other does: its torque is there all the same."""
+
 GIVEN_UNKNOWN = "no torque was recorded: the demanded torque does not show what the drive delivered"
 AT_REST = ("the axis does not move in the recordings that are fitted", "a recording in which it moves")
 
@@ -67,13 +70,17 @@ class NotTestable:
 
 @dataclass(frozen=True)
 class Testable:
-    """Effects that an axis can be asked for, those that it cannot, and by name those that the model speaks against."""
+    """Effects that an axis can be asked for, those that it cannot, and by name those that the model speaks against.
+
+    `veiled`: those of the second that lack only what sets them apart from others, so that what is named may be one of them.
+    """
 
     __test__ = False
 
     kinds: tuple[type[Effect], ...]
     not_testable: tuple[NotTestable, ...]
     askew: frozenset[str]
+    veiled: tuple[type[Effect], ...]
 
 
 def testable(
@@ -86,23 +93,25 @@ def testable(
     met = _met(rows, axis, absolute, turned, lawless is None)
     why = WHY if lawless is None else {**WHY, Need.DEMAND: lawless}
     shown = rows.deflects(axis)  # a second encoder shows flanks that change without a reversal
-    kinds, refused = [], []
+    kinds, refused, veiled = [], [], []
     hidden = _hidden(asked)
     for kind in library().values():
         if not issubclass(kind, (AxisEffect, ModelEffect, DriveEffect)):
             continue
         needs = kind.needs - {Need.REVERSALS} if shown and issubclass(kind, TransmissionEffect) else kind.needs
-        missing = next((need for need in Need if need in needs and need not in met), None)
+        lacking = [need for need in Need if need in needs and need not in met]
         if not rows.count(axis):
             refused.append(NotTestable(kind.name, *AT_REST))
         elif kind.name in hidden:
             refused.append(NotTestable(kind.name, hidden[kind.name], "the torque that the drive gives: `torque`"))
-        elif missing is not None:
-            refused.append(NotTestable(kind.name, *why[missing]))
+        elif lacking:
+            refused.append(NotTestable(kind.name, *why[lacking[0]]))
+            if SETS_APART.issuperset(lacking):
+                veiled.append(kind)
         else:
             kinds.append(kind)
     weights = [kind.name for kind in kinds if Need.WEIGHT in kind.needs]
-    return Testable(tuple(kinds), tuple(refused), frozenset(weights if _stands_plumb(rows, axis) else ()))
+    return Testable(tuple(kinds), tuple(refused), frozenset(weights if _stands_plumb(rows, axis) else ()), tuple(veiled))
 
 
 def _hidden(asked: AskedTorque | None) -> dict[str, str]:

@@ -219,12 +219,12 @@ def _holding(state: State, held: frozenset[int]) -> State:
 
 
 def _more_probable(answer: Answer) -> PlacedEffect | None:
-    """What is more probable than the chosen effect, and as good.
+    """What is more probable than the chosen effect, and as good; of what the recordings can be asked for.
 
     Effects of one torque under several names share its weight: on a slide an offset, an asymmetry of friction and gravity. So
     each counts with all of the same torque.
     """
-    able = [one for one in answer.members if one.as_good]
+    able = [one for one in answer.members if one.as_good and not one.proposal.veiled]
     if answer.chosen is None or not able:
         return None
     ranks = [_rank(one, able) for one in able]

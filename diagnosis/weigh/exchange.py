@@ -60,7 +60,8 @@ class Exchange:
                 pair, changed, stands = pair.as_noise_is(better, proposals), True, {}
                 continue
             others = [each for each in family.proposals if each.settled is pair.whole or not same_kind(each.effect, one)]
-            self._families[beside] = replace(family, proposals=[*others, *self._hidden(pair, one, others)])
+            more = [*self._hidden(pair, one, others), *self._veiled(pair, one, others)]
+            self._families[beside] = replace(family, proposals=[*others, *more])
             families.append(self._families[beside])
         return pair, families, changed
 
@@ -94,6 +95,14 @@ class Exchange:
         asked = self.proposer.proposals(beside, [one.axis], self.rivals.get((one.effect.name, one.axis)))
         there = {each.effect.effect.name for each in known}
         return self._in_place(beside, [each for each in asked if each.effect.effect.name not in there], own)
+
+    def _veiled(self, pair: Pair, one: PlacedEffect, known: Sequence[Proposal]) -> list[Proposal]:
+        """What an effect may be as well, though the recordings lack what sets that apart."""
+        own = next((each for each in known if each.settled is pair.whole), None)
+        beside = pair.without(one) if self.proposer.veiled.get(one.axis) else None
+        if beside is None or own is None:
+            return []
+        return self._in_place(beside, self.proposer.veiled_ones(beside, one.axis), own)
 
     def _better(self, family: Family, state: State, stands: State) -> State | None:
         """The set without an effect, or with another in its place, where that is better and leaves no more of the gap.

@@ -78,10 +78,12 @@ def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect, g
     named = replace(named, taken={name: explained[name] for name in named.column})
     usual = replace(named, score=state.fit.evidence - exact.fit.evidence, prior=-state.system.strain_of(state.fit, number))
     known = max(named, usual, key=lambda one: one.score)
-    asked = [one for one in proposer.proposals(Pair(exact, exact), [off.axis], ()) if name_of(one.effect) not in given_up]
+    pair = Pair(exact, exact)
+    asked = [one for one in proposer.proposals(pair, [off.axis], ()) if name_of(one.effect) not in given_up]
     others = [one for one in asked if not same_kind(one.effect, known.effect)]
     best = max(others, key=lambda one: one.score, default=known)
-    return Family(best.effect if _instead_of(known, best, state, number) else known.effect, exact, [known, *others])
+    chosen = best.effect if _instead_of(known, best, state, number) else known.effect
+    return Family(chosen, exact, [known, *others, *proposer.veiled_ones(pair, off.axis)])
 
 
 def _instead_of(known: Proposal, best: Proposal, state: State, number: int) -> bool:

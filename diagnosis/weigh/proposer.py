@@ -41,6 +41,8 @@ class Proposer:
     kinds: Kinds
     askew: Mapping[str, frozenset[str]]
     """Effects that the model speaks against, by axis: rare ones."""
+    veiled: Kinds = field(default_factory=dict)
+    """Effects that an axis cannot be asked for, because its recordings lack what sets them apart from others."""
     _best: dict[tuple[str, str], Effect] = field(init=False, default_factory=dict)
     """What each effect on each axis was when it was last asked for: a start for the next time."""
     _tried: dict[tuple[str, str], int] = field(init=False, default_factory=dict)
@@ -76,6 +78,11 @@ class Proposer:
             if one is not None:
                 self._best[one.effect.axis, one.effect.effect.name] = one.effect.effect
         return [one for one in found if one is not None]
+
+    def veiled_ones(self, pair: Pair, axis: str) -> list[Proposal]:
+        """The best of every effect that what is named on an axis may be, though its recordings cannot be asked for it."""
+        found = self._best_of(pair, [(axis, kind) for kind in self.veiled.get(axis, ())])
+        return [replace(one, veiled=True) for one in found]
 
     def afresh(self, pair: Pair, axis: str, kind: type[Effect]) -> Proposal | None:
         """The best of an effect from all its starts, beside a set that has changed since they were compared."""
