@@ -224,7 +224,7 @@ def _more_probable(answer: Answer) -> PlacedEffect | None:
     Effects of one torque under several names share its weight: on a slide an offset, an asymmetry of friction and gravity. So
     each counts with all of the same torque.
     """
-    able = [one for one in answer.members if one.as_good and not one.proposal.veiled]
+    able = [one for one in answer.members if one.as_good and not one.proposal.unnamed]
     if answer.chosen is None or not able:
         return None
     ranks = [_rank(one, able) for one in able]

@@ -64,7 +64,8 @@ def heavier(state: State) -> frozenset[int]:
 
 
 def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect, given_up: Collection[Name]) -> Family | None:
-    """A nominal parameter that is off, in a set that has it as the model does, and all that could be so instead.
+    """A nominal parameter that is off, in a set that has it as the model does, and all that could be so instead. It may be what
+    was given up as well.
 
     Only its size is open: a body that is heavier has its place. Most parameters are off by a little, so it costs what its prior
     says, if that is less than what it costs to name one of many effects. Something else takes its place where it is better and
@@ -79,9 +80,9 @@ def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect, g
     usual = replace(named, score=state.fit.evidence - exact.fit.evidence, prior=-state.system.strain_of(state.fit, number))
     known = max(named, usual, key=lambda one: one.score)
     pair = Pair(exact, exact)
-    asked = [one for one in proposer.proposals(pair, [off.axis], ()) if name_of(one.effect) not in given_up]
-    others = [one for one in asked if not same_kind(one.effect, known.effect)]
-    best = max(others, key=lambda one: one.score, default=known)
+    others = [one for one in proposer.proposals(pair, [off.axis], ()) if not same_kind(one.effect, known.effect)]
+    others = [replace(one, unnamed=True) if name_of(one.effect) in given_up else one for one in others]
+    best = max((one for one in others if not one.unnamed), key=lambda one: one.score, default=known)
     chosen = best.effect if _instead_of(known, best, state, number) else known.effect
     return Family(chosen, exact, [known, *others, *proposer.veiled_ones(pair, off.axis)])
 

@@ -38,8 +38,8 @@ class Proposal:
     """Starts that were compared."""
     settled: State | None = None
     """The set with it, moved together to where the evidence gains no more, where that was done."""
-    veiled: bool = False
-    """Whether the recordings lack what sets it apart: what is named may be it, but it is not named itself."""
+    unnamed: bool = False
+    """Whether what is named may be it, though it is not: the recordings lack what sets it apart, or it was given up."""
 
     @property
     def takes(self) -> float:

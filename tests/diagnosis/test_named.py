@@ -130,6 +130,20 @@ def test_a_carriage_that_is_heavier_is_a_payload(tmp_path: Path) -> None:
     assert found.effect.mass == pytest.approx(more, rel=0.02)
 
 
+def test_what_is_given_up_may_still_be_what_is_named_instead(tmp_path: Path) -> None:
+    """A force along the lift is given up and a heavier carriage named: the answer says that it may be the force."""
+    force = 0.15 * CARRIAGE * GRAVITY
+    bench = machine(tmp_path, {"lift": lambda at: force + 0.0 * at.time})
+    proposer = Proposer(bench, bench, {"turn": [*KINDS, Payload], "lift": [*KINDS, Payload]}, {})
+    given_up = {(one, "lift") for one in ("torque_offset", "coulomb_asymmetry")}
+    state, (family, *_) = corrected(state_with(bench, "lift"), proposer, given_up)
+    assert not {(one.effect.name, one.axis) for one in state.effects} & given_up
+    answer = weighed(family, Unexplained(NONE, NONE), Settings())
+    assert answer.chosen is not None
+    assert answer.chosen.effect.name == "payload"
+    assert "torque_offset" in answer.indistinguishable
+
+
 def test_a_friction_of_which_the_model_says_nothing_is_named_and_stays(tmp_path: Path) -> None:
     """Given up, it is a nominal parameter that is off, and comes back as that."""
     bench = Machine(friction=False).bench(tmp_path, seconds=15.0)
