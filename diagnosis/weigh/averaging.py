@@ -184,9 +184,7 @@ def _weights(scores: Array) -> Array:
 def _enlarged(family: Family, systematic: Mapping[str, float]) -> Array:
     """Of each block of each axis (B,), by how much its scatter is enlarged: the square root of the axis's design effect."""
     counts = {axis: int(own.blocks.max(initial=-1)) + 1 for axis, own in family.state.system.axes.items()}
-    return np.concatenate(
-        [np.full(n, np.sqrt(1.0 + (n - 1) * systematic[axis_of(axis)])) for axis, n in counts.items()]
-    )
+    return np.concatenate([np.full(n, np.sqrt(1.0 + (n - 1) * systematic[axis_of(axis)])) for axis, n in counts.items()])
 
 
 def preferred(state: State, answers: Sequence[Answer]) -> tuple[State, list[Answer]]:

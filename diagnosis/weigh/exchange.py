@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from math import log
 
 from drivetwin.diagnosis.progress import Progress
-from drivetwin.diagnosis.propose.placing import alike
+from drivetwin.diagnosis.propose.placing import alike, placed
 from drivetwin.diagnosis.propose.search import Begun
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.colouring import in_its_noise
@@ -77,8 +78,20 @@ class Exchange:
         rivals = self.rivals.get((one.effect.name, one.axis))
         others = [*self.proposer.proposals(beside, [one.axis], rivals), *self._simpler(beside.whole, one)]
         own = [replace(known, settled=pair.whole)] if known is not None else []
-        nothing = beside.settled(beside.whole.effects, BRIEF, that_moves(one))
-        return Family(one, nothing, [*own, *self._in_place(beside, others, known)])
+        return Family(one, self._nothing(beside, one), [*own, *self._in_place(beside, others, known)])
+
+    def _nothing(self, beside: Pair, one: PlacedEffect) -> State:
+        """The set without an effect, moved to where it then belongs. A simpler one on its axis may be what it was: play that
+        has closed is a spring, and two springs in series are one.
+        """
+        moves, effects = that_moves(one), beside.whole.effects
+        found = [beside.settled(effects, BRIEF, moves)]
+        for other in effects:
+            rest = [each for each in effects if each is not other]
+            for both in _as_one(one, other):
+                with suppress(UserError):
+                    found.append(beside.settled([*rest, placed(beside.whole.rows, one.axis, both)], BRIEF, moves))
+        return max(found, key=lambda state: state.reached)
 
     def _hidden(self, pair: Pair, one: PlacedEffect, known: Sequence[Proposal]) -> list[Proposal]:
         """What else than an effect of the model's own parameters could stand in its place, these as the model has them.
@@ -190,6 +203,18 @@ class Exchange:
 def _what_acts_on(axis: str, state: State) -> tuple[tuple[str, Effect], ...]:
     """The effects of an axis, and bodies of any."""
     return tuple((one.axis, one.effect) for one in state.effects if one.axis == axis or isinstance(one.effect, ModelEffect))
+
+
+def _as_one(one: PlacedEffect, other: PlacedEffect) -> list[Effect]:
+    """An effect as the kind of a simpler one on its axis: as it stands, and with each parameter as the other has it."""
+    if one.axis != other.axis:
+        return []
+    names = [each.name for each in other.effect.parameters]
+    return [
+        begun
+        for each in reduced(one.effect, [type(other.effect)])
+        for begun in (each, *(replace(each, **{name: getattr(other.effect, name)}) for name in names))
+    ]
 
 
 def _too_small(family: Family, state: State) -> bool:
