@@ -38,6 +38,8 @@ class Settings:
     off: standard deviations by which a nominal parameter is off for more than chance.
     as_good: share of the draws in which another effect predicts no worse, from which the two are not distinguished: the usual
         level of a test.
+    as_close: of what the chosen effect takes, that another in its place may leave more, and no more than `least_share` of the
+        gap, for the two not to be distinguished.
     substitutes: of the share that the chosen effect takes, that another must take to stand in its place: what takes less is
         one beside it.
     imitated: share of a torque without a name that some effect of the library usually takes by chance: 8 machines of an
@@ -67,6 +69,7 @@ class Settings:
     levels_tried: int = 4
     off: float = 2.5
     as_good: float = 0.05
+    as_close: float = 0.05
     substitutes: float = 0.5
     imitated: float = 0.1
     wide_step: float = 0.05

@@ -119,7 +119,7 @@ def weighed(family: Family, unexplained: Unexplained, settings: Settings) -> Ans
     members = []
     for k, one in enumerate(considered, start=1):
         better = float(np.mean(doubted[:, k] > doubted[:, place] - CLEARLY)) if place is not None else 0.0
-        as_good = place is not None and (k == place or better >= settings.as_good)
+        as_good = place is not None and (k == place or better >= settings.as_good or _is_as_close(one, own, settings))
         members.append(Weighed(one, min(1.0, float(mean[k])), as_good))
     alike_ones = [k for k, one in enumerate(members, start=1) if one.as_good]
     probability, best = (min(1.0, float(each[alike_ones].sum())) for each in (mean, plain))
@@ -151,6 +151,18 @@ def _no_imitation(one: Proposal, family: Family, no_noise: Mapping[str, float], 
     left = beside.energy_still(beside.held())[most] - (0.0 if one.settled is not None else takes)
     imitation = settings.imitated * max(left, 0.0) * no_noise[axis_of(most)]
     return takes**2 / (takes**2 + imitation**2) if imitation > 0.0 else 1.0
+
+
+def _is_as_close(one: Proposal, own: Proposal | None, settings: Settings) -> bool:
+    """Whether a member, settled, leaves hardly more of any gap than the chosen one.
+
+    What sets them apart is then less than a real machine differs from either, however many nats that is: an asymmetry of
+    friction is an offset except where the motion turns round.
+    """
+    if own is None or own.settled is None or one.settled is None:
+        return False
+    most = min(settings.least_share, settings.as_close * own.takes)
+    return all(left <= own.settled.left[axis] + most for axis, left in one.settled.left.items())
 
 
 def _leaves_less(

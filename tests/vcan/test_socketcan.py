@@ -73,11 +73,18 @@ def test_canopen_enables_and_moves_a_drive_on_vcan() -> None:
 def test_candump_and_cansend_see_a_canopen_node() -> None:
     """NMT reset by cansend; candump sees the boot-up message of each node."""
     with emulator("--machine", "scara", "--clock", "realtime", bus="vcan0"):
+        before = listeners("vcan0")
         dump = subprocess.Popen(["candump", "-L", "-n", "4", "vcan0"], stdout=subprocess.PIPE, text=True)
-        time.sleep(0.5)  # candump says nothing when it is listening
+        await_true(lambda: listeners("vcan0") > before)  # candump itself says nothing when it is listening
         subprocess.run(["cansend", "vcan0", "000#8200"], check=True)
         out, _ = dump.communicate(timeout=PATIENCE)
     assert [line.split()[2] for line in out.splitlines()] == ["000#8200", "701#00", "702#00", "703#00"]
+
+
+def listeners(interface: str) -> int:
+    """Sockets that receive every frame of an interface, as the kernel lists them."""
+    listed = Path("/proc/net/can/rcvlist_all").read_text(encoding="ascii")
+    return sum(line.split()[:1] == [interface] for line in listed.splitlines())
 
 
 def await_true(condition) -> None:  # type: ignore[no-untyped-def]
