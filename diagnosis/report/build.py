@@ -329,6 +329,8 @@ def _alternatives(
             takes = {axis: member.proposal.taken.get(axis, 0.0) for axis in weights}
             if key in selected or max(takes.values(), default=0.0) < settings.least_share or member.weight < SHOWN:
                 continue
+            if member.proposal.unnamed:
+                continue
             if answer.chosen is not None and not _is_in(answer.chosen, patch):
                 continue
             if key not in told or told[key].probability < member.weight:

@@ -60,11 +60,23 @@ class Exchange:
             if better is not None:
                 pair, changed, stands = pair.as_noise_is(better, proposals), True, {}
                 continue
-            others = [each for each in family.proposals if each.settled is pair.whole or not same_kind(each.effect, one)]
-            more = [*self._hidden(pair, one, others), *self._veiled(pair, one, others)]
-            self._families[beside] = replace(family, proposals=[*others, *more])
+            self._families[beside] = self._whole(pair, one, family)
             families.append(self._families[beside])
         return pair, families, changed
+
+    def completed(self, pair: Pair, families: Sequence[Family]) -> list[Family]:
+        """The families of the effects in the set, those that came in last among them: nothing is exchanged any more."""
+        found = []
+        for one in pair.whole.effects:
+            known = next((each for each in families if each.chosen is not None and alike(each.chosen, one)), None)
+            asked = self._family(pair, one) if known is None else None
+            found += [known] if known is not None else [self._whole(pair, one, asked)] if asked is not None else []
+        return found
+
+    def _whole(self, pair: Pair, one: PlacedEffect, family: Family) -> Family:
+        """An effect's family, with what it may be that does not take its place."""
+        others = [each for each in family.proposals if each.settled is pair.whole or not same_kind(each.effect, one)]
+        return replace(family, proposals=[*others, *self._hidden(pair, one, others), *self._veiled(pair, one, others)])
 
     def _family(self, pair: Pair, one: PlacedEffect) -> Family | None:
         """Nothing and all that could stand in an effect's place, everything beside it moved to where it then belongs; None

@@ -64,7 +64,7 @@ class Search:
                 break
             done.add(_names(pair.whole))
         last = self.proposer.further(pair, list(self.proposer.kinds)) if changed else self.proposer.again(proposals, pair.whole)
-        return Found(pair.whole, families, last)
+        return Found(pair.whole, exchange.completed(pair, families) if changed else families, last)
 
     def further(self, found: Found, state: State) -> Family:
         """What else could be added to the set that is left of what was found; what was given up of that is no news."""

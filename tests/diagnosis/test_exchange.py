@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from plain_bench import COGGING, COULOMB, ORDER, PHASE, VISCOUS, Machine
 
-from drivetwin.diagnosis.propose.placing import placed
+from drivetwin.diagnosis.propose.placing import name_of, placed
 from drivetwin.diagnosis.propose.search import Begun
 from drivetwin.diagnosis.weigh.bench import Bench
 from drivetwin.diagnosis.weigh.colouring import coloured, in_its_noise
@@ -130,3 +130,16 @@ def test_what_leaves_more_of_the_gap_is_not_added_however_likely_it_is(
     assert "stribeck" not in instead
     assert "coulomb" in instead
     assert instead["coulomb"].left["turn"] < empty(proposer.bench, proposer.part).whole.left["turn"]
+
+
+def test_what_came_in_last_has_a_family_as_well(bench: Bench, proposer: Proposer, cogging: State) -> None:
+    """Without one it would be certain, and nothing could be in its place."""
+    wrong = cogging.of([*cogging.effects, placed(bench.rows, "turn", CoulombAsymmetry(0.1))])
+    exchange = Exchange(proposer, {}, lambda _stage, _share: None)
+    pair, families, changed = exchange.exchanged(Pair(wrong, wrong), ())
+    assert changed
+    named = [name_of(one) for one in pair.whole.effects]
+    assert [name_of(one.chosen) for one in families if one.chosen is not None] != named
+    whole = exchange.completed(pair, families)
+    assert [name_of(one.chosen) for one in whole if one.chosen is not None] == named
+    assert all(any(one.settled is not None for one in each.proposals) for each in whole)
