@@ -38,8 +38,8 @@ class Settings:
     off: standard deviations by which a nominal parameter is off for more than chance.
     as_good: share of the draws in which another effect predicts no worse, from which the two are not distinguished: the usual
         level of a test.
-    as_close: of what the chosen effect takes, that another in its place may leave more, and no more than `least_share` of the
-        gap, for the two not to be distinguished.
+    as_close: another effect is not distinguished from the chosen one if it leaves at most this share of what that takes, and at
+        most `least_share` of the gap, more.
     substitutes: of the share that the chosen effect takes, that another must take to stand in its place: what takes less is
         one beside it.
     imitated: share of a torque without a name that some effect of the library usually takes by chance: 8 machines of an

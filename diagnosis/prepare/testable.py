@@ -52,8 +52,8 @@ WHY: Mapping[Need, tuple[str, str]] = {
     ),
 }
 
-SETS_APART = frozenset({Need.BOTH_DIRECTIONS, Need.TWO_SPEEDS, Need.TIME})
-"""Without these an effect acts as some other does: its torque is there all the same."""
+SETS_APART = frozenset({Need.BOTH_DIRECTIONS, Need.TWO_SPEEDS})
+"""Without these the torque of an effect is known, but is that of another effect as well."""
 
 GIVEN_UNKNOWN = "no torque was recorded: the demanded torque does not show what the drive delivered"
 AT_REST = ("the axis does not move in the recordings that are fitted", "a recording in which it moves")
@@ -72,7 +72,7 @@ class NotTestable:
 class Testable:
     """Effects that an axis can be asked for, those that it cannot, and by name those that the model speaks against.
 
-    `veiled`: those of the second that lack only what sets them apart from others, so that what is named may be one of them.
+    `veiled`: effects that cannot be asked for only because nothing sets them apart from others: what is named may be one.
     """
 
     __test__ = False
@@ -106,7 +106,7 @@ def testable(
             refused.append(NotTestable(kind.name, hidden[kind.name], "the torque that the drive gives: `torque`"))
         elif lacking:
             refused.append(NotTestable(kind.name, *why[lacking[0]]))
-            if SETS_APART.issuperset(lacking):
+            if SETS_APART.issuperset(lacking) and not issubclass(kind, DriveEffect):
                 veiled.append(kind)
         else:
             kinds.append(kind)

@@ -329,7 +329,7 @@ def _alternatives(
             takes = {axis: member.proposal.taken.get(axis, 0.0) for axis in weights}
             if key in selected or max(takes.values(), default=0.0) < settings.least_share or member.weight < SHOWN:
                 continue
-            if member.proposal.unnamed:
+            if member.proposal.only_listed:
                 continue
             if answer.chosen is not None and not _is_in(answer.chosen, patch):
                 continue

@@ -102,7 +102,9 @@ def weighed(family: Family, unexplained: Unexplained, settings: Settings) -> Ans
     chosen = family.chosen
     own = next((one for one in family.proposals if chosen is not None and _same(one, chosen)), None)
     least = settings.substitutes * own.takes if own is not None else -np.inf
-    considered = sorted((one for one in family.proposals if one.takes >= least), key=lambda one: -one.score)[:CONSIDERED]
+    able = sorted((one for one in family.proposals if one.takes >= least), key=lambda one: -one.score)
+    considered = [one for one in able if not one.only_listed][:CONSIDERED]
+    considered += [one for one in able if one.only_listed]
     if chosen is not None and not any(_same(one, chosen) for one in considered):
         considered.extend(one for one in family.proposals if _same(one, chosen))
     sets = [(family.state, (), None, _without(family)), *(_set_with(family, one) for one in considered)]
@@ -114,7 +116,8 @@ def weighed(family: Family, unexplained: Unexplained, settings: Settings) -> Ans
     scores = draws @ told.T + prior
     doubted = (1.0 + (draws - 1.0) * _enlarged(family, systematic)) @ told.T + prior
     real = np.array([1.0, *(_no_imitation(one, family, unexplained.no_noise, settings) for one in considered)])
-    mean, plain = real * _weights(doubted), _weights(scores)
+    named = np.array([True, *(not one.only_listed for one in considered)])
+    mean, plain = real * _weights(doubted), np.where(named, _weights(np.where(named, scores, -np.inf)), 0.0)
     place = next((k for k, one in enumerate(considered, start=1) if chosen is not None and _same(one, chosen)), None)
     members = []
     for k, one in enumerate(considered, start=1):
@@ -154,12 +157,12 @@ def _no_imitation(one: Proposal, family: Family, no_noise: Mapping[str, float], 
 
 
 def _is_as_close(one: Proposal, own: Proposal | None, settings: Settings) -> bool:
-    """Whether a member, settled, leaves hardly more of any gap than the chosen one.
+    """Whether a member, settled, leaves hardly more of any gap than the chosen one, and is not rare beside it.
 
     What sets them apart is then less than a real machine differs from either, however many nats that is: an asymmetry of
     friction is an offset except where the motion turns round.
     """
-    if own is None or own.settled is None or one.settled is None:
+    if own is None or own.settled is None or one.settled is None or one.prior < own.prior + np.log(settings.as_good):
         return False
     most = min(settings.least_share, settings.as_close * own.takes)
     return all(left <= own.settled.left[axis] + most for axis, left in one.settled.left.items())
@@ -234,7 +237,7 @@ def _more_probable(answer: Answer) -> PlacedEffect | None:
     Effects of one torque under several names share its weight: on a slide an offset, an asymmetry of friction and gravity. So
     each counts with all of the same torque.
     """
-    able = [one for one in answer.members if one.as_good and not one.proposal.unnamed]
+    able = [one for one in answer.members if one.as_good and not one.proposal.only_listed]
     if answer.chosen is None or not able:
         return None
     ranks = [_rank(one, able) for one in able]

@@ -81,8 +81,8 @@ def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect, g
     known = max(named, usual, key=lambda one: one.score)
     pair = Pair(exact, exact)
     others = [one for one in proposer.proposals(pair, [off.axis], ()) if not same_kind(one.effect, known.effect)]
-    others = [replace(one, unnamed=True) if name_of(one.effect) in given_up else one for one in others]
-    best = max((one for one in others if not one.unnamed), key=lambda one: one.score, default=known)
+    others = [replace(one, only_listed=True) if name_of(one.effect) in given_up else one for one in others]
+    best = max((one for one in others if not one.only_listed), key=lambda one: one.score, default=known)
     chosen = best.effect if _instead_of(known, best, state, number) else known.effect
     return Family(chosen, exact, [known, *others, *proposer.veiled_ones(pair, off.axis)])
 

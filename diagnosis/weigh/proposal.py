@@ -38,8 +38,8 @@ class Proposal:
     """Starts that were compared."""
     settled: State | None = None
     """The set with it, moved together to where the evidence gains no more, where that was done."""
-    unnamed: bool = False
-    """Whether what is named may be it, though it is not: the recordings lack what sets it apart, or it was given up."""
+    only_listed: bool = False
+    """Whether it is listed beside what is named, and not named itself: nothing sets it apart, or it was given up."""
 
     @property
     def takes(self) -> float:

@@ -82,7 +82,7 @@ class Proposer:
     def veiled_ones(self, pair: Pair, axis: str) -> list[Proposal]:
         """The best of every effect that what is named on an axis may be, though its recordings cannot be asked for it."""
         found = self._best_of(pair, [(axis, kind) for kind in self.veiled.get(axis, ())])
-        return [replace(one, unnamed=True) for one in found]
+        return [replace(one, only_listed=True) for one in found]
 
     def afresh(self, pair: Pair, axis: str, kind: type[Effect]) -> Proposal | None:
         """The best of an effect from all its starts, beside a set that has changed since they were compared."""

@@ -13,6 +13,7 @@ from plain_bench import COGGING, COULOMB, ORDER, PHASE, VISCOUS, Machine
 
 from drivetwin.diagnosis.propose.placing import name_of, placed
 from drivetwin.diagnosis.propose.search import Begun
+from drivetwin.diagnosis.weigh.averaging import Unexplained, preferred, weighed
 from drivetwin.diagnosis.weigh.bench import Bench
 from drivetwin.diagnosis.weigh.colouring import coloured, in_its_noise
 from drivetwin.diagnosis.weigh.exchange import Exchange
@@ -143,3 +144,19 @@ def test_what_came_in_last_has_a_family_as_well(bench: Bench, proposer: Proposer
     whole = exchange.completed(pair, families)
     assert [name_of(one.chosen) for one in whole if one.chosen is not None] == named
     assert all(any(one.settled is not None for one in each.proposals) for each in whole)
+
+
+def test_what_nothing_sets_apart_is_listed_and_does_not_take_the_name(bench: Bench, cogging: State) -> None:
+    """Only a level can be asked for; the curve that the friction truly has is better, and is listed only."""
+    proposer = Proposer(bench, bench, {"turn": [Coulomb]}, {}, {"turn": [Stribeck]})
+    level = cogging.of([*cogging.effects, placed(bench.rows, "turn", Coulomb(1.2 * COULOMB))])
+    exchange = Exchange(proposer, {}, lambda _stage, _share: None)
+    pair, families, changed = exchange.exchanged(Pair(level, level), ())
+    assert not changed
+    (family,) = [each for each in families if each.chosen is not None and each.chosen.effect.name == "coulomb"]
+    assert [one.effect.effect.name for one in family.proposals if one.only_listed] == ["stribeck"]
+    answer = weighed(family, Unexplained({"turn": 0.0}, {"turn": 0.0}), bench.settings)
+    assert answer.indistinguishable == ("stribeck",)
+    _, (told,) = preferred(pair.whole, [answer])
+    assert told.chosen is not None
+    assert told.chosen.effect.name == "coulomb"

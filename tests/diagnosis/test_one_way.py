@@ -39,12 +39,14 @@ def test_what_is_named_may_be_what_the_other_direction_would_set_apart(one_way: 
     named = one_way.causes[0]
     assert (named.effect, named.axis) == ("coulomb", "turn")
     assert {"coulomb_asymmetry", "torque_offset"} <= set(named.indistinguishable_from)
+    assert "temperature_drift" not in named.indistinguishable_from
 
 
 def test_what_only_the_other_direction_would_set_apart_is_not_named_itself(one_way: Diagnosis) -> None:
     asked_in_vain = {one.effect for one in one_way.axes["turn"].not_testable}
     assert {"coulomb_asymmetry", "torque_offset", "viscous_asymmetry"} <= asked_in_vain
     assert not asked_in_vain & {one.effect.name for one in one_way.selected}
+    assert not asked_in_vain & {one.effect for one in one_way.causes}
 
 
 def test_of_both_directions_the_level_is_not_mistaken(tmp_path: Path) -> None:
