@@ -69,8 +69,10 @@ class Exchange:
         found = []
         for one in pair.whole.effects:
             known = next((each for each in families if each.chosen is not None and alike(each.chosen, one)), None)
-            asked = self._family(pair, one) if known is None else None
-            found += [known] if known is not None else [self._whole(pair, one, asked)] if asked is not None else []
+            if known is None and (asked := self._family(pair, one)) is not None:
+                known = self._whole(pair, one, asked)
+            if known is not None:
+                found.append(known)
         return found
 
     def _whole(self, pair: Pair, one: PlacedEffect, family: Family) -> Family:
