@@ -162,12 +162,14 @@ class Search:
         return fit.evidence - state.fit.evidence + sum(one.prior for one in several)
 
     def dropped(self, pair: Pair, newest: Sequence[PlacedEffect]) -> Pair:
-        """Without the effects that say no more than they cost, beside the newest."""
+        """Without the effects that say no more than they cost, beside the newest; not for a nominal parameter that takes the
+        place of one, for no patch has that.
+        """
         for one in pair.whole.effects:
             if any(same_kind(one, each) for each in newest):
                 continue
             less = pair.without(one)
-            if less is None:
+            if less is None or less.whole.leaves_more_than(pair.whole):
                 continue
             if less.whole.fit.evidence + log(self.proposer.tried(one.axis)) > pair.whole.fit.evidence:
                 return self.dropped(less, newest)

@@ -32,13 +32,15 @@ class Machine:
     torque_scale: float = 1.0
     axis: str = "turn"
     friction: bool = True
+    level: float = COULOMB
+    """Coulomb friction of the model [N·m]."""
 
     @property
     def model(self) -> str:
         """What its user models: neither Stribeck level nor cogging."""
         k, rubs = self.torque_scale, float(self.friction)
         return f"""<mujoco model="plain"><option gravity="0 0 0"/><worldbody><body>
-<joint name="{self.axis}" axis="0 0 1" frictionloss="{COULOMB * k * rubs}" damping="{VISCOUS * k * rubs}"/>
+<joint name="{self.axis}" axis="0 0 1" frictionloss="{self.level * k * rubs}" damping="{VISCOUS * k * rubs}"/>
 <inertial pos="0 0 0" mass="{k}" diaginertia="{INERTIA * k} {INERTIA * k} {INERTIA * k}"/></body></worldbody>
 <actuator><motor name="{self.axis}" joint="{self.axis}"/></actuator></mujoco>"""
 

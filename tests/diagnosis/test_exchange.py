@@ -6,10 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import log
 from pathlib import Path
 
 import pytest
-from plain_bench import COGGING, COULOMB, ORDER, PHASE, VISCOUS, Machine
+from plain_bench import COGGING, COULOMB, ORDER, PHASE, SLIDES, STICKS, VISCOUS, Machine
 
 from drivetwin.diagnosis.propose.placing import name_of, placed
 from drivetwin.diagnosis.propose.search import Begun
@@ -23,7 +24,7 @@ from drivetwin.diagnosis.weigh.proposal import Family, Proposal
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
-from drivetwin.emulator.effects import AxisEffect, Effect
+from drivetwin.emulator.effects import AxisEffect, Effect, library
 from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.stribeck import Stribeck
@@ -131,6 +132,20 @@ def test_what_leaves_more_of_the_gap_is_not_added_however_likely_it_is(
     assert "stribeck" not in instead
     assert "coulomb" in instead
     assert instead["coulomb"].left["turn"] < empty(proposer.bench, proposer.part).whole.left["turn"]
+
+
+def test_an_effect_is_not_dropped_for_a_nominal_parameter_that_no_patch_has(tmp_path: Path) -> None:
+    """That the model's own level is 10 % off is as likely as one more effect; but without that more of the gap is left."""
+    own = Machine(level=0.9 * COULOMB).bench(tmp_path)
+    true: list[Effect] = [Coulomb(COULOMB), Stribeck(COULOMB + STICKS, SLIDES, 2.0), TorqueRipple(COGGING, ORDER, PHASE)]
+    whole = coloured(state_of(own, [placed(own.rows, "turn", one) for one in true], first_colours(own), {}), ())
+    less = Pair(whole, whole).without(whole.effects[0])
+    kinds = [kind for kind in library().values() if issubclass(kind, AxisEffect)]
+    assert less is not None
+    assert less.whole.fit.evidence + log(len(kinds)) > whole.fit.evidence, "the nominal parameter takes its place"
+    search = Search(Proposer(own, own, {"turn": kinds}, {}), lambda _stage, _share: None)
+    names = [one.effect.name for one in search.dropped(Pair(whole, whole), ()).whole.effects]
+    assert names == [one.effect.name for one in whole.effects]
 
 
 def test_what_came_in_last_has_a_family_as_well(bench: Bench, proposer: Proposer, cogging: State) -> None:
