@@ -250,17 +250,15 @@ def _system(
         ratios[i, 1] = bend * motor_v[i] ** 2
     for i in range(n):
         axis = axes[i]
-        most = level(axis, q[i], v[i], shaft[i], time) * series[1, i]
-        stuck, slope = presliding(axis, bristles[i], most, v[i], step, after[i])
+        stuck, slope = presliding(axis, bristles[i], level(axis, q[i], v[i], shaft[i], time), v[i], step, after[i])
         flowing, more = viscous(axis, v[i], time)
-        behind = 1.0 - axis.motor_friction
-        stuck, slope, flowing, more = behind * stuck, behind * slope, behind * flowing, behind * more
+        presses = (1.0 - axis.motor_friction) * series[1, i]
         pull = _pull(axis, q[i], v[i], acceleration[i], series[0, i], step, inner[i])
-        resists = bias[i] + stuck + flowing * series[1, i] + _held(axis, q[i]) - pull
+        resists = bias[i] + presses * (stuck + flowing) + _held(axis, q[i]) - pull
         for j in range(n):
             resists += mass[i, j] * ratios[j, 1]
             matrix[i, j] = ratios[i, 0] * mass[i, j] * ratios[j, 0]
-        slopes[i] = ratios[i, 0] ** 2 * (slope + more * series[1, i])
+        slopes[i] = ratios[i, 0] ** 2 * presses * (slope + more)
         if _is_elastic(axis):
             place, turn, _ = _ratio(axis, motor[i])
             right[i] = _transmitted(axis, place - q[i], turn * motor_v[i] - v[i]) - resists
@@ -274,11 +272,10 @@ def _before(
     speed: float, axis: Record, motor: float, shaft: float, time: float, factor: float, step: float, state: Array, after: Array
 ) -> tuple[float, float]:
     """Friction on a motor behind which there is a spring, after a `step` at a `speed`, and its slope over that."""
-    most = level(axis, motor, speed, shaft, time) * factor
-    stuck, slope = presliding(axis, state, most, speed, step, after)
+    stuck, slope = presliding(axis, state, level(axis, motor, speed, shaft, time), speed, step, after)
     flowing, more = viscous(axis, speed, time)
-    share = axis.motor_friction
-    return share * (stuck + flowing * factor), share * (slope + more * factor)
+    presses = axis.motor_friction * factor
+    return presses * (stuck + flowing), presses * (slope + more)
 
 
 @compiled
@@ -295,11 +292,10 @@ def _driven(
 
 
 @compiled
-def _slid(axes: Any, q: Any, v: Any, shaft: Any, time: float, series: Any, step: float, bristles: Any, after: Any) -> None:
+def _slid(axes: Any, q: Any, v: Any, shaft: Any, time: float, step: float, bristles: Any, after: Any) -> None:
     """Carry the state of friction on to the end of a step, at the speed with which it ends."""
     for i in range(len(axes)):
-        most = level(axes[i], q[i], v[i], shaft[i], time) * series[1, i]
-        presliding(axes[i], bristles[i], most, v[i], step, after[i])
+        presliding(axes[i], bristles[i], level(axes[i], q[i], v[i], shaft[i], time), v[i], step, after[i])
         bristles[i, :] = after[i, :]
 
 
@@ -393,7 +389,7 @@ def _move(
                     q[i], turn, _ = _ratio(axis, motor[i])
                     v[i] = turn * motor_v[i]
                     acceleration[i] = (v[i] - before) / step
-            _slid(axes, q, v, shaft, time, series, step, bristles, after)
+            _slid(axes, q, v, shaft, time, step, bristles, after)
 
 
 @compiled
@@ -454,7 +450,7 @@ def _needed(
                     acceleration[i] = ratios[i, 0] * rate[i] + ratios[i, 1]
                 none[i] = torque
             shaft[:] = none
-            _slid(axes, q, v, shaft, time, series, step, bristles, after)
+            _slid(axes, q, v, shaft, time, step, bristles, after)
         for i in range(n):
             linear = (shaft[i] - _ripple(axes[i], motor[i])) / (1.0 + axes[i].constant_error) / series[2, i]
             out[k, i] = linear + linear**3 / axes[i].saturates_at**2

@@ -115,6 +115,24 @@ def test_sliding_costs_what_the_stribeck_curve_says(law: int, velocity: float) -
 
 
 @pytest.mark.parametrize("law", range(len(LAWS)), ids=LAWS)
+def test_friction_that_chatters_costs_its_factor_times_what_it_costs_at_rest(law: int) -> None:
+    """A factor that is another one in every period: what sticks for one of them is not damped as if it stuck for long."""
+    machine, way, count = one_axis(slide=True, mass=5.0), 1e-3, 4000
+    axes = axes_of(machine)
+    axes["law"], axes["coulomb"], axes["viscous"], axes["stiffness"] = law, 10.0, 3.0, 10.0 / way
+    axes["micro_damping"], axes["attraction"] = 0.3 * sqrt(10.0 / way * 5.0), 200.0
+    speed = np.full((count, 1), 0.4)
+    motion = Motion(np.cumsum(speed, axis=0) * TICK, speed, np.zeros_like(speed))
+    plain = quiet(count, 1)
+    factor = np.random.default_rng(0).uniform(0.2, 1.8, (count, 1))
+    chatters = Outside(plain.pull, factor, plain.gain)
+    constant, chattering = (needed(rigid_bodies(machine.xml()), axes, motion, one, 0.0) for one in (plain, chatters))
+    slides = slice(count // 2, None)
+    assert constant[slides] == pytest.approx(10.0 + 3.0 * 0.4, rel=0.01)
+    assert chattering[slides] == pytest.approx(factor[slides] * constant[slides], rel=1e-6)
+
+
+@pytest.mark.parametrize("law", range(len(LAWS)), ids=LAWS)
 def test_axis_sticks_below_its_friction_and_slides_above(law: int) -> None:
     machine, way = one_axis(slide=True, mass=5.0), 2e-5
     axes = axes_of(machine)
