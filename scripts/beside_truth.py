@@ -51,7 +51,7 @@ class Beside:
 
 
 def true_effects(told: Sequence[Mapping[str, Any]], proposer: Proposer) -> list[PlacedEffect]:
-    """The causes and nuisances of a key that can be asked for, with their true parameters; presliding by its way."""
+    """The causes and nuisances of a key that can be asked for, with their true parameters; presliding maybe by its way."""
     rows, dynamics = proposer.bench.rows, proposer.bench.rows.simulation.dynamics()
     found = []
     for one in told:
@@ -64,7 +64,7 @@ def true_effects(told: Sequence[Mapping[str, Any]], proposer: Proposer) -> list[
 
 
 def _with_values(kind: type[Effect], values: Mapping[str, float], level: float) -> Effect:
-    return Presliding(1.6 * level / values["displacement"]) if kind is Presliding else kind(**values)
+    return Presliding(1.6 * level / values["displacement"]) if "displacement" in values else kind(**values)
 
 
 def beside_truth(folder: Path, told: Mapping[str, Any]) -> Beside:

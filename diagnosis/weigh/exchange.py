@@ -7,6 +7,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from math import log
 
+import numpy as np
+
 from drivetwin.diagnosis.progress import Progress
 from drivetwin.diagnosis.propose.placing import alike, placed
 from drivetwin.diagnosis.propose.search import Begun
@@ -16,10 +18,12 @@ from drivetwin.diagnosis.weigh.pair import Pair, that_moves
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_kind
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State
-from drivetwin.diagnosis.weigh.yielding import STEPS, reduced, settled_on
-from drivetwin.emulator.effects import Effect, ModelEffect, PlacedEffect
+from drivetwin.diagnosis.weigh.yielding import STEPS, reduced, settled_on, yields
+from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
+OVERLAP = 0.3
+"""Cosine of the torques of two effects, from which they may be what one is."""
 IN_PLACE = 3
 """Proposals, the best of those that take as much, that are settled in the place of an effect."""
 BRIEF = 5
@@ -92,7 +96,8 @@ class Exchange:
         rivals = self.rivals.get((one.effect.name, one.axis))
         others = [*self.proposer.proposals(beside, [one.axis], rivals), *self._simpler(beside.whole, one)]
         own = [replace(known, settled=pair.whole)] if known is not None else []
-        return Family(one, self._nothing(beside, one), [*own, *self._in_place(beside, others, known)])
+        instead = [*self._in_place(beside, others, known), *self._as_one_again(beside, one)]
+        return Family(one, self._nothing(beside, one), [*own, *instead])
 
     def _nothing(self, beside: Pair, one: PlacedEffect) -> State:
         """The set without an effect, moved to where it then belongs. A simpler one on its axis may be what it was: play that
@@ -106,6 +111,20 @@ class Exchange:
                 with suppress(UserError):
                     found.append(beside.settled([*rest, placed(beside.whole.rows, one.axis, both)], BRIEF, moves))
         return max(found, key=lambda state: state.reached)
+
+    def _as_one_again(self, beside: Pair, one: PlacedEffect) -> list[Proposal]:
+        """Without an effect, each that overlaps it on its axis, sought again from all its starts: two may imitate what is one.
+
+        Levels that a search found first leave to a warming machine only the little by which they vary.
+        """
+        found = []
+        for other in beside.whole.effects:
+            fewer = beside.without(other) if _may_be_one(beside.whole, one, other) else None
+            again = self.proposer.afresh(fewer, one.axis, type(other.effect)) if fewer is not None else None
+            settled = self._settled(fewer, again) if fewer is not None and again is not None else None
+            if settled is not None:
+                found.append(settled)
+        return found
 
     def _hidden(self, pair: Pair, one: PlacedEffect, known: Sequence[Proposal]) -> list[Proposal]:
         """What else than an effect of the model's own parameters could stand in its place, these as the model has them.
@@ -217,6 +236,20 @@ class Exchange:
 def _what_acts_on(axis: str, state: State) -> tuple[tuple[str, Effect], ...]:
     """The effects of an axis, and bodies of any."""
     return tuple((one.axis, one.effect) for one in state.effects if one.axis == axis or isinstance(one.effect, ModelEffect))
+
+
+def _may_be_one(beside: State, one: PlacedEffect, other: PlacedEffect) -> bool:
+    """Whether another effect of the axis, of a set, costs a torque much like that of one that is not in it.
+
+    What yields is sought again elsewhere: it takes its time.
+    """
+    if one.axis != other.axis or yields(type(other.effect)):
+        return False
+    if not isinstance(one.effect, AxisEffect) or not isinstance(other.effect, AxisEffect):
+        return False
+    torque = beside.felt(one.axis, one.effect).cost[one.axis]
+    known = next(felt.cost[one.axis] for each, felt in zip(beside.effects, beside.felts, strict=True) if each is other)
+    return abs(float(torque @ known)) > OVERLAP * float(np.linalg.norm(torque) * np.linalg.norm(known))
 
 
 def _as_one(one: PlacedEffect, other: PlacedEffect) -> list[Effect]:

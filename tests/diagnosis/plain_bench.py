@@ -22,6 +22,8 @@ STICKS, SLIDES = 1.2, 0.12
 """Of the Stribeck level [N·m] and velocity [rad/s] that the model does not have."""
 COGGING, ORDER, PHASE = 0.6, 2.0, 0.4
 """Of the cogging that it does not have either [N·m, waves a motor turn, rad]."""
+WARMING = 60.0
+"""Time constant of a machine that is cold at first [s]."""
 RESOLUTION, NOISE = 1e-3, 0.02
 
 
@@ -34,6 +36,8 @@ class Machine:
     friction: bool = True
     level: float = COULOMB
     """Coulomb friction of the model [N·m]."""
+    cold: float = 0.0
+    """Share by which the machine's friction is higher at first, which the model does not have."""
 
     @property
     def model(self) -> str:
@@ -53,8 +57,8 @@ class Machine:
         position = _sum(a * np.sin(w * time + p) for a, w, p in swings)
         velocity = _sum(a * w * np.cos(w * time + p) for a, w, p in swings)
         acceleration = _sum(-a * w**2 * np.sin(w * time + p) for a, w, p in swings)
-        torque = INERTIA * acceleration + COULOMB * np.sign(velocity) + VISCOUS * velocity
-        torque = torque + STICKS * np.exp(-((velocity / SLIDES) ** 2)) * np.sign(velocity)
+        friction = (COULOMB + STICKS * np.exp(-((velocity / SLIDES) ** 2))) * np.sign(velocity) + VISCOUS * velocity
+        torque = INERTIA * acceleration + friction * (1.0 + self.cold * np.exp(-time / WARMING))
         torque = torque - COGGING * np.sin(ORDER * GEAR * position + PHASE)
         torque = torque + NOISE * rng.standard_normal(len(time))
         quantum = resolution * self.torque_scale

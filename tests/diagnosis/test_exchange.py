@@ -28,6 +28,7 @@ from drivetwin.emulator.effects import AxisEffect, Effect, library
 from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.stribeck import Stribeck
+from drivetwin.emulator.effects.temperature_drift import TemperatureDrift
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
 from drivetwin.emulator.effects.viscous import Viscous
 
@@ -146,6 +147,23 @@ def test_an_effect_is_not_dropped_for_a_nominal_parameter_that_no_patch_has(tmp_
     search = Search(Proposer(own, own, {"turn": kinds}, {}), lambda _stage, _share: None)
     names = [one.effect.name for one in search.dropped(Pair(whole, whole), ()).whole.effects]
     assert names == [one.effect.name for one in whole.effects]
+
+
+def test_what_two_effects_imitate_may_be_one_of_them(tmp_path: Path) -> None:
+    """A cold machine as a higher level that varies a little: without the level, the warming is sought from all its starts."""
+    own = Machine(cold=1.5).bench(tmp_path)
+    told = [Coulomb(2.0 * COULOMB), TemperatureDrift(0.2, 15.0), Stribeck(COULOMB + STICKS, SLIDES, 2.0)]
+    begun = state_of(own, [placed(own.rows, "turn", one) for one in told], first_colours(own), {})
+    begun = coloured(begun, ())
+    level = next(one for one in begun.effects if isinstance(one.effect, Coulomb))
+    exchange = Exchange(Proposer(own, own, {"turn": [*KINDS, TemperatureDrift]}, {}), {}, lambda _stage, _share: None)
+    family = exchange._family(Pair(begun, begun), level)
+    assert family is not None
+    (warming,) = [one for one in family.proposals if isinstance(one.effect.effect, TemperatureDrift)]
+    assert warming.settled is not None
+    (found,) = [one.effect for one in warming.settled.effects if isinstance(one.effect, TemperatureDrift)]
+    assert found.cold == pytest.approx(1.5, rel=0.2)
+    assert exchange._rated(warming) > max(exchange._rated(one) for one in family.proposals if one is not warming)
 
 
 def test_what_came_in_last_has_a_family_as_well(bench: Bench, proposer: Proposer, cogging: State) -> None:
