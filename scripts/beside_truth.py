@@ -51,7 +51,10 @@ class Beside:
 
 
 def true_effects(told: Sequence[Mapping[str, Any]], proposer: Proposer) -> list[PlacedEffect]:
-    """The causes and nuisances of a key that can be asked for, with their true parameters; presliding maybe by its way."""
+    """The causes and nuisances of a key that can be asked for, with their true parameters.
+
+    Presliding of a machine's friction is told by the way on which it yields.
+    """
     rows, dynamics = proposer.bench.rows, proposer.bench.rows.simulation.dynamics()
     found = []
     for one in told:

@@ -56,7 +56,11 @@ class Demand:
 
 @dataclass(frozen=True)
 class Outside:
-    """What acts by time alone, each (k, n): torque on the joint (or a wandering phase), factors of friction and motor."""
+    """What acts by time alone, each (k, n): torque on the joint (or a wandering phase), factors of friction and motor.
+
+    What presses friction harder multiplies its whole torque, also that with which it holds at rest: a joint then moves back,
+    by a part of the way on which its friction yields.
+    """
 
     pull: Array
     friction: Array

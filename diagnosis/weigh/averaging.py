@@ -30,7 +30,7 @@ from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.colouring import coloured
-from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_kind
+from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal
 from drivetwin.diagnosis.weigh.state import NEARBY, State
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import PlacedEffect
@@ -214,7 +214,6 @@ def preferred(state: State, answers: Sequence[Answer]) -> tuple[State, list[Answ
         named = answer
         if answer.chosen is not None and best is not None:
             others = [one for one in state.effects if not alike(one, answer.chosen)]
-            others = [one for one in others if best.effect.several or not same_kind(one, best)]
             with suppress(UserError):
                 ahead = settled_on(state.of((*others, best)))
                 likely = _holding(ahead, state.held()).reached > state.reached - CLEARLY

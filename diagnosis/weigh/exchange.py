@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from math import log
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivetwin.diagnosis.progress import Progress
 from drivetwin.diagnosis.propose.placing import alike, placed
@@ -22,8 +23,12 @@ from drivetwin.diagnosis.weigh.yielding import STEPS, reduced, settled_on, yield
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
-OVERLAP = 0.3
-"""Cosine of the torques of two effects, from which they may be what one is."""
+Array = NDArray[np.float64]
+
+ALIKE = 0.3
+"""Cosine of the torques of two effects of an axis, from which they may be one: a convention."""
+MOST_ALIKE = 2
+"""Of those, that are sought again without the first: each takes a search of its kind."""
 IN_PLACE = 3
 """Proposals, the best of those that take as much, that are settled in the place of an effect."""
 BRIEF = 5
@@ -60,7 +65,8 @@ class Exchange:
             moves = that_moves(one)
             if moves not in stands:
                 stands[moves] = in_its_noise(pair.whole, pair.whole, moves)
-            better = self._better(family, pair.whole, stands[moves])
+            moved = replace(family, proposals=[*family.proposals, *self._sought_again(pair, family)])
+            better = self._better(moved, pair.whole, stands[moves])
             if better is not None:
                 pair, changed, stands = pair.as_noise_is(better, proposals), True, {}
                 continue
@@ -96,8 +102,7 @@ class Exchange:
         rivals = self.rivals.get((one.effect.name, one.axis))
         others = [*self.proposer.proposals(beside, [one.axis], rivals), *self._simpler(beside.whole, one)]
         own = [replace(known, settled=pair.whole)] if known is not None else []
-        instead = [*self._in_place(beside, others, known), *self._as_one_again(beside, one)]
-        return Family(one, self._nothing(beside, one), [*own, *instead])
+        return Family(one, self._nothing(beside, one), [*own, *self._in_place(beside, others, known)])
 
     def _nothing(self, beside: Pair, one: PlacedEffect) -> State:
         """The set without an effect, moved to where it then belongs. A simpler one on its axis may be what it was: play that
@@ -112,18 +117,21 @@ class Exchange:
                     found.append(beside.settled([*rest, placed(beside.whole.rows, one.axis, both)], BRIEF, moves))
         return max(found, key=lambda state: state.reached)
 
-    def _as_one_again(self, beside: Pair, one: PlacedEffect) -> list[Proposal]:
-        """Without an effect, each that overlaps it on its axis, sought again from all its starts: two may imitate what is one.
+    def _sought_again(self, pair: Pair, family: Family) -> list[Proposal]:
+        """Without the chosen effect, each that is most like it, sought from all its starts, where that is better: two may
+        imitate what is one.
 
-        Levels that a search found first leave to a warming machine only the little by which they vary.
+        Beside a constant level that was found first, a warming explains only what varies about that. This is a move of the
+        search and no alternative: the other effect is in the set anyway.
         """
-        found = []
-        for other in beside.whole.effects:
-            fewer = beside.without(other) if _may_be_one(beside.whole, one, other) else None
-            again = self.proposer.afresh(fewer, one.axis, type(other.effect)) if fewer is not None else None
-            settled = self._settled(fewer, again) if fewer is not None and again is not None else None
-            if settled is not None:
-                found.append(settled)
+        assert family.chosen is not None
+        beside, found = pair.without(family.chosen), []
+        for other in _most_alike(pair.whole, family.chosen) if beside is not None else ():
+            neither = beside.without(other) if beside is not None else None
+            again = self.proposer.afresh(neither, other.axis, type(other.effect)) if neither is not None else None
+            one = self._settled(neither, again) if neither is not None and again is not None else None
+            if one is not None and one.settled is not None and one.settled.reached > family.state.reached + CLEARLY:
+                found.append(one)
         return found
 
     def _hidden(self, pair: Pair, one: PlacedEffect, known: Sequence[Proposal]) -> list[Proposal]:
@@ -223,7 +231,7 @@ class Exchange:
                 less = state.of([each for each in state.effects if each is not one])
             except UserError:
                 continue
-            if less.reached + log(self.proposer.tried(one.axis)) > state.reached:
+            if less.reached + log(self.proposer.tried(one.axis)) > state.reached and not less.leaves_more_than(state):
                 return self._leaner(less, new)
         return state
 
@@ -238,18 +246,23 @@ def _what_acts_on(axis: str, state: State) -> tuple[tuple[str, Effect], ...]:
     return tuple((one.axis, one.effect) for one in state.effects if one.axis == axis or isinstance(one.effect, ModelEffect))
 
 
-def _may_be_one(beside: State, one: PlacedEffect, other: PlacedEffect) -> bool:
-    """Whether another effect of the axis, of a set, costs a torque much like that of one that is not in it.
+def _most_alike(state: State, one: PlacedEffect) -> list[PlacedEffect]:
+    """Other effects of its axis whose torque is like that of one of a set, most like it first.
 
-    What yields is sought again elsewhere: it takes its time.
+    What yields is sought again elsewhere (`restart.py`): it takes its time.
     """
-    if one.axis != other.axis or yields(type(other.effect)):
-        return False
-    if not isinstance(one.effect, AxisEffect) or not isinstance(other.effect, AxisEffect):
-        return False
-    torque = beside.felt(one.axis, one.effect).cost[one.axis]
-    known = next(felt.cost[one.axis] for each, felt in zip(beside.effects, beside.felts, strict=True) if each is other)
-    return abs(float(torque @ known)) > OVERLAP * float(np.linalg.norm(torque) * np.linalg.norm(known))
+    felts = [(each, felt) for each, felt in zip(state.effects, state.felts, strict=True) if each.axis == one.axis]
+    costs = [(each, felt.cost[one.axis]) for each, felt in felts if isinstance(each.effect, AxisEffect)]
+    own = next((torque for each, torque in costs if each is one), np.zeros(state.rows.count(one.axis)))
+    others = [(_cosine(own, torque), each) for each, torque in costs if each is not one and not yields(type(each.effect))]
+    able = sorted((each for each in others if each[0] > ALIKE), key=lambda each: -each[0])
+    return [other for _, other in able[:MOST_ALIKE]]
+
+
+def _cosine(one: Array, other: Array) -> float:
+    """Between two torques (N,), without its sign; 0 where one is none."""
+    sizes = float(np.linalg.norm(one) * np.linalg.norm(other))
+    return abs(float(one @ other)) / sizes if sizes > 0.0 else 0.0
 
 
 def _as_one(one: PlacedEffect, other: PlacedEffect) -> list[Effect]:

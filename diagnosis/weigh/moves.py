@@ -162,16 +162,16 @@ class Search:
         return fit.evidence - state.fit.evidence + sum(one.prior for one in several)
 
     def dropped(self, pair: Pair, newest: Sequence[PlacedEffect]) -> Pair:
-        """Without the effects that say no more than they cost, beside the newest; not for a nominal parameter that takes the
-        place of one, for no patch has that.
+        """Without the effects that say no more than they cost, beside the newest; not where more of a gap is left without one:
+        then it is a nominal parameter that takes its place, and no patch has that.
         """
         for one in pair.whole.effects:
             if any(same_kind(one, each) for each in newest):
                 continue
             less = pair.without(one)
-            if less is None or less.whole.leaves_more_than(pair.whole):
+            if less is None or less.whole.fit.evidence + log(self.proposer.tried(one.axis)) <= pair.whole.fit.evidence:
                 continue
-            if less.whole.fit.evidence + log(self.proposer.tried(one.axis)) > pair.whole.fit.evidence:
+            if not less.whole.leaves_more_than(pair.whole):
                 return self.dropped(less, newest)
         return pair
 
