@@ -24,7 +24,8 @@ def named(state: State, answers: Sequence[Answer], proposer: Proposer, weigh: We
     """The set that is named, and the answers with those about nominal parameters that are off.
 
     What was worth its cost beside an effect that has gone may not be so without it: an offset beside a torque constant, say.
-    Such an effect goes too, and a nominal parameter takes its place, where no axis then keeps more of its gap.
+    Such an effect goes too, and a nominal parameter takes its place, where no axis then keeps more of its gap. Where instead
+    another effect has to be named for it, it stays: that is no nominal parameter either.
     """
     state, told = _once(state, answers, proposer, weigh, ())
     first, kept, given_up = _left(state), list[PlacedEffect](), set[Name]()
@@ -32,7 +33,7 @@ def named(state: State, answers: Sequence[Answer], proposer: Proposer, weigh: We
         effect, lean = gone
         without = given_up | {name_of(effect)}
         ahead, others = _once(lean, _about(lean, answers), proposer, weigh, without)
-        if without & set(map(name_of, ahead.effects)) or _leaves_more(ahead, first):
+        if without & set(map(name_of, ahead.effects)) or _names_another(ahead, lean) or _leaves_more(ahead, first):
             kept.append(effect)
             continue
         state, told, given_up = ahead, others, without
@@ -95,6 +96,12 @@ def _left_at_best(state: State) -> float:
 def _is_nominal(one: PlacedEffect, state: State) -> bool:
     """Whether an effect is a parameter of the model that is off: it costs what its prior says, not a name."""
     return any((each.effect, each.axis) == (one.effect.name, one.axis) for each in state.bench.nominals)
+
+
+def _names_another(state: State, before: State) -> bool:
+    """Whether a set has an effect that was not there before and is no nominal parameter."""
+    there = set(map(name_of, before.effects))
+    return any(name_of(one) not in there and not _is_nominal(one, state) for one in state.effects)
 
 
 def _left(state: State) -> dict[str, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from math import exp
@@ -38,7 +39,7 @@ from drivetwin.diagnosis.weigh.off import _is_off, corrected, heavier
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
-from drivetwin.emulator.effects import AxisEffect, Effect
+from drivetwin.emulator.effects import AxisEffect, Effect, PlacedEffect
 from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.inertia import Inertia
@@ -142,6 +143,22 @@ def test_what_is_given_up_may_still_be_what_is_named_instead(tmp_path: Path) -> 
     assert answer.chosen is not None
     assert answer.chosen.effect.name == "payload"
     assert "torque_offset" in answer.indistinguishable
+
+
+def test_an_effect_is_not_given_up_for_another_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A force along the lift that is called an asymmetric friction: given up for a heavier carriage, it would be an offset."""
+    force = 0.15 * CARRIAGE * GRAVITY
+    bench = machine(tmp_path, {"lift": lambda at: force + 0.0 * at.time})
+
+    def any_of(state: State, kept: Sequence[PlacedEffect], _proposer: Proposer) -> tuple[PlacedEffect, State] | None:
+        one = next((each for each in state.effects if each not in kept), None)
+        return None if one is None else (one, settled_on(state.of([each for each in state.effects if each is not one])))
+
+    monkeypatch.setattr("drivetwin.diagnosis.weigh.named._too_dear", any_of)
+    proposer = Proposer(bench, bench, {"turn": [*KINDS, Payload], "lift": [*KINDS, Payload]}, {})
+    weigh = partial(weighed, unexplained=Unexplained(NONE, NONE), settings=Settings())
+    state, _ = named(state_with(bench, "lift", CoulombAsymmetry(-force)), [], proposer, weigh)
+    assert [one.effect.name for one in state.effects] == ["coulomb_asymmetry"]
 
 
 def test_a_friction_of_which_the_model_says_nothing_is_named_and_stays(tmp_path: Path) -> None:
