@@ -125,14 +125,14 @@ class Exchange:
         search and no alternative: the other effect is in the set anyway.
         """
         assert family.chosen is not None
-        beside, found = pair.without(family.chosen), []
-        for other in _most_alike(pair.whole, family.chosen) if beside is not None else ():
-            neither = beside.without(other) if beside is not None else None
-            again = self.proposer.afresh(neither, other.axis, type(other.effect)) if neither is not None else None
-            one = self._settled(neither, again) if neither is not None and again is not None else None
-            if one is not None and one.settled is not None and one.settled.reached > family.state.reached + CLEARLY:
-                found.append(one)
-        return found
+        beside = pair.without(family.chosen)
+        if beside is None:
+            return []
+        asked = [(other, neither) for other in _most_alike(pair.whole, family.chosen) if (neither := beside.without(other))]
+        begun = [(neither, self.proposer.afresh(neither, other.axis, type(other.effect))) for other, neither in asked]
+        found = [self._settled(neither, again) for neither, again in begun if again is not None]
+        least = family.state.reached + CLEARLY
+        return [one for one in found if one is not None and one.settled is not None and one.settled.reached > least]
 
     def _hidden(self, pair: Pair, one: PlacedEffect, known: Sequence[Proposal]) -> list[Proposal]:
         """What else than an effect of the model's own parameters could stand in its place, these as the model has them.

@@ -115,7 +115,7 @@ def test_sliding_costs_what_the_stribeck_curve_says(law: int, velocity: float) -
 
 
 @pytest.mark.parametrize("law", range(len(LAWS)), ids=LAWS)
-def test_friction_that_chatters_costs_its_factor_times_what_it_costs_at_rest(law: int) -> None:
+def test_friction_that_chatters_costs_its_factor_times_what_it_costs_without(law: int) -> None:
     """A factor that is another one in every period: what sticks for one of them is not damped as if it stuck for long."""
     machine, way, count = one_axis(slide=True, mass=5.0), 1e-3, 4000
     axes = axes_of(machine)
