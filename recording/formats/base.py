@@ -39,6 +39,11 @@ class ImportFormat(ABC):
     endings: ClassVar[tuple[str, ...]]
     """Of its files, as `.csv`; a map that says no `format` finds it by them."""
 
+    @classmethod
+    def recognises(cls, file: Path) -> bool | None:  # noqa: ARG003  # of the formats that look into it
+        """Whether a file with one of its endings is of this format, where its first lines tell; None: the ending is enough."""
+        return None
+
     @abstractmethod
     def signals(self, file: Path, import_map: ImportMap, *, mend: bool) -> Signals:
         """What the map names of a file; `mend`: repaired as `repair` does, where the format has rows to repair.

@@ -10,12 +10,13 @@ from collections import Counter
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 import numpy as np
 
 from drivetwin.foundation.errors import UserError
 from drivetwin.recording.formats.table_format import TableFormat
+from drivetwin.recording.formats.text import Decimal, Spelling, decoded, is_number, number
 from drivetwin.recording.import_map import CsvLayout, ImportMap
 from drivetwin.recording.recording import Samples
 from drivetwin.recording.table import Column, Table
@@ -26,25 +27,6 @@ _DELIMITERS = (";", "\t", ",", "|", WHITESPACE)
 _SAMPLE_LINES = 300
 
 Row = list[str]
-Decimal = Literal[".", ","]
-
-
-@dataclass(frozen=True)
-class _Spelling:
-    """How a number is written: its decimal sign, and what groups its digits by three; empty where nothing does."""
-
-    decimal: Decimal
-    thousands: str = ""
-
-    def plain(self, cell: str) -> str:
-        """The cell with a decimal point and no groups; empty where it is written otherwise."""
-        if self.thousands:
-            groups = re.escape(self.thousands)
-            if re.match(rf"[-+]?\d{{1,3}}(?:{groups}\d{{3}})+(?!\d|{groups})", cell):
-                cell = cell.replace(self.thousands, "")
-        if self.decimal == ",":
-            return cell.replace(",", ".") if "." not in cell else ""
-        return cell
 
 
 @dataclass(frozen=True)
@@ -72,7 +54,7 @@ class _Cells:
     name: str
     cells: list[str]
     rows: list[int]
-    spelling: _Spelling
+    spelling: Spelling
 
     def instants(self) -> list[datetime]:
         """The cells as ISO dates and times; raises UserError naming the row of one that is none."""
@@ -91,7 +73,7 @@ class _Cells:
         """The numbers, NaN for an empty cell; raises UserError naming the row of a cell that is text."""
         values = np.empty(len(self.cells))
         for index, cell in enumerate(self.cells):
-            value = _number(cell, self.spelling)
+            value = number(cell, self.spelling)
             if value is None:
                 raise UserError(
                     f"{self.file}: column {self.name!r} row {self.rows[index]}: {cell!r} is not a number; correct it, "
@@ -130,7 +112,7 @@ def read_csv_table(file: Path, layout: CsvLayout) -> Table:
 
 
 def _lines(file: Path, layout: CsvLayout) -> list[_Line]:
-    text = _decode(file, layout.encoding)
+    text = decoded(file, layout.encoding)
     lines = [_Line(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     if layout.comment:
         lines = [line for line in lines if not line.text.lstrip().startswith(layout.comment)]
@@ -139,59 +121,25 @@ def _lines(file: Path, layout: CsvLayout) -> list[_Line]:
     return lines
 
 
-def _decode(file: Path, encoding: str | None) -> str:
-    """The text of `file`: as told, else by its byte order mark, else UTF-8, else Windows-1252."""
-    try:
-        raw = file.read_bytes()
-    except OSError as error:
-        raise UserError(f"{file} cannot be read: {error.strerror or error}") from error
-    marks = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
-    found = next((name for mark, name in marks if raw.startswith(mark)), None)
-    try:
-        if encoding or found:
-            return raw.decode(encoding or found or "utf-8")
-        try:
-            return raw.decode("utf-8")
-        except UnicodeDecodeError:
-            return raw.decode("cp1252")
-    except (LookupError, UnicodeDecodeError) as error:
-        raise UserError(f"{file} cannot be decoded: {error}; give csv.encoding in the map") from error
-
-
 def _cells(text: str, delimiter: str) -> Row:
     if delimiter == WHITESPACE:
         return text.split()
     return [cell.strip() for cell in next(csv.reader(io.StringIO(text), delimiter=delimiter))]
 
 
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf|infinity)", re.IGNORECASE)
-
-
-def _number(cell: str, spelling: _Spelling) -> float | None:
-    """The number in a cell, NaN where it is empty, None where it is text."""
-    if not cell:
-        return float("nan")
-    cell = spelling.plain(cell)
-    return float(cell) if _NUMBER.fullmatch(cell) else None
-
-
-def _is_number(cell: str, spelling: _Spelling) -> bool:
-    return bool(cell) and _number(cell, spelling) is not None
-
-
-def _separators(file: Path, lines: list[_Line], layout: CsvLayout) -> tuple[str, _Spelling]:
+def _separators(file: Path, lines: list[_Line], layout: CsvLayout) -> tuple[str, Spelling]:
     """Delimiter and decimal sign under which the last lines of the file have the most numbers and the least text."""
     delimiters = (_told(layout.delimiter),) if layout.delimiter else _DELIMITERS
     decimals: tuple[Decimal, ...] = (layout.decimal,) if layout.decimal else (".", ",")
     sample = lines[-_SAMPLE_LINES:]
-    best: tuple[int, str, _Spelling] | None = None
+    best: tuple[int, str, Spelling] | None = None
     for delimiter, decimal in itertools.product(delimiters, decimals):
         if decimal in (delimiter, layout.thousands):
             continue
-        spelling = _Spelling(decimal, layout.thousands or "")
+        spelling = Spelling(decimal, layout.thousands or "")
         rows = [_cells(line.text, delimiter) for line in sample]
         cells = [cell for row in rows for cell in row if cell]
-        numeric = sum(_is_number(cell, spelling) for cell in cells)
+        numeric = sum(is_number(cell, spelling) for cell in cells)
         score = 2 * numeric - len(cells) if numeric else -len(cells) - 1
         # A trailing or empty cell still speaks for a real delimiter, so a tie goes to the wider row.
         if best is None or score > best[0]:
@@ -209,7 +157,7 @@ def _told(delimiter: str) -> str:
     return delimiter
 
 
-def _first_row(source: _Source, spelling: _Spelling, layout: CsvLayout) -> int:
+def _first_row(source: _Source, spelling: Spelling, layout: CsvLayout) -> int:
     """Index of the first row of numbers: as wide as the rows at the end, a number wherever most of those have one."""
     file, lines, rows = source.file, source.lines, source.rows
     if layout.first_row is not None:
@@ -222,7 +170,7 @@ def _first_row(source: _Source, spelling: _Spelling, layout: CsvLayout) -> int:
     width = Counter(len(row) for row in tail).most_common(1)[0][0]
     wide = [row for row in tail if len(row) == width]
     numeric = [
-        column for column in range(width) if 2 * sum(_is_number(row[column], spelling) for row in wide) > len(wide)
+        column for column in range(width) if 2 * sum(is_number(row[column], spelling) for row in wide) > len(wide)
     ]
     for index, row in enumerate(rows):
         if len(row) == width and _is_data([row[column] for column in numeric], spelling):
@@ -233,9 +181,9 @@ def _first_row(source: _Source, spelling: _Spelling, layout: CsvLayout) -> int:
     )
 
 
-def _is_data(cells: list[str], spelling: _Spelling) -> bool:
+def _is_data(cells: list[str], spelling: Spelling) -> bool:
     """Cells of the numeric columns: each a number or empty, and not all of them empty."""
-    return any(cells) and all(_number(cell, spelling) is not None for cell in cells)
+    return any(cells) and all(number(cell, spelling) is not None for cell in cells)
 
 
 def _header(source: _Source, first: int, width: int, layout: CsvLayout) -> tuple[list[str], list[str | None]]:

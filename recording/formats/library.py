@@ -31,7 +31,7 @@ def formats() -> Mapping[str, type[ImportFormat]]:
 
 
 def format_of(file: Path, import_map: ImportMap) -> ImportFormat:
-    """The format that the map says, else the one whose files end as this one does.
+    """The format that the map says, else one that recognises the file, else the one whose files end as this one does.
 
     Raises UserError for a format that is unknown, and for an ending that none has, or several have.
     """
@@ -41,7 +41,8 @@ def format_of(file: Path, import_map: ImportMap) -> ImportFormat:
             raise UserError(f"{import_map.path}: format: {import_map.format!r} is unknown; there are {named}")
         return formats()[import_map.format]()
     ending = file.suffix.lower()
-    found = [kind for kind in formats().values() if ending in kind.endings]
+    told = {kind: kind.recognises(file) for kind in formats().values() if ending in kind.endings}
+    found = [kind for kind, told_so in told.items() if told_so] or [kind for kind, told_so in told.items() if told_so is None]
     if len(found) == 1:
         return found[0]()
     what = ending or "a file without an ending"

@@ -186,7 +186,7 @@ def test_an_ending_that_two_formats_have_is_asked_for(install: Install, tmp_path
     asked = {"machine": "bench", "axes": {"x": {"columns": {"position": {"column": 1}, "torque": {"column": 2}}}}}
     with pytest.raises(UserError, match=r"x\.dat: \.dat may be csv, smoke; say one of them as `format:` in the map"):
         import_recording(tmp_path / "x.dat", ImportMap.model_validate(asked))
-    with pytest.raises(UserError, match=r"format: 'excel' is unknown; there are bus, csv, matlab, smoke"):
+    with pytest.raises(UserError, match=r"format: 'excel' is unknown; there are bus, csv, matlab, twincat, smoke"):
         import_recording(tmp_path / "x.dat", ImportMap.model_validate(asked | {"format": "excel"}))
 
 
