@@ -26,7 +26,7 @@ from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.refit import refitted
-from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import best_together, settled_on, yields
 from drivetwin.emulator.effects import DriveEffect, Effect, PlacedEffect, library, read_effects
 from drivetwin.foundation.errors import UserError
@@ -140,10 +140,10 @@ def _fitted(
     bench = bench_of(ready.rows, settings, ready.absolute)
     begun = []
     if (start := _true(truth, kind)) is not None:
-        whole = state_of(bench, [*rest, placed(ready.rows, truth.axis, start)], first_colours(bench), {})
+        whole = state_of(bench, [*rest, placed(ready.rows, truth.axis, start)], bench.white, {})
         begun.append(settled_on(coloured(whole, ()), STEPS))
     if yields(kind):
-        beside = state_of(bench, rest, first_colours(bench), {})
+        beside = state_of(bench, rest, bench.white, {})
         searched = best_together(coloured(beside, ()), truth.axis, kind)
         begun += [settled_on(searched, STEPS)] if searched is not None else []
     return min(begun, key=lambda one: sum(one.left.values()), default=None)

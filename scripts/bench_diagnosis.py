@@ -32,7 +32,7 @@ from drivetwin.diagnosis.excitation.plan import plan
 from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import bench_of
-from drivetwin.diagnosis.weigh.state import first_colours, state_of
+from drivetwin.diagnosis.weigh.state import state_of
 from drivetwin.drive_profiles import load_profile
 from drivetwin.emulator.clock import SyncClock
 from drivetwin.emulator.effects import read_effects
@@ -195,7 +195,7 @@ def _by_diagnosis(model: Path, recording: Recording) -> Stage:
     settings = Settings(cutoff_hz=CUTOFF)
     ready = prepared(model, [recording], [recording], settings)
     bench = bench_of(ready.rows, settings, ready.absolute)
-    fit = state_of(bench, (), first_colours(bench), {}).plain.fit()
+    fit = state_of(bench, (), bench.white, {}).plain.fit()
     off = dict.fromkeys(("coulomb", "viscous", "inertia"), 0.0)
     for nominal, amount in zip(bench.nominals, fit.coefficients, strict=True):
         if nominal.effect is not None:

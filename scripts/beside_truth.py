@@ -29,7 +29,7 @@ from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.colouring import coloured, in_its_noise, read_anew
 from drivetwin.diagnosis.weigh.moves import Search
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import Effect, PlacedEffect, library
 from drivetwin.emulator.effects.presliding import Presliding
@@ -85,7 +85,7 @@ def beside_truth(folder: Path, told: Mapping[str, Any]) -> Beside:
 
 
 def _settled(effects: Sequence[PlacedEffect], proposer: Proposer) -> State:
-    state = state_of(proposer.bench, in_order(effects), first_colours(proposer.bench), {})
+    state = state_of(proposer.bench, in_order(effects), proposer.bench.white, {})
     for _ in range(ROUNDS):
         state = coloured(read_anew(settled_on(state), ()), ())
     return settled_on(state)

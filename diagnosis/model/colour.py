@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from drivetwin.diagnosis.prepare.rows import AxisRows, Index
+from drivetwin.foundation.cached import cached_property
 from drivetwin.foundation.compiled import compiled
 
 Array = NDArray[np.float64]
@@ -57,7 +58,7 @@ class Colour:
     counts: Array
     """As how many each row (N,) counts, at most 1."""
 
-    @property
+    @cached_property
     def logarithm(self) -> float:
         """Sum over rows of the logarithm of what each is divided by, less the excess: the density of rows that are not white
         needs it.
@@ -81,7 +82,7 @@ class Colour:
         """The same without weights."""
         return replace(self, weight=np.ones(len(self.weight)), excess=np.zeros(len(self.weight)))
 
-    @property
+    @cached_property
     def independent(self) -> float:
         """As many rows as would tell a mean as well if they were independent: Bartlett's, by the density at zero frequency."""
         count = 0.0

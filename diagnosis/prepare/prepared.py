@@ -17,6 +17,7 @@ from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.prepare.simulation import Simulation, simulation
 from drivetwin.diagnosis.prepare.smoothed import smoothed
+from drivetwin.diagnosis.prepare.started import started
 from drivetwin.diagnosis.prepare.steadied import steadied
 from drivetwin.diagnosis.prepare.testable import Testable, is_absolute, testable
 from drivetwin.diagnosis.prepare.turns import placed_within_a_turn
@@ -89,11 +90,12 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     motion = motion_cutoff(recordings, twin.home_inertia(), steady.by_velocity)
     standstill = standstill_of(twin, recordings, min(cutoff, motion))
     each = zip(recordings, standstill, begins(recordings), strict=True)
-    every = [prepare(twin, one, cutoff, motion, still, began, settings.reversal, unrecorded) for one, still, began in each]
+    every = [prepare(twin, one, cutoff, motion, still, start, settings.reversal, unrecorded) for one, still, start in each]
     given, fitted = ", ".join(one.name for one in training), every[: len(training)]
     absolute = {axis: is_absolute(fitted, axis) for axis in twin.axes}
     turned = placed_within_a_turn(twin, fitted, every[len(training) :], [axis for axis in twin.axes if not absolute[axis]])
-    runs, checks = hold_back(turned.runs) if held_back else (turned.runs, turned.checks)
+    began = started(twin.axes, turned.runs, turned.checks)
+    runs, checks = hold_back(began.runs) if held_back else (began.runs, began.checks)
     if not checks:
         raise UserError(f"{given}: too short to hold a quarter back for validation: record longer, or give --validate")
     rows = Rows(twin, [run.thinned() for run in runs], settings.blocks)
@@ -108,5 +110,6 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     }
     adrift = {name: tuple(axis for axis in axes if axis not in turned.axes) for name, axes in check_at.adrift.items()}
     middle = {axis: sorted(each[axis].velocity for each in standstill)[len(standstill) // 2] for axis in twin.axes}
-    told = (*notes(unrecorded), *slow, *steady.notes, *smooth.notes, *fit_at.notes, *check_at.notes, *turned.notes)
+    placed = (*fit_at.notes, *check_at.notes, *turned.notes, *began.notes)
+    told = (*notes(unrecorded), *slow, *steady.notes, *smooth.notes, *placed)
     return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, told, adrift, turned.one_way)

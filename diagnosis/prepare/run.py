@@ -198,6 +198,11 @@ class Run:
         kinematics = replace(self.kinematics, position=position)
         return replace(self, recording=moved(self.recording, zeros), kinematics=kinematics, axes=axes)
 
+    def later(self, began: float) -> Run:
+        """The recording with its time counted from `began` [s] before: since when the machine was switched on."""
+        axes = {name: replace(own, motion=replace(own.motion, time=own.motion.time + began)) for name, own in self.axes.items()}
+        return replace(self, axes=axes)
+
     def within(self, unique: Mapping[str, float]) -> Run:
         """The recording with the length within which the position of some axes means the same as in others [rad or m]."""
         axes = {

@@ -48,7 +48,7 @@ WHY: Mapping[Need, tuple[str, str]] = {
     Need.WEIGHT: ("gravity does not act along this axis in the model", "the machine's gravity in the model, if it does act"),
     Need.TIME: (
         "too short, or the time since the machine was switched on is unknown",
-        "`start_time` in recording.json, or longer",
+        "`start_time` in recording.json, a `temperature` column, or longer",
     ),
 }
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.diagnosis.model.colour import Colour, white
 from drivetwin.diagnosis.model.unknown import Component, components
 from drivetwin.diagnosis.prepare.deflection import deflection_of
 from drivetwin.diagnosis.prepare.rows import Column, Rows
@@ -30,6 +31,8 @@ LATELY = 32
 HELD = 400
 """Felt effects that a bench remembers: those of a few sets, one after the other."""
 
+NO_TORQUE = 1e-12
+"""Below which a torque counts as none [N·m or N]: of an axis without rows, or whose torque is 0."""
 NO_SLOPE = 1e-9
 """Of the steepest slope of an effect, below which another is rounding."""
 
@@ -121,6 +124,21 @@ class Bench:
     """Nominal parameters, as a set bends them."""
     products: OfSame = field(init=False, repr=False, default_factory=OfSame)
     """Of the columns of an axis."""
+    plain: OfSame = field(init=False, repr=False, default_factory=OfSame)
+    """Systems of axes without colour and unknown, by what is left there; `flat`: their columns; and their products."""
+    flat: OfSame = field(init=False, repr=False, default_factory=OfSame)
+    plain_products: OfSame = field(init=False, repr=False, default_factory=OfSame)
+
+    @cached_property
+    def white(self) -> dict[str, Colour]:
+        """Noise of each axis as it is taken to be at first: white, at the level of the gap."""
+        order = self.settings.colour_order
+        level = {axis: max(_rms(self.rows.target[axis]), self.noise_floor(axis)) for axis in self.rows.compared}
+        return {axis: white(self.rows.of[axis], self.intervals, level[axis], order) for axis in self.rows.compared}
+
+    def noise_floor(self, axis: str) -> float:
+        """A quarter of what the comparison itself errs by is white; and never nothing [N·m or N]."""
+        return max(0.25 * self.settings.model_error * self.rows.size[axis], NO_TORQUE)
 
     def felt(self, axis: str, effect: Effect, dynamics: AxisDynamics, later: Later = ()) -> Felt:
         """An effect on top of those before it, remembered: sets that follow each other have most of their effects in common."""
@@ -201,3 +219,7 @@ def _known(rows: Rows, axis: str, nominals: Sequence[Nominal]) -> Array:
     """What the model's own parameters cost on an axis, and an offset, which no model has and any drive may (N, q)."""
     own = [one.column[axis] for one in nominals if not one.timing and axis in one.column]
     return np.column_stack([*own, rows.rows(axis, lambda run, own: run.moves(own))])
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0

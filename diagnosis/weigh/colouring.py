@@ -12,7 +12,7 @@ from drivetwin.diagnosis.model.colour import Colour
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.proposal import Proposal
-from drivetwin.diagnosis.weigh.state import State, colours_of, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import State, colours_of, state_of
 from drivetwin.diagnosis.weigh.yielding import STEPS, settled_on
 from drivetwin.foundation.errors import UserError
 
@@ -64,7 +64,7 @@ def _costs(found: State, proposals: Sequence[Proposal]) -> list[Column]:
 
 def _colours(found: State, costs: Sequence[Column]) -> Mapping[str, Colour]:
     """Of what least squares leave, the unknown taken off."""
-    state = state_of(found.bench, found.effects, first_colours(found.bench), found.late, found.exact)
+    state = state_of(found.bench, found.effects, found.bench.white, found.late, found.exact)
     columns = [state.system.whiten(each) for each in costs]
     fit = state.system.fit(columns)
     level = {axis: own.colour.level for axis, own in state.system.axes.items()}

@@ -10,7 +10,7 @@ from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.bench import Bench
 from drivetwin.diagnosis.weigh.colouring import coloured, read_anew
 from drivetwin.diagnosis.weigh.proposal import Proposal
-from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import STEPS, settled_on
 from drivetwin.emulator.effects import ModelEffect, PlacedEffect
 from drivetwin.foundation.errors import UserError
@@ -52,7 +52,7 @@ class Pair:
         whole = coloured(read_anew(found, proposals), proposals)
         if self.part.bench is self.whole.bench:
             return Pair(whole, whole)
-        part = state_of(self.part.bench, found.effects, first_colours(self.part.bench), whole.late)
+        part = state_of(self.part.bench, found.effects, self.part.bench.white, whole.late)
         return Pair(whole, coloured(part, proposals))
 
 
@@ -63,4 +63,4 @@ def that_moves(one: PlacedEffect) -> str | None:
 
 def empty(bench: Bench, part: Bench) -> Pair:
     """No effect, the noise white at the level of the gap."""
-    return Pair(*(state_of(one, (), first_colours(one), {}) for one in (bench, part)))
+    return Pair(*(state_of(one, (), one.white, {}) for one in (bench, part)))

@@ -20,7 +20,7 @@ from drivetwin.diagnosis.weigh.colouring import in_its_noise
 from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Proposal
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import tried_set, yields
 from drivetwin.emulator.effects import AxisEffect, Effect, PlacedEffect
 from drivetwin.emulator.effects.base import Look
@@ -129,4 +129,4 @@ def _evidence(state: State, axis: str, effects: Sequence[Effect]) -> list[float]
 
 
 def _white(state: State, effects: Sequence[PlacedEffect]) -> State:
-    return state_of(state.bench, effects, first_colours(state.bench), state.late)
+    return state_of(state.bench, effects, state.bench.white, state.late)

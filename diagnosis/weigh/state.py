@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.axis_system import AxisSystem, axis_system
-from drivetwin.diagnosis.model.colour import Colour, colour_of, white
+from drivetwin.diagnosis.model.colour import Colour, colour_of
 from drivetwin.diagnosis.model.solve import Fit
 from drivetwin.diagnosis.model.system import System, system_of
 from drivetwin.diagnosis.prepare.deflection import axis_of
@@ -20,7 +20,7 @@ from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.propose.nominal import Nominal
 from drivetwin.diagnosis.propose.placing import in_order, placed
 from drivetwin.diagnosis.propose.search import Field, Predict, movable_fields
-from drivetwin.diagnosis.weigh.bench import Bench, Felt, Later
+from drivetwin.diagnosis.weigh.bench import NO_TORQUE, Bench, Felt, Later
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, PlacedEffect
 from drivetwin.foundation.cached import cached_property
@@ -38,8 +38,6 @@ REMEMBERED = 3
 """Systems of an axis that are remembered: of what stands there, and of the last trials."""
 WHITENED, FELT = 128, 64
 """Columns that are remembered, whitened, and nominal parameters as a set bends them."""
-NO_TORQUE = 1e-12
-"""Below which a torque counts as none [N·m or N]: of an axis without rows, or whose torque is 0."""
 
 
 @dataclass(frozen=True)
@@ -210,13 +208,19 @@ class State:
         return self._plain(self.nominal_columns, self.bare.spreads, np.zeros(count))
 
     def _plain(self, columns: Sequence[Column], spreads: Array, near: Array) -> System:
-        rows, first = self.rows, first_colours(self.bench)
-        none, nothing = {axis: np.zeros((rows.count(axis), 0)) for axis in rows.compared}, np.zeros(0, dtype=np.intp)
+        bench, white = self.bench, self.bench.white
         bare = {
-            one: axis_system(first[one], none[one], nothing, 1.0, self.target[one], rows.of[one].block) for one in rows.compared
+            axis: bench.plain.get((white[axis], target), partial(_plain_axis, bench, axis, target), REMEMBERED * len(white))
+            for axis, target in self.target.items()
         }
-        flat = [{axis: first[axis].whiten(torque) for axis, torque in column.items()} for column in columns]
-        return system_of(bare, flat, spreads, near=near)
+        flat = [
+            {
+                axis: bench.flat.get((white[axis], torque), partial(white[axis].whiten, torque), WHITENED)
+                for axis, torque in column.items()
+            }
+            for column in columns
+        ]
+        return system_of(bare, flat, spreads, near=near, known=bench.plain_products)
 
     @cached_property
     def dynamics(self) -> dict[str, AxisDynamics]:
@@ -393,28 +397,18 @@ def _axis_system(bench: Bench, axis: str, known: Colour | AxisSystem, target: Ar
     return axis_system(known, np.column_stack(parts), component, misfit, target, bench.rows.of[axis].block)
 
 
-def first_colours(bench: Bench) -> dict[str, Colour]:
-    """White, at the level of the gap."""
-    rows = bench.rows
-    return {
-        axis: white(
-            rows.of[axis], bench.intervals, max(_rms(rows.target[axis]), _floor(bench, axis)), bench.settings.colour_order
-        )
-        for axis in rows.compared
-    }
+def _plain_axis(bench: Bench, axis: str, target: Array) -> AxisSystem:
+    """An axis without colour and unknown."""
+    rows = bench.rows.of[axis]
+    return axis_system(bench.white[axis], np.zeros((len(rows), 0)), np.zeros(0, dtype=np.intp), 1.0, target, rows.block)
 
 
 def colours_of(bench: Bench, residual: Mapping[str, Array]) -> dict[str, Colour]:
     """The colour of what everything that could be asked leaves (N,) of each axis [N·m or N]."""
     return {
-        axis: colour_of(bench.rows.of[axis], bench.intervals, rows, bench.settings.colour_order, _floor(bench, axis))
+        axis: colour_of(bench.rows.of[axis], bench.intervals, rows, bench.settings.colour_order, bench.noise_floor(axis))
         for axis, rows in residual.items()
     }
-
-
-def _floor(bench: Bench, axis: str) -> float:
-    """A quarter of what the comparison itself errs by is white; and never nothing."""
-    return max(0.25 * bench.settings.model_error * bench.rows.size[axis], NO_TORQUE)
 
 
 def moved_by_fit(state: State, fit: Fit, share: float, axis: str | None = None) -> tuple[PlacedEffect, ...]:
@@ -438,6 +432,3 @@ def moved_by_fit(state: State, fit: Fit, share: float, axis: str | None = None) 
         found.append(placed(state.rows, one.axis, replace(one.effect, **values)))
     return tuple(found)
 
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0

@@ -91,13 +91,16 @@ class FrictionLaw:
 
     def varying_level(self, motion: Motion) -> NDArray[np.float64]:
         """The part of level, (n,), that load and position make; shared, not to be written to."""
-        level = _nothing(motion)
-        if self.load_coefficient != 0.0:
-            level = level + self.load_coefficient * np.abs(motion.torque)
-        if self.position_amplitude != 0.0:
-            wave = np.sin(2.0 * pi * motion.position / self.position_period + self.position_phase)
-            level = level + self.position_amplitude * wave
-        return np.asarray(level)
+        load, height, period, phase = self.load_coefficient, self.position_amplitude, self.position_period, self.position_phase
+        if load == 0.0 and height == 0.0:
+            return _nothing(motion)
+
+        def made(same: Motion) -> NDArray[np.float64]:
+            level = load * np.abs(same.torque) if load != 0.0 else np.zeros_like(same.velocity)
+            wave = height * np.sin(2.0 * pi * same.position / period + phase) if height != 0.0 else 0.0
+            return np.asarray(level + wave)
+
+        return motion.kept_lately(("varying", load, height, period, phase), made)
 
     def warmth(self, motion: Motion) -> NDArray[np.float64]:
         """w on the way, (n,); shared, not to be written to."""

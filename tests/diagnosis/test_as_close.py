@@ -17,7 +17,7 @@ from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.proposal import Family, Proposal
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.coulomb import Coulomb
@@ -41,7 +41,7 @@ def answered(folder: Path, bump: float, settings: Settings) -> Answer:
     prepared = ready(folder, strokes(1, 12.0, {"turn": friction}, noise=1.0))
     bench = bench_of(prepared.rows, settings, prepared.absolute)
     proposer = Proposer(bench, bench, {"turn": [Coulomb, Stribeck]}, {})
-    nothing = state_of(bench, [], first_colours(bench), {})
+    nothing = state_of(bench, [], bench.white, {})
     curve, level = (proposed(proposer, nothing, one) for one in (higher(bump), Coulomb(2.5)))
     assert curve.settled is not None
     noise = coloured(curve.settled, ())

@@ -19,7 +19,7 @@ from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.proposal import Family
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
 from drivetwin.emulator.effects import AxisEffect, Effect
@@ -43,7 +43,7 @@ WAVE, OFFSET = PositionFriction(0.1, 0.5), TorqueOffset(0.3)
 def state(tmp_path_factory: pytest.TempPathFactory) -> State:
     """A set of a wave and an offset."""
     bench = Machine().bench(tmp_path_factory.mktemp("plain"), 20.0)
-    return state_of(bench, [placed(bench.rows, "turn", one) for one in (WAVE, OFFSET)], first_colours(bench), {})
+    return state_of(bench, [placed(bench.rows, "turn", one) for one in (WAVE, OFFSET)], bench.white, {})
 
 
 def answer(state: State, chosen: Effect, *, predicts: bool, probability: float = 0.6) -> Answer:
@@ -62,7 +62,7 @@ def of_turn(
     positions = {axis: at.position for axis, at in both.items()}
     told = ready(folder, recording(as_modelled(both) | {"turn": torque}, positions, 1, "one"))
     bench = bench_of(told.rows, Settings(), told.absolute)
-    nothing = settled_on(coloured(state_of(bench, (), first_colours(bench), {}), ()))
+    nothing = settled_on(coloured(state_of(bench, (), bench.white, {}), ()))
     found = Proposer(bench, bench, {"turn": [type(effect)]}, {}).evaluated(nothing, Begun("turn", effect, 0.0, 1))
     assert found is not None
     settled = settled_on(nothing.of((found.effect,)))
@@ -216,7 +216,7 @@ def test_a_payload_has_no_advantage_of_the_mass_whose_place_it_takes(tmp_path: P
     """Beside an offset the carriage's mass is free as well, which costs evidence: it does not decide between the two."""
     made = ready(tmp_path, strokes(1, 20.0, {"lift": lambda at: np.full(len(at.time), 1.5)}))
     bench = bench_of(made.rows, Settings(), made.absolute)
-    empty = settled_on(coloured(state_of(bench, (), first_colours(bench), {}), ()))
+    empty = settled_on(coloured(state_of(bench, (), bench.white, {}), ()))
     proposer = Proposer(bench, bench, {"lift": [Payload, TorqueOffset]}, {})
     payload, offset = (
         proposer.evaluated(empty, Begun("lift", one, 0.0, 1)) for one in (Payload(0.1, 0.0, 0.0, 0.0), TorqueOffset(-1.5))

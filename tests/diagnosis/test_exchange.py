@@ -22,7 +22,7 @@ from drivetwin.diagnosis.weigh.moves import Search
 from drivetwin.diagnosis.weigh.pair import Pair, empty
 from drivetwin.diagnosis.weigh.proposal import Family, Proposal
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import AxisEffect, Effect, library
 from drivetwin.emulator.effects.coulomb import Coulomb
@@ -49,7 +49,7 @@ def proposer(bench: Bench) -> Proposer:
 @pytest.fixture(scope="module")
 def cogging(bench: Bench, proposer: Proposer) -> State:
     """The cogging alone, in the noise that is left beside everything that could be asked: none of it stands in the set yet."""
-    ripple = state_of(bench, [placed(bench.rows, "turn", TorqueRipple(COGGING, ORDER, PHASE))], first_colours(bench), {})
+    ripple = state_of(bench, [placed(bench.rows, "turn", TorqueRipple(COGGING, ORDER, PHASE))], bench.white, {})
     return coloured(ripple, proposer.proposals(Pair(ripple, ripple)))
 
 
@@ -104,7 +104,7 @@ def test_how_much_better_a_set_is_does_not_depend_on_the_unit_of_torque(unit: fl
     gains = []
     for scale in (1.0, unit):
         own = Machine(torque_scale=scale).bench(tmp_path, seconds=12.0, resolution=0.2)
-        bare = state_of(own, (), first_colours(own), {})
+        bare = state_of(own, (), own.white, {})
         ripple = bare.of([placed(own.rows, "turn", TorqueRipple(COGGING * scale, ORDER, PHASE))])
         gains.append(in_its_noise(ripple, bare).reached - in_its_noise(bare, bare).reached)
     assert gains[1] == pytest.approx(gains[0], abs=1.0)
@@ -139,7 +139,7 @@ def test_an_effect_is_not_dropped_for_a_nominal_parameter_that_no_patch_has(tmp_
     """That the model's own level is 10 % off is as likely as one more effect; but without that more of the gap is left."""
     own = Machine(level=0.9 * COULOMB).bench(tmp_path)
     true: list[Effect] = [Coulomb(COULOMB), Stribeck(COULOMB + STICKS, SLIDES, 2.0), TorqueRipple(COGGING, ORDER, PHASE)]
-    whole = coloured(state_of(own, [placed(own.rows, "turn", one) for one in true], first_colours(own), {}), ())
+    whole = coloured(state_of(own, [placed(own.rows, "turn", one) for one in true], own.white, {}), ())
     less = Pair(whole, whole).without(whole.effects[0])
     kinds = [kind for kind in library().values() if issubclass(kind, AxisEffect)]
     assert less is not None
@@ -156,7 +156,7 @@ def test_what_two_effects_imitate_may_be_one_of_them(tmp_path: Path) -> None:
     own = Machine(cold=1.5).bench(tmp_path)
     told: list[Effect] = [Coulomb(2.0 * COULOMB), Viscous(1.9 * VISCOUS), TemperatureDrift(3.0, 5.0)]
     told += [Stribeck(COULOMB + STICKS, SLIDES, 2.0), TorqueRipple(COGGING, ORDER, PHASE)]
-    begun = state_of(own, [placed(own.rows, "turn", one) for one in told], first_colours(own), {})
+    begun = state_of(own, [placed(own.rows, "turn", one) for one in told], own.white, {})
     begun = coloured(settled_on(begun, steps=1), ())
     level = next(one for one in begun.effects if isinstance(one.effect, Coulomb))
     exchange = Exchange(Proposer(own, own, {"turn": [*KINDS, TemperatureDrift]}, {}), {}, lambda _stage, _share: None)

@@ -37,7 +37,7 @@ from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.named import _too_dear, named
 from drivetwin.diagnosis.weigh.off import _is_off, corrected, heavier
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import AxisEffect, Effect, PlacedEffect
 from drivetwin.emulator.effects.coulomb import Coulomb
@@ -70,7 +70,7 @@ def proposer_of(bench: Bench) -> Proposer:
 
 def state_with(bench: Bench, axis: str, *effects: Effect) -> State:
     """In the noise that it leaves."""
-    state = state_of(bench, [placed(bench.rows, axis, one) for one in effects], first_colours(bench), {})
+    state = state_of(bench, [placed(bench.rows, axis, one) for one in effects], bench.white, {})
     return settled_on(coloured(state, ()))
 
 
@@ -167,7 +167,7 @@ def test_a_friction_of_which_the_model_says_nothing_is_named_and_stays(tmp_path:
     proposer = Proposer(bench, bench, {"turn": KINDS}, {})
     effects = [placed(bench.rows, "turn", one) for one in (Coulomb(plain.COULOMB), Viscous(plain.VISCOUS))]
     weigh = partial(weighed, unexplained=Unexplained({"turn": 0.0}, {"turn": 0.0}), settings=Settings())
-    state, _ = named(settled_on(state_of(bench, effects, first_colours(bench), {})), [], proposer, weigh)
+    state, _ = named(settled_on(state_of(bench, effects, bench.white, {})), [], proposer, weigh)
     assert {one.effect.name for one in state.effects} >= {"coulomb"}
 
 

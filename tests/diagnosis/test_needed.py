@@ -16,7 +16,7 @@ from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.needed import CONVERGED, needed
 from drivetwin.diagnosis.weigh.refit import least_squares, left_by
-from drivetwin.diagnosis.weigh.state import first_colours, state_of
+from drivetwin.diagnosis.weigh.state import state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.coulomb import Coulomb
@@ -46,7 +46,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 
 
 def kept(bench: Bench, *effects: Effect) -> set[str]:
-    state = state_of(bench, [placed(bench.rows, "turn", one) for one in effects], first_colours(bench), {})
+    state = state_of(bench, [placed(bench.rows, "turn", one) for one in effects], bench.white, {})
     return {one.effect.name for one in needed(state).effects}
 
 
@@ -70,7 +70,7 @@ def test_no_set_leaves_more_than_one_that_is_part_of_it_and_what_takes_enough_st
     """Viscous friction that stands beside a nonlinear one is told badly: a step that clips each for itself stalls."""
     own = bench_of_seed(seed, tmp_path)
     effects = (Viscous(1.0), ViscousNonlinear(-0.3, 0.1), Coulomb(1.2 * COULOMB), TRUE[1])
-    state = settled_on(state_of(own, [placed(own.rows, "turn", one) for one in effects], first_colours(own), {}), 20)
+    state = settled_on(state_of(own, [placed(own.rows, "turn", one) for one in effects], own.white, {}), 20)
     whole = least_squares(state, (), CONVERGED)
     left = left_by(whole, ())
     for one in whole.effects:
@@ -113,7 +113,7 @@ def test_a_load_stays_on_the_axis_that_carries_it_in_whichever_order_the_axes_co
         own = loaded(names, 0.3, tmp_path / str(number))
         effects = [placed(own.rows, axis, Payload(0.15)) for axis in names]
         effects.append(placed(own.rows, "upper", Viscous(carts.VISCOUS + STICKY)))
-        state = state_of(own, effects, first_colours(own), {})
+        state = state_of(own, effects, own.white, {})
         assert {(one.effect.name, one.axis) for one in needed(state).effects} == {("payload", "lower"), ("viscous", "upper")}
 
 

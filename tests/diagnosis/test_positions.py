@@ -16,7 +16,7 @@ from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
 from drivetwin.diagnosis.report.zeros import placed_by
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import bench_of
-from drivetwin.diagnosis.weigh.state import first_colours, state_of
+from drivetwin.diagnosis.weigh.state import state_of
 from drivetwin.emulator.effects.position_friction import PositionFriction
 from drivetwin.emulator.effects.torque_offset import TorqueOffset
 from drivetwin.recording.recording import Recording, RecordingInfo
@@ -86,7 +86,7 @@ def test_a_cause_that_moved_a_zero_gives_it_back(tmp_path: Path) -> None:
     given = [swinging("one", 0.5, 2, offset=0.6), swinging("two", -0.7, 3, offset=0.6)]
     ready = prepared(model(tmp_path), given, given, Settings(cutoff_hz=CUTOFF))
     bench = bench_of(ready.rows, Settings(cutoff_hz=CUTOFF), ready.absolute)
-    true = state_of(bench, [placed(ready.rows, "swing", TorqueOffset(0.6))], first_colours(bench), {})
+    true = state_of(bench, [placed(ready.rows, "swing", TorqueOffset(0.6))], bench.white, {})
     left = np.sqrt(true.left["swing"] * ready.rows.gap_energy["swing"] / ready.rows.count("swing"))
     assert left < 0.5 * WEIGHT * (0.6 / WEIGHT) ** 2
 

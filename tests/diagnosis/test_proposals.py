@@ -21,7 +21,7 @@ from drivetwin.diagnosis.weigh.exchange import Exchange
 from drivetwin.diagnosis.weigh.moves import Search
 from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.state import State, colours_of, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import State, colours_of, state_of
 from drivetwin.diagnosis.weigh.yielding import reduced
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect
 from drivetwin.emulator.effects.backlash import Backlash
@@ -116,7 +116,7 @@ def test_a_wave_of_the_wrong_order_is_exchanged_for_one_of_the_right_order(tmp_p
     made = ready(tmp_path, *(strokes(seed, seconds, {"lift": ripple}) for seed, seconds in ((1, 20.0), (2, 4.0))))
     bench = bench_of(made.rows, Settings(), made.absolute)
     wrong = placed(bench.rows, "lift", TorqueRipple(0.1, float(TEETH + 2), 0.0))
-    state = state_of(bench, (wrong,), first_colours(bench), {})
+    state = state_of(bench, (wrong,), bench.white, {})
     exchange = Exchange(Proposer(bench, bench, {"lift": [TorqueRipple]}, {}), {}, lambda _what, _share: None)
     pair, _, changed = exchange.exchanged(Pair(state, state), [])
     (found,) = pair.whole.effects
@@ -130,7 +130,7 @@ def test_what_says_no_more_than_it_costs_is_taken_out(tmp_path: Path) -> None:
     made = ready(tmp_path, *(strokes(seed, seconds, {"lift": ripple}) for seed, seconds in ((1, 20.0), (2, 4.0))))
     bench = bench_of(made.rows, Settings(), made.absolute)
     true, needless = TorqueRipple(0.4, float(TEETH), 0.4 + np.pi), ViscousAsymmetry(0.01)
-    state = state_of(bench, tuple(placed(bench.rows, "lift", one) for one in (true, needless)), first_colours(bench), {})
+    state = state_of(bench, tuple(placed(bench.rows, "lift", one) for one in (true, needless)), bench.white, {})
     exchange = Exchange(Proposer(bench, bench, {"lift": [TorqueRipple, ViscousAsymmetry]}, {}), {}, lambda _what, _share: None)
     pair, (family,), changed = exchange.exchanged(Pair(state, state), [])
     assert changed
@@ -157,7 +157,7 @@ def test_where_no_more_is_left_than_the_comparison_errs_by_nothing_further_is_as
     made = ready(tmp_path, *(strokes(seed, seconds, little) for seed, seconds in ((1, 20.0), (2, 4.0))))
     bench = bench_of(made.rows, Settings(), made.absolute)
     proposer = Proposer(bench, bench, {axis: [TorqueRipple] for axis in ("turn", "lift")}, {})
-    empty = state_of(bench, (), first_colours(bench), {})
+    empty = state_of(bench, (), bench.white, {})
     pair = Pair(empty, empty)
     assert empty.within_error == {"lift"}
     told = {(one.effect.axis, one.effect.effect.name) for one in proposer.further(pair, ["turn", "lift"])}
@@ -190,7 +190,7 @@ def test_an_effect_is_not_refused_for_what_another_axis_leaves(tmp_path: Path, m
 
 
 def empty_pair(bench: Bench) -> Pair:
-    state = state_of(bench, (), first_colours(bench), {})
+    state = state_of(bench, (), bench.white, {})
     return Pair(state, state)
 
 
@@ -203,9 +203,9 @@ def test_an_inertia_of_the_axis_before_is_no_coupling(tmp_path: Path) -> None:
     made = ready(tmp_path, *(strokes(seed, seconds, {"turn": heavier}) for seed, seconds in ((1, 20.0), (2, 4.0))))
     bench = bench_of(made.rows, Settings(), made.absolute)
     proposer = Proposer(bench, bench, {"turn": [Inertia], "lift": [Coupling]}, {})
-    empty = state_of(bench, (), first_colours(bench), {})
+    empty = state_of(bench, (), bench.white, {})
     assert [one.effect.effect.name for one in proposer.proposals(Pair(empty, empty))] == ["inertia"]
-    state = state_of(bench, (placed(bench.rows, "lift", Coupling(0.3e-4, 100.0)),), first_colours(bench), {})
+    state = state_of(bench, (placed(bench.rows, "lift", Coupling(0.3e-4, 100.0)),), bench.white, {})
     pair, _, changed = Exchange(proposer, {}, lambda _what, _share: None).exchanged(Pair(state, state), [])
     assert changed
     assert pair.whole.effects == ()
@@ -220,7 +220,7 @@ def test_an_effect_is_not_to_blame_for_another_that_pushes(tmp_path: Path) -> No
     prepared = ready(tmp_path, strokes(1, 20.0, {"turn": less}))
     bench = bench_of(prepared.rows, Settings(), prepared.absolute)
     pushes = ViscousAsymmetry(0.97 * VISCOUS["turn"])
-    alone, beside = (state_of(bench, each, first_colours(bench), {}) for each in ([], [placed(prepared.rows, "turn", pushes)]))
+    alone, beside = (state_of(bench, each, bench.white, {}) for each in ([], [placed(prepared.rows, "turn", pushes)]))
     proposer = Proposer(bench, bench, {"turn": [TorqueRipple]}, {})
     assert proposer.evaluated(beside, Begun("turn", TorqueRipple(0.4, TEETH, 0.4), 0.0, 1)) is not None
     assert proposer.evaluated(alone, Begun("turn", pushes, 0.0, 1)) is None

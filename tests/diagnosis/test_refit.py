@@ -15,7 +15,7 @@ from drivetwin.diagnosis.report.result import TWO_SIDED_90
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.refit import Refitted, refitted
-from drivetwin.diagnosis.weigh.state import first_colours, state_of
+from drivetwin.diagnosis.weigh.state import state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.coulomb import Coulomb
@@ -31,7 +31,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 
 def fitted(bench: Bench, *effects: Effect) -> Refitted:
     """A set, its likeliest parameters, and what the patch gets of it."""
-    state = state_of(bench, [placed(bench.rows, "turn", one) for one in effects], first_colours(bench), {})
+    state = state_of(bench, [placed(bench.rows, "turn", one) for one in effects], bench.white, {})
     return refitted(settled_on(state, 20), ())
 
 
@@ -51,7 +51,7 @@ def test_of_a_right_model_the_intervals_hold_the_truth_and_are_narrow(bench: Ben
 
 def test_of_another_form_than_the_machine_the_interval_is_as_wide_as_two_ways_to_fit_differ(bench: Bench) -> None:
     """Stribeck's level is not in the set: least squares takes part of it for Coulomb friction, likelihood less."""
-    state = settled_on(state_of(bench, [placed(bench.rows, "turn", Coulomb(COULOMB))], first_colours(bench), {}), 20)
+    state = settled_on(state_of(bench, [placed(bench.rows, "turn", Coulomb(COULOMB))], bench.white, {}), 20)
     found = refitted(state, ())
     (likeliest,), (least,), (told,) = state.effects, found.effects, found.deviations
     right = fitted(bench, Coulomb(COULOMB), Stribeck(COULOMB + STICKS, SLIDES, 2.0), TorqueRipple(COGGING, ORDER, PHASE))

@@ -18,7 +18,7 @@ from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.restart import Restart
-from drivetwin.diagnosis.weigh.state import first_colours, state_of
+from drivetwin.diagnosis.weigh.state import state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects.backlash import Backlash
 from drivetwin.emulator.effects.presliding import Presliding
@@ -80,7 +80,7 @@ def bench_of_play(folder: Path, torque: Callable[[Swing], Array] = loose, longes
 @pytest.mark.parametrize("begun", repeated(Backlash(0.0, 300.0, 1.0), TRUE))
 def test_play_is_found_again_wherever_its_search_went(begun: Backlash, tmp_path: Path) -> None:
     bench = bench_of_play(tmp_path)
-    wrong = state_of(bench, [placed(bench.rows, "turn", begun)], first_colours(bench), {})
+    wrong = state_of(bench, [placed(bench.rows, "turn", begun)], bench.white, {})
     valley = coloured(settled_on(wrong), ())
     found = Restart(Proposer(bench, bench, {"turn": [Backlash]}, {})).restarted(Pair(valley, valley), ())
     (play,) = found.whole.effects
@@ -92,7 +92,7 @@ def test_play_is_found_again_wherever_its_search_went(begun: Backlash, tmp_path:
 
 def test_play_that_was_bent_to_a_friction_that_yields_is_found_again_beside_it(tmp_path: Path) -> None:
     bench = bench_of_play(tmp_path, loose_and_yielding, 4.0)
-    alone = state_of(bench, [placed(bench.rows, "turn", TRUE)], first_colours(bench), {})
+    alone = state_of(bench, [placed(bench.rows, "turn", TRUE)], bench.white, {})
     bent = coloured(settled_on(alone), ())
     found = Restart(Proposer(bench, bench, {"turn": [Backlash, Presliding]}, {})).restarted(Pair(bent, bent), ())
     friction, play = (one.effect for one in found.whole.effects)

@@ -11,7 +11,7 @@ from drivetwin.diagnosis.propose.rigid import Polynomial, polynomial, rigid_star
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import bench_of
-from drivetwin.diagnosis.weigh.state import first_colours, state_of
+from drivetwin.diagnosis.weigh.state import state_of
 from drivetwin.emulator.effects.coupling import Coupling
 from drivetwin.emulator.effects.payload import Payload
 from drivetwin.emulator.effects.spring import Spring
@@ -92,7 +92,7 @@ def test_how_high_a_load_rides_on_a_lift_is_no_parameter(rows: Rows) -> None:
 def test_only_loads_that_cost_something_else_were_tried(rows: Rows) -> None:
     """Of 13 places that a load may have, those above and below the first cost what that one does."""
     bench = bench_of(rows, Settings(), {"turn": True, "lift": True})
-    empty = state_of(bench, [], first_colours(bench), {})
+    empty = state_of(bench, [], bench.white, {})
     starts = rigid_starts(empty.frugal, "lift", known(rows, "lift", Payload), frozenset())
     assert {start.tried for start in starts} == {len(starts)}
     assert len(starts) <= 9

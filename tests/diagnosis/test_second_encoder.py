@@ -19,7 +19,7 @@ from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.proposal import Family
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.state import first_colours, state_of
+from drivetwin.diagnosis.weigh.state import state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects.transmission_error import TransmissionError
 from drivetwin.recording.recording import Recording
@@ -87,7 +87,7 @@ def test_what_the_encoder_proves_is_no_imitation_of_an_unknown_torque(tmp_path: 
     made = replace(made, columns=made.columns | {"turn": turn | {"torque": turn["torque"] + unknown}})
     told = ready(tmp_path, made)
     bench = bench_of(told.rows, Settings(), told.absolute)
-    nothing = coloured(state_of(bench, (), first_colours(bench), {}), ())
+    nothing = coloured(state_of(bench, (), bench.white, {}), ())
     settled = settled_on(nothing.of((placed(bench.rows, "turn", TransmissionError(2e-5, ORDER, PHASE)),)), 3)
     chosen = settled.effects[0]
     proposer = Proposer(bench, bench, {"turn": [TransmissionError]}, {})

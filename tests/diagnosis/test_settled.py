@@ -16,7 +16,7 @@ from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.moves import Search
 from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.state import State, first_colours, state_of
+from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.backlash import Backlash
@@ -40,7 +40,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 
 
 def state(bench: Bench, *effects: Effect) -> State:
-    return state_of(bench, [placed(bench.rows, "turn", one) for one in effects], first_colours(bench), {})
+    return state_of(bench, [placed(bench.rows, "turn", one) for one in effects], bench.white, {})
 
 
 @pytest.mark.parametrize("static", [1.1, 2.5], ids=["less", "more"])

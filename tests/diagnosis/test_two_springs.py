@@ -16,7 +16,7 @@ from drivetwin.diagnosis.weigh.exchange import Exchange
 from drivetwin.diagnosis.weigh.moves import EXCHANGES
 from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.state import first_colours, state_of
+from drivetwin.diagnosis.weigh.state import state_of
 from drivetwin.emulator.effects.backlash import Backlash
 from drivetwin.emulator.effects.elasticity import Elasticity
 
@@ -48,7 +48,7 @@ def test_play_that_has_closed_gives_its_place_to_the_spring_beside_it(tmp_path: 
     bench = bench_of(made.rows, Settings(), made.absolute)
     soft, stiff = Backlash(0.0, 1.1 * STIFFNESS, DAMPING, 0.0), Elasticity(11.0 * STIFFNESS, 0.0, MOTORS)
     both = [placed(bench.rows, "turn", one) for one in (soft, stiff)]
-    state = coloured(state_of(bench, both, first_colours(bench), {}), ())
+    state = coloured(state_of(bench, both, bench.white, {}), ())
     exchange = Exchange(Proposer(bench, bench, {"turn": [Backlash, Elasticity]}, {}), {}, lambda _stage, _share: None)
     pair = Pair(state, state)
     for _ in range(EXCHANGES):
