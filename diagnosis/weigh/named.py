@@ -9,7 +9,7 @@ from drivetwin.diagnosis.propose.placing import Name, alike, name_of
 from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.averaging import Answer, believed
 from drivetwin.diagnosis.weigh.needed import needed
-from drivetwin.diagnosis.weigh.off import EASED, corrected, heavier
+from drivetwin.diagnosis.weigh.off import EASED, corrected, heavier, is_off
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.refit import least_squares, left_on
@@ -78,9 +78,10 @@ def _too_dear(state: State, kept: Sequence[PlacedEffect], proposer: Proposer) ->
 
 
 def _moves_several(before: State, after: State) -> bool:
-    """Whether more is asked of nominal parameters, the one of which most is left aside."""
-    more = sorted(_asked(after, number) - _asked(before, number) for number in range(len(after.bench.nominals)))
-    return sum(more[:-1]) > EASED
+    """Whether more is asked of nominal parameters, the one of which most is left aside; or more than one would be named."""
+    numbers = range(len(after.bench.nominals))
+    more = sorted(_asked(after, number) - _asked(before, number) for number in numbers)
+    return sum(more[:-1]) > EASED or sum(is_off(after, number) and not is_off(before, number) for number in numbers) > 1
 
 
 def _asked(state: State, number: int) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from math import log
 
 import numpy as np
 
@@ -53,13 +54,13 @@ def _off(state: State, proposer: Proposer, number: int) -> PlacedEffect | None:
     effect = one.off_by(float(state.fit.coefficients[number]), within)
     if effect is None or one.axis is None or type(effect) not in proposer.kinds.get(one.axis, ()):
         return None
-    return PlacedEffect(one.axis, effect, {}) if _is_off(state, number) else None
+    return PlacedEffect(one.axis, effect, {}) if is_off(state, number) else None
 
 
 def heavier(state: State) -> frozenset[int]:
     """Bodies, by number, whose mass is off by more than chance and by enough to matter."""
     return frozenset(
-        one.body for number, one in enumerate(state.bench.nominals) if one.body is not None and _is_off(state, number)
+        one.body for number, one in enumerate(state.bench.nominals) if one.body is not None and is_off(state, number)
     )
 
 
@@ -69,7 +70,8 @@ def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect, g
 
     Only its size is open: a body that is heavier has its place. Most parameters are off by a little, so it costs what its prior
     says, if that is less than what it costs to name one of many effects. Something else takes its place where it is better and
-    asks no more of the other parameters, or as good and asks less of them: what moved several is one cause.
+    asks no more of the other parameters, or as good and asks less of them: what moved several is one cause. So is what leaves
+    fewer of them off, if it is worse by no more than what their names cost.
     """
     exact = state.holding(number)
     named = proposer.evaluated(exact, Begun(off.axis, off.effect, 0.0, 1), 1)
@@ -83,7 +85,13 @@ def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect, g
     others = [one for one in proposer.proposals(pair, [off.axis], ()) if not same_kind(one.effect, known.effect)]
     others = [replace(one, only_listed=True) if name_of(one.effect) in given_up else one for one in others]
     best = max((one for one in others if not one.only_listed), key=lambda one: one.score, default=known)
-    chosen = best.effect if _instead_of(known, best, state, number) else known.effect
+    spared = _spared(known, best, exact, proposer)
+    if spared > 0.0:
+        others = [one for one in others if one is not best]
+        best = replace(best, score=best.score + spared, prior=best.prior + spared)
+        others.append(best)
+    instead = best.score > known.score - CLEARLY if spared > 0.0 else _instead_of(known, best, state, number)
+    chosen = best.effect if instead else known.effect
     return Family(chosen, exact, [known, *others, *proposer.veiled_ones(pair, off.axis)])
 
 
@@ -95,12 +103,28 @@ def _instead_of(known: Proposal, best: Proposal, state: State, number: int) -> b
     return eased > EASED or (gained > CLEARLY and eased > -CLEARLY)
 
 
+def _spared(known: Proposal, best: Proposal, exact: State, proposer: Proposer) -> float:
+    """What it would cost to name the nominal parameters of the axis that are off beside the known one, where none of them is
+    beside another effect [nats].
+
+    A torque constant is friction, inertia and weight that are off alike: each of them would be one of many that were tried.
+    """
+    axis = known.effect.axis
+    own = [number for number, one in enumerate(exact.bench.nominals) if one.loaded_axis == axis]
+    name = log(proposer.tried(axis))
+    if known.score - best.score > CLEARLY + name * len(own):
+        return 0.0
+    beside = [settled_on(exact.of((*exact.effects, one.effect))) for one in (known, best)]
+    off, left = (sum(is_off(state, number) for number in own) for state in beside)
+    return name * off if left == 0 else 0.0
+
+
 def _strained(exact: State, effect: PlacedEffect) -> float:
     """What a set with an effect asks of nominal parameters once it has settled [nats]."""
     return settled_on(exact.of((*exact.effects, effect))).strain
 
 
-def _is_off(state: State, number: int) -> bool:
+def is_off(state: State, number: int) -> bool:
     """Whether a nominal parameter is off by more than chance, and by enough to matter beside the effects where they are.
 
     They could move to imitate it; its deviation says how well, with the parameter free.

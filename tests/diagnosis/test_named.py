@@ -35,7 +35,7 @@ from drivetwin.diagnosis.weigh.averaging import Unexplained, weighed
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.named import _too_dear, named
-from drivetwin.diagnosis.weigh.off import _is_off, corrected, heavier
+from drivetwin.diagnosis.weigh.off import corrected, heavier, is_off
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
@@ -192,7 +192,7 @@ def test_an_inertia_that_a_spring_of_the_set_could_imitate_is_off_all_the_same(t
     number = next(k for k, one in enumerate(bench.nominals) if (one.effect, one.axis) == ("inertia", "turn"))
     held = state.energy(state.patched)["turn"]
     assert held - state.energy(state.patched - {number})["turn"] < Settings().least_share, "with the spring free"
-    assert _is_off(state, number)
+    assert is_off(state, number)
 
 
 def test_no_rotor_is_off_by_more_than_it_has(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from rig_bench import (
     TURNING,
     VISCOUS,
     Swing,
+    as_modelled,
     diagnosed,
     lift_torque,
     moved,
@@ -70,6 +71,22 @@ def test_what_moved_mass_friction_and_rotor_alike_is_one_motor_constant(tmp_path
     assert found.causes[0].effect == "torque_constant"
     assert found.causes[0].parameters["error"].value == pytest.approx(0.12, abs=0.02)
     assert not found.masses
+
+
+@pytest.mark.parametrize("rubs", [0.0, 0.006])
+def test_friction_and_inertia_that_are_off_alike_by_little_are_one_motor_constant(rubs: float, tmp_path: Path) -> None:
+    """By less than a usual data sheet errs: a name for each of three would say as much. `rubs`: friction differs besides."""
+
+    def recorded(seed: int, name: str) -> Recording:
+        both = moved(seed, 12.0)
+        torques = as_modelled(both)
+        more = rubs * COULOMB["turn"] * np.sign(both["turn"].velocity)
+        torques["turn"] = (torques["turn"] + more) / 1.017
+        return recording(torques, {axis: at.position for axis, at in both.items()}, seed, name, noise=3.0)
+
+    found = diagnosed(tmp_path, recorded)
+    assert {(one.effect.name, one.axis) for one in found.selected} == {("torque_constant", "turn")}
+    assert found.causes[0].parameters["error"].value == pytest.approx(0.017, abs=0.003)
 
 
 def test_a_carriage_that_is_lighter_is_no_motor_constant(tmp_path: Path) -> None:
