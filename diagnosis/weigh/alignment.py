@@ -21,8 +21,6 @@ LATEST = 0.03
 what is left out at the ends of a recording at 48 Hz."""
 FIRST, LEAST = 1e-3, 6e-5
 """Steps [s] with which the best moment is sought: the first, and the one below which the straight line holds."""
-DIGITS = 9
-"""Of a moment [s]: the same steps from another side come to the same one, whose torque is known."""
 GAIN = 0.5
 """Nats that a step must bring."""
 USUAL = 0.003
@@ -53,7 +51,7 @@ def _best(state: State, axis: str, beside: Sequence[Column]) -> float:
     gained = _evidence(state, axis, beside, before, now)
     step = FIRST
     while step >= LEAST:
-        tried = [round(each, DIGITS) for each in (0.0, best - step, best + step) if 0.0 <= each <= LATEST]
+        tried = [each for each in (0.0, best - step, best + step) if 0.0 <= each <= LATEST]
         found = max(((_evidence(state, axis, beside, before, each), each) for each in tried), default=(gained, best))
         if found[0] > gained + GAIN:
             gained, best = found
