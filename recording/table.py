@@ -43,7 +43,8 @@ class Table:
         exact = [column for column in self.columns if column.name == wanted]
         found = exact or [column for column in self.columns if _bare(column.name) == wanted]
         if len(found) > 1:
-            numbers = [str(self.columns.index(column) + 1) for column in found]
+            those = {id(column) for column in found}
+            numbers = [str(number) for number, column in enumerate(self.columns, start=1) if id(column) in those]
             raise UserError(
                 f"{self.file}: {key!r} names columns {', '.join(numbers)}; give the number in the map instead"
             )

@@ -94,8 +94,8 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     given, fitted = ", ".join(one.name for one in training), every[: len(training)]
     absolute = {axis: is_absolute(fitted, axis) for axis in twin.axes}
     turned = placed_within_a_turn(twin, fitted, every[len(training) :], [axis for axis in twin.axes if not absolute[axis]])
-    began = started(twin.axes, turned.runs, turned.checks)
-    runs, checks = hold_back(began.runs) if held_back else (began.runs, began.checks)
+    clock = started(twin.axes, turned.runs, turned.checks)
+    runs, checks = hold_back(clock.runs) if held_back else (clock.runs, clock.checks)
     if not checks:
         raise UserError(f"{given}: too short to hold a quarter back for validation: record longer, or give --validate")
     rows = Rows(twin, [run.thinned() for run in runs], settings.blocks)
@@ -105,11 +105,19 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
             "record a motion, or give the true `position_resolution`"
         )
     asked = {
-        axis: testable(rows, axis, absolute[axis], axis in turned.axes, law_missing(runs, axis), unrecorded.get(axis))
+        axis: testable(
+            rows,
+            axis,
+            absolute[axis],
+            axis in turned.axes,
+            law_missing(runs, axis),
+            unrecorded.get(axis),
+            dated=bool(clock.notes),
+        )
         for axis in twin.axes
     }
     adrift = {name: tuple(axis for axis in axes if axis not in turned.axes) for name, axes in check_at.adrift.items()}
     middle = {axis: sorted(each[axis].velocity for each in standstill)[len(standstill) // 2] for axis in twin.axes}
-    placed = (*fit_at.notes, *check_at.notes, *turned.notes, *began.notes)
+    placed = (*fit_at.notes, *check_at.notes, *turned.notes, *clock.notes)
     told = (*notes(unrecorded), *slow, *steady.notes, *smooth.notes, *placed)
     return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, told, adrift, turned.one_way)

@@ -84,13 +84,20 @@ class Testable:
 
 
 def testable(
-    rows: Rows, axis: str, absolute: bool, turned: bool, lawless: Missing | None, asked: AskedTorque | None
+    rows: Rows,
+    axis: str,
+    absolute: bool,
+    turned: bool,
+    lawless: Missing | None,
+    asked: AskedTorque | None,
+    dated: bool,
 ) -> Testable:
-    """`absolute`: the position means the same in all recordings; `turned`: within a turn of the motor it does.
+    """`absolute`: the position means the same in all recordings; `turned`: within a turn of the motor it does; `dated`: the
+    times of all recordings count from one start.
 
     `lawless`: why it is not known what the drive asked for; `asked`: how the torque is known that was not recorded.
     """
-    met = _met(rows, axis, absolute, turned, lawless is None)
+    met = _met(rows, axis, absolute, turned, lawless is None, dated)
     why = WHY if lawless is None else {**WHY, Need.DEMAND: lawless}
     shown = rows.deflects(axis)  # a second encoder shows flanks that change without a reversal
     kinds, refused, veiled = [], [], []
@@ -126,7 +133,7 @@ def _hidden(asked: AskedTorque | None) -> dict[str, str]:
     return found
 
 
-def _met(rows: Rows, axis: str, absolute: bool, turned: bool, drive_told: bool) -> frozenset[Need]:
+def _met(rows: Rows, axis: str, absolute: bool, turned: bool, drive_told: bool, dated: bool) -> frozenset[Need]:
     velocity = rows.rows(axis, lambda _, own: own.motion.velocity)
     if not len(velocity):
         return frozenset()
@@ -143,7 +150,7 @@ def _met(rows: Rows, axis: str, absolute: bool, turned: bool, drive_told: bool) 
         Need.ABSOLUTE_POSITION: absolute,
         Need.MOTOR_ANGLE: absolute or turned,
         Need.WEIGHT: _could_feel_gravity(rows, axis),
-        Need.TIME: _time_told(rows.runs),
+        Need.TIME: dated or _time_told(rows.runs),
         Need.DEMAND: drive_told,
     }
     return frozenset(need for need, holds in met.items() if holds)

@@ -71,7 +71,7 @@ def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect, g
     Only its size is open: a body that is heavier has its place. Most parameters are off by a little, so it costs what its prior
     says, if that is less than what it costs to name one of many effects. Something else takes its place where it is better and
     asks no more of the other parameters, or as good and asks less of them: what moved several is one cause. So is what leaves
-    fewer of them off, if it is worse by no more than what their names cost.
+    none of its axis off, if it is clearly worse by no more than what their names cost.
     """
     exact = state.holding(number)
     named = proposer.evaluated(exact, Begun(off.axis, off.effect, 0.0, 1), 1)
@@ -84,13 +84,11 @@ def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect, g
     pair = Pair(exact, exact)
     others = [one for one in proposer.proposals(pair, [off.axis], ()) if not same_kind(one.effect, known.effect)]
     others = [replace(one, only_listed=True) if name_of(one.effect) in given_up else one for one in others]
-    best = max((one for one in others if not one.only_listed), key=lambda one: one.score, default=known)
-    spared = _spared(known, best, exact, proposer)
-    if spared > 0.0:
-        others = [one for one in others if one is not best]
-        best = replace(best, score=best.score + spared, prior=best.prior + spared)
-        others.append(best)
-    instead = best.score > known.score - CLEARLY if spared > 0.0 else _instead_of(known, best, state, number)
+    spared = _spared(others, known, exact, proposer)
+    others = [replace(one, score=one.score + more, prior=one.prior + more) for one, more in zip(others, spared, strict=True)]
+    able = [(one, more) for one, more in zip(others, spared, strict=True) if not one.only_listed]
+    best, more = max(able, key=lambda each: each[0].score, default=(known, 0.0))
+    instead = best.score > known.score - CLEARLY if more > 0.0 else _instead_of(known, best, state, number)
     chosen = best.effect if instead else known.effect
     return Family(chosen, exact, [known, *others, *proposer.veiled_ones(pair, off.axis)])
 
@@ -103,20 +101,26 @@ def _instead_of(known: Proposal, best: Proposal, state: State, number: int) -> b
     return eased > EASED or (gained > CLEARLY and eased > -CLEARLY)
 
 
-def _spared(known: Proposal, best: Proposal, exact: State, proposer: Proposer) -> float:
-    """What it would cost to name the nominal parameters of the axis that are off beside the known one, where none of them is
-    beside another effect [nats].
+def _spared(others: Sequence[Proposal], known: Proposal, exact: State, proposer: Proposer) -> list[float]:
+    """What each of other effects spares: what it would cost to name the nominal parameters of the axis that are off beside the
+    known one, where none of them is beside it [nats].
 
     A torque constant is friction, inertia and weight that are off alike: each of them would be one of many that were tried.
     """
-    axis = known.effect.axis
-    own = [number for number, one in enumerate(exact.bench.nominals) if one.loaded_axis == axis]
+    axis, nominals = known.effect.axis, exact.bench.nominals
+    own = [number for number, one in enumerate(nominals) if one.loaded_axis == axis and not one.timing]
     name = log(proposer.tried(axis))
-    if known.score - best.score > CLEARLY + name * len(own):
-        return 0.0
-    beside = [settled_on(exact.of((*exact.effects, one.effect))) for one in (known, best)]
-    off, left = (sum(is_off(state, number) for number in own) for state in beside)
-    return name * off if left == 0 else 0.0
+    able = [known.score - one.score < CLEARLY + name * len(own) for one in others]
+    most = name * _off_beside(known, exact, own) if any(able) else 0.0
+    return [
+        most if most > 0.0 and may and not _off_beside(one, exact, own) else 0.0 for one, may in zip(others, able, strict=True)
+    ]
+
+
+def _off_beside(one: Proposal, exact: State, own: Collection[int]) -> int:
+    """How many of some nominal parameters are off in a set with one effect more."""
+    state = settled_on(exact.of((*exact.effects, one.effect)))
+    return sum(is_off(state, number) for number in own)
 
 
 def _strained(exact: State, effect: PlacedEffect) -> float:

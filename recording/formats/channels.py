@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from functools import partial
@@ -22,12 +22,16 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Channel:
-    """A channel's `values` (n,) at `time` (n,) [s] since the start of the file; `unit` is None where the file names none."""
+    """A channel at `time` (n,) [s] since the start of the file; `read` gives its values (n,), or raises UserError.
+
+    `unit` is None where the file names none. `doubt`: what the file does not tell of its values.
+    """
 
     name: str
     unit: str | None
     time: Samples
-    values: Samples
+    read: Callable[[], Samples]
+    doubt: str = ""
 
 
 def on_one_time(file: Path, start: datetime, channels: Sequence[Channel], import_map: ImportMap) -> Table:
@@ -43,6 +47,8 @@ def on_one_time(file: Path, start: datetime, channels: Sequence[Channel], import
     rows = rows[(rows >= first) & (rows <= last)]
     if slower := [f"{channel.name} ({_rate(channel.time):.4g} Hz)" for channel in named if not _same(channel.time, rows)]:
         logger.warning("%s: interpolated onto the fastest channel: %s", file, ", ".join(slower))
+    for doubt in (f"{channel.name}: {channel.doubt}" for channel in named if channel.doubt):
+        logger.warning("%s: %s", file, doubt)
     time = Column("time", "s", rows.copy, lambda: [start + timedelta(seconds=second) for second in rows.tolist()])
     columns = (Column(channel.name, channel.unit, partial(_at, file, channel, rows)) for channel in channels)
     return Table(file, (time, *columns))
@@ -71,13 +77,15 @@ def _same(time: Samples, rows: Samples) -> bool:
 def _at(file: Path, channel: Channel, rows: Samples) -> Samples:
     """The values at the times `rows` (n,): as they are, or linearly between two samples that no gap parts."""
     if np.array_equal(channel.time, rows):
-        return channel.values
+        return channel.read()
     steps = np.diff(channel.time)
-    if not len(steps) or not (steps > 0.0).all():
+    if not len(steps):
+        raise UserError(f"{file}: channel {channel.name!r} has {len(channel.time)} samples; a recording needs at least 2")
+    if not (steps > 0.0).all():
         raise UserError(f"{file}: channel {channel.name!r}: its time does not rise, so it cannot be read at other times")
     inside = (channel.time[1:] > rows[0]) & (channel.time[:-1] < rows[-1]) if len(rows) else np.zeros(len(steps), np.bool_)
     wide = np.flatnonzero((steps > GAP_FACTOR * np.median(steps)) & inside)
     if len(wide) and not _same(channel.time, rows):
         at, until = channel.time[wide[0]], channel.time[wide[0] + 1]
         raise UserError(f"{file}: channel {channel.name!r} has no samples from {at:g} to {until:g} s; cut the file at the gap")
-    return np.interp(rows, channel.time, channel.values)
+    return np.interp(rows, channel.time, channel.read())

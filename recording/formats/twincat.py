@@ -6,20 +6,21 @@ channels of the same sample time to their right; times are milliseconds since th
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivetwin.foundation.errors import UserError
 from drivetwin.recording.formats.channels import Channel, on_one_time
 from drivetwin.recording.formats.table_format import TableFormat
 from drivetwin.recording.formats.text import Decimal, Spelling, decoded, is_number, number
-from drivetwin.recording.import_map import ImportMap
+from drivetwin.recording.import_map import ISO, ImportMap
 from drivetwin.recording.recording import Samples
 from drivetwin.recording.table import Table
 from drivetwin.recording.units import canonical
@@ -33,11 +34,17 @@ HEAD = 4096
 END = "EOF"
 TICKS = 1e7
 """Of a Windows file time in a second; it counts from 1601."""
-FULL = 1e15
-"""Below every file time of this century, and above every number of milliseconds: times are written as one or the other."""
+FULL, LONGEST = 16, 18
+"""Digits, at least, of a time that is a file time and no number of milliseconds; and of a file time, at most."""
+SCALING = {"Offset": "0", "ScaleFactor": "1", "Unit ScaleFactor": "1", "Unit Offset": "0"}
+"""First cells of rows about how values are scaled, and what leaves them as they are."""
+SIGNS = ("\t", ";", ",", ":")
+"""What may separate cells."""
 ZERO = datetime(1601, 1, 1, tzinfo=UTC)
 
 Row = list[str]
+Index = NDArray[np.intp]
+DECIMALS: tuple[Decimal, ...] = (".", ",")
 
 
 class TwinCat(TableFormat):
@@ -48,12 +55,31 @@ class TwinCat(TableFormat):
 
     @classmethod
     def recognises(cls, file: Path) -> bool:
-        """By its first cell and the start of the export."""
-        with file.open("rb") as stream:
-            head = stream.read(HEAD).decode("utf-8", errors="replace").lstrip("\ufeff")
-        return head.startswith(NAME) and any(start in head for start in STARTS)
+        """By its first cell and the row of its start."""
+        try:
+            with file.open("rb") as stream:
+                raw = stream.read(HEAD)
+        except OSError:
+            return False
+        wide = raw.startswith((b"\xff\xfe", b"\xfe\xff"))
+        head = raw.decode("utf-16" if wide else "utf-8", errors="replace").removeprefix("\ufeff").splitlines()
+        return (
+            bool(head)
+            and head[0].startswith(tuple(NAME + sign for sign in SIGNS))
+            and any(line.startswith(tuple(start + sign for start in STARTS for sign in SIGNS)) for line in head)
+        )
 
     def table(self, file: Path, import_map: ImportMap) -> Table:
+        if set(import_map.csv.model_fields_set) - {"encoding"}:
+            raise UserError(
+                f"{import_map.path}: csv: {file.name} is an export of TwinCAT Scope, which tells its layout itself; "
+                "leave these keys out, or say `format: csv`"
+            )
+        if import_map.time is not None and import_map.time.unit not in (None, "s", ISO):
+            raise UserError(
+                f"{import_map.path}: time.unit: column `time` of an export of TwinCAT Scope is in s; leave the unit out, or "
+                f"say `{ISO}`"
+            )
         start, channels = read_twincat(file, import_map.csv.encoding)
         return on_one_time(file, start, channels, import_map)
 
@@ -69,72 +95,101 @@ def read_twincat(file: Path, encoding: str | None = None) -> tuple[datetime, lis
 
 @dataclass(frozen=True)
 class _Export:
-    """The cells of a file. `head`: rows about each channel; `body`: rows of numbers, from line `first` on, counted from 1."""
+    """The cells of a file. `head`: rows about each channel; `body`: rows of numbers, with their lines, counted from 1."""
 
     file: Path
     about: Sequence[Row]
     head: Sequence[Row]
-    body: Sequence[Row]
-    first: int
+    body: Sequence[tuple[int, Row]]
 
     @classmethod
     def of(cls, file: Path, encoding: str | None) -> _Export:
-        lines = decoded(file, encoding).splitlines()
+        lines = decoded(file, encoding).removeprefix("\ufeff").splitlines()
         delimiter = _delimiter(file, lines)
-        rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
-        names = [at for at, row in enumerate(rows) if row[:1] == [NAME]]
+        rows = [[cell.strip() for cell in line.split(delimiter)] for line in lines]
+        names = [at for at, row in enumerate(rows) if row[0] == NAME]
         if len(names) < 2:
             raise UserError(f"{file}: no row {NAME!r} that names the channels; export it again with its header")
-        first = next((at for at in range(names[1], len(rows)) if rows[at] and is_number(rows[at][0], Spelling("."))), len(rows))
-        last = next((at for at in range(first, len(rows)) if not any(rows[at]) or rows[at][0] == END), len(rows))
-        return cls(file, rows[: names[1]], [row for row in rows[names[1] : first] if any(row)], rows[first:last], first + 1)
+        first = next((at for at in range(names[1], len(rows)) if _is_number(rows[at][0])), len(rows))
+        last = next((at for at in range(first, len(rows)) if rows[at][0] == END), len(rows))
+        head = [row for row in rows[names[1] : first] if any(row)]
+        body = [(at + 1, rows[at]) for at in range(first, last) if any(rows[at])]
+        width = max(len(row) for row in head)
+        for line, row in body:
+            if any(row[width:]):
+                raise UserError(
+                    f"{file}: row {line} has {len(row)} cells, the header {width}; export it with another delimiter"
+                )
+        return cls(file, rows[: names[1]], head, body)
 
     def start(self) -> datetime:
         """When the export starts: its milliseconds count from there."""
-        told = next((row[1] for row in self.about if row[0:1] and row[0] in STARTS and len(row) > 1), "")
-        if not told.isdigit():
-            raise UserError(f"{self.file}: no row {STARTS[0]!r} with a file time; export it again with its header")
-        return ZERO + timedelta(microseconds=int(told) // 10)
+        return ZERO + timedelta(microseconds=self._ticks() // 10)
 
     def channels(self) -> list[Channel]:
         """Each with the times of the time column to its left."""
         width = max(len(row) for row in self.head)
         keys = [at for at in range(width) if all(_cell(row, at) == row[0] for row in self.head)]
-        names, units = self.head[0], next((row for row in self.head if row[0] == UNIT), [])
-        values = self._numbers(width)
+        names, units = self.head[0], self._row(UNIT)
+        spelling = Spelling(_decimal([row for _, row in self.body]))
+        times = {key: self._seconds(key, spelling) for key in keys}
         found = []
         for at in range(width):
             if at in keys or not _cell(names, at):
                 continue
-            time = self._seconds(values[:, max(key for key in keys if key < at)])
-            sampled = np.isfinite(time)
-            found.append(Channel(_cell(names, at), _unit(_cell(units, at)), time[sampled], values[sampled, at]))
+            time = times[max(key for key in keys if key < at)]
+            there = np.flatnonzero(np.isfinite(time))
+            doubt = self._doubt(at)
+            unit = None if doubt else _unit(_cell(units, at))
+            found.append(Channel(_cell(names, at), unit, time[there], partial(self._values, at, there, spelling), doubt))
         return found
 
-    def _numbers(self, width: int) -> Samples:
-        """The body (n, width), NaN for an empty cell: a channel that is slower ends sooner."""
-        spelling = Spelling(_decimal(self.body))
-        values = np.full((len(self.body), width), np.nan)
-        for at, row in enumerate(self.body):
-            for column, cell in enumerate(row[:width]):
-                value = number(cell, spelling)
-                if value is None:
-                    name = _cell(self.head[0], column)
-                    raise UserError(f"{self.file}: column {name!r} row {self.first + at}: {cell!r} is not a number; correct it")
-                values[at, column] = value
-        return values
+    def _row(self, key: str) -> Row:
+        return next((row for row in self.head if row[0] == key), [])
 
-    def _seconds(self, told: Samples) -> Samples:
-        """Since the start of the export [s]."""
-        if np.nanmax(told, initial=0.0) < FULL:
-            return told / 1000.0
-        return (told - (self.start() - ZERO) / timedelta(seconds=1) * TICKS) / TICKS
+    def _doubt(self, at: int) -> str:
+        """The file has the same header whether its values are scaled or not."""
+        told = {key: _cell(self._row(key), at) for key in SCALING}
+        scaled = {key: cell for key, cell in told.items() if cell not in ("", SCALING[key])}
+        if not scaled:
+            return ""
+        words = ", ".join(f"{key} {cell}" for key, cell in scaled.items())
+        return f"the export does not say whether its values are scaled already ({words}); check them, and give `unit`"
+
+    def _values(self, at: int, there: Index, spelling: Spelling) -> Samples:
+        """A column's numbers in some rows, NaN for an empty cell: a channel that is slower ends sooner."""
+        return np.array([self._number(line, row, at, spelling) for line, row in (self.body[k] for k in there)])
+
+    def _number(self, line: int, row: Row, at: int, spelling: Spelling) -> float:
+        value = number(_cell(row, at), spelling)
+        if value is None:
+            name = _cell(self.head[0], at)
+            raise UserError(f"{self.file}: column {name!r} row {line}: {_cell(row, at)!r} is not a number; correct it")
+        return value
+
+    def _seconds(self, at: int, spelling: Spelling) -> Samples:
+        """Of a time column, since the start of the export [s]; a file time is a whole number that no float holds."""
+        start = self._ticks()
+        return np.array(
+            [
+                (int(cell) - start) / TICKS
+                if len(cell := _cell(row, at)) >= FULL and cell.isdecimal()
+                else self._number(line, row, at, spelling) / 1000.0
+                for line, row in self.body
+            ]
+        )
+
+    def _ticks(self) -> int:
+        told = next((row[1] for row in self.about if row[0] in STARTS and len(row) > 1), "")
+        if not (told.isascii() and told.isdecimal() and len(told) <= LONGEST):
+            raise UserError(f"{self.file}: no row {STARTS[0]!r} with a file time; export it again with its header")
+        return int(told)
 
 
 def _delimiter(file: Path, lines: Sequence[str]) -> str:
     """What stands behind the first cell. Names may contain blanks, so these separate no cells."""
-    sign = lines[0].removeprefix("\ufeff")[len(NAME) :][:1] if lines else ""
-    if sign in ("\t", ";", ",", ":"):
+    sign = lines[0][len(NAME) :][:1] if lines else ""
+    if sign in SIGNS:
         return sign
     raise UserError(
         f"{file}: its cells are not separated by tab, semicolon, comma or colon, and names may contain blanks; export it again"
@@ -143,6 +198,10 @@ def _delimiter(file: Path, lines: Sequence[str]) -> str:
 
 def _cell(row: Row, at: int) -> str:
     return row[at] if at < len(row) else ""
+
+
+def _is_number(cell: str) -> bool:
+    return any(is_number(cell, Spelling(decimal)) for decimal in DECIMALS)
 
 
 def _decimal(body: Sequence[Row]) -> Decimal:

@@ -83,6 +83,29 @@ def test_a_temperature_that_does_not_rise_says_nothing(tmp_path: Path) -> None:
     assert starts(ready(tmp_path, training, validation)) == [0.0] * len(BEGAN)
 
 
+def test_clocks_that_differ_already_are_left_alone(tmp_path: Path) -> None:
+    training, validation = files()
+    apart = [replace(one, time=one.time + 100.0 * k) for k, one in enumerate(training)]
+    assert starts(ready(tmp_path, apart, validation)) == [0.0, 100.0, 200.0, 0.0]
+
+
+def test_a_clock_that_does_not_begin_at_zero_is_no_warming(tmp_path: Path) -> None:
+    training, validation = ([replace(one, time=one.time + 1000.0) for one in each] for each in files())
+    assert starts(ready(tmp_path, training, validation)) == pytest.approx(list(BEGAN.values()), abs=4.0)
+
+
+@pytest.mark.parametrize("ends", [ROOM, ROOM + 30.0])
+def test_a_machine_that_cools_says_nothing(ends: float, tmp_path: Path) -> None:
+    """One recording cools, as after a hard run."""
+
+    def cooling(one: Recording) -> Recording:
+        warm = ends + 11.0 * np.exp(-one.time / 40.0)
+        return replace(one, columns=one.columns | {"turn": one.columns["turn"] | {"temperature": warm}})
+
+    training, validation = files()
+    assert starts(ready(tmp_path, [cooling(training[0]), *training[1:]], validation)) == [0.0] * len(BEGAN)
+
+
 def test_the_drift_of_a_machine_whose_temperature_was_recorded_is_found(tmp_path: Path) -> None:
     training, validation = files()
     found = diagnose(written_model(tmp_path), training, validation, Settings(cutoff_hz=CUTOFF), lambda _stage, _share: None)
