@@ -50,8 +50,9 @@ def _threads_that_wait_little() -> Iterator[None]:
 def proposer_of(ready: Prepared, settings: Settings) -> Proposer:
     """What every effect that can be asked for on an axis is sought with; on one without a gap, only those of bodies."""
     rows, gaps = ready.rows, axes_with_gap(ready, gaps_of(ready, Patch(), settings))
-    whole = bench_of(rows, settings, ready.absolute)
-    part = whole if rows.part is rows else bench_of(rows.part, settings, ready.absolute)
+    without = frozenset(rows.axes) - gaps
+    whole = bench_of(rows, settings, ready.absolute, without)
+    part = whole if rows.part is rows else bench_of(rows.part, settings, ready.absolute, without)
     kinds = {
         axis: [kind for kind in each.kinds if not issubclass(kind, DriveEffect) and (axis in gaps or _is_felt(kind, gaps))]
         for axis, each in ready.testable.items()

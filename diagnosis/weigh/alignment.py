@@ -32,10 +32,11 @@ def aligned(state: State, beside: Sequence[Column] = (), axis: str | None = None
 
     `beside`: further free columns, whitened. A torque that comes early is not read later: that is a position that comes late,
     an effect of the library, beside which no torque is late. Nor is one read so that more is left: a wave that is not in the
-    set yet is no delay.
+    set yet is no delay. Nor that of an axis without a gap: friction that yields where it turns round looks late there, and the
+    torque of all other motion would then be early.
     """
     delayed = {one.axis for one in state.effects if isinstance(one.effect, Delay)}
-    asked = state.rows.axes if axis is None else (axis,)
+    asked = [one for one in (state.rows.axes if axis is None else (axis,)) if one not in state.bench.without_gap]
     late = {one: 0.0 if one in delayed else _best(state, one, beside) for one in asked}
     if all(each == state.late.get(one, 0.0) for one, each in late.items()):
         return state

@@ -112,6 +112,8 @@ class Bench:
     polynomials: Mapping[tuple[str, str], Polynomial]
     intervals: Array
     """Between rows, of each recording [s]."""
+    without_gap: frozenset[str] = frozenset()
+    """Axes on which nothing is to be explained: their torque is read as it was recorded."""
     _earlier: dict[tuple[str, float], Array] = field(init=False, repr=False, default_factory=dict)
     _felt: dict[Hashable, Felt] = field(init=False, repr=False, default_factory=dict)
     _beginnings: dict[tuple[str, type[AxisEffect]], Beginnings] = field(init=False, repr=False, default_factory=dict)
@@ -197,7 +199,7 @@ class Bench:
         return known.column(one.effect)
 
 
-def bench_of(rows: Rows, settings: Settings, absolute: Mapping[str, bool]) -> Bench:
+def bench_of(rows: Rows, settings: Settings, absolute: Mapping[str, bool], without_gap: frozenset[str] = frozenset()) -> Bench:
     """`absolute`: axes whose position means the same in all recordings."""
     kinds = [kind for kind in library().values() if issubclass(kind, ModelEffect)]
     told = {(axis, kind.name): polynomial(rows, axis, kind) for axis in rows.axes for kind in kinds}
@@ -212,6 +214,7 @@ def bench_of(rows: Rows, settings: Settings, absolute: Mapping[str, bool]) -> Be
         },
         {key: found for key, found in told.items() if found is not None},
         np.array([run.period * run.stride for run in rows.runs]),
+        without_gap,
     )
 
 
