@@ -9,7 +9,7 @@ from drivetwin.diagnosis.propose.placing import Name, alike, name_of
 from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.averaging import Answer, believed
 from drivetwin.diagnosis.weigh.needed import needed
-from drivetwin.diagnosis.weigh.off import EASED, corrected, heavier, is_off
+from drivetwin.diagnosis.weigh.off import EASED, corrected, heavier, instead_of_masses, is_off
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.refit import least_squares, left_on
@@ -45,7 +45,8 @@ def _once(
 ) -> tuple[State, list[Answer]]:
     """The set less what is doubtful, with nominal parameters that are off as effects, and less what a patch does not need."""
     state, off = corrected(believed(state, answers), proposer, given_up)
-    told = [*answers, *map(weigh, off)]
+    state, of_masses = instead_of_masses(state, proposer, given_up)
+    told = [*answers, *map(weigh, off), *of_masses]
     return needed(aligned(believed(state, told))), told
 
 

@@ -11,11 +11,12 @@ import numpy as np
 
 from drivetwin.diagnosis.propose.placing import Name, name_of
 from drivetwin.diagnosis.propose.search import Begun
+from drivetwin.diagnosis.weigh.averaging import PROBABLE, Answer, Weighed
 from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_kind
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State
-from drivetwin.diagnosis.weigh.yielding import settled_on
+from drivetwin.diagnosis.weigh.yielding import settled_on, tried_set
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.foundation.errors import UserError
@@ -62,6 +63,44 @@ def heavier(state: State) -> frozenset[int]:
     return frozenset(
         one.body for number, one in enumerate(state.bench.nominals) if one.body is not None and is_off(state, number)
     )
+
+
+def instead_of_masses(state: State, proposer: Proposer, given_up: Collection[Name] = ()) -> tuple[State, list[Answer]]:
+    """The set with what is more probable than a body of another mass, of which no effect of the library says that it is
+    lighter; and what else each could be.
+
+    A force that never changes costs nearly the same on a lift. `given_up`: effects that are not named.
+    """
+    state, answers = settled_on(state), []
+    for number, one in enumerate(state.bench.nominals):
+        if one.body is None or not is_off(state, number):
+            continue
+        answer = _instead_of_mass(state, number, proposer, given_up)
+        if answer.chosen is not None:
+            with suppress(UserError):
+                state = settled_on(state.of((*state.effects, answer.chosen)))
+        answers.append(answer)
+    return state, answers
+
+
+def _instead_of_mass(state: State, number: int, proposer: Proposer, given_up: Collection[Name]) -> Answer:
+    """Weighed by evidence: the body's mass free, or as the model has it beside an effect that takes as much."""
+    exact, axis = state.holding(number), state.bench.nominals[number].loaded_axis
+    least = state.bench.settings.substitutes * max(_explained_by(state, number).values())
+    found = [one for one in proposer.proposals(Pair(exact, exact), [axis], ()) if one.takes >= least]
+    sets = [(one, tried_set(exact, (*exact.effects, one.effect))) for one in found]
+    able = [(one, settled_on(each, axis=axis).reached + one.prior) for one, each in sets if each is not None]
+    best = max((score for _, score in able), default=-np.inf)
+    weights = np.exp(np.array([state.reached, *(score for _, score in able)]) - max(best, state.reached))
+    weights /= weights.sum()
+    members = [
+        Weighed(one, float(weight), score > best - CLEARLY) for (one, score), weight in zip(able, weights[1:], strict=True)
+    ]
+    alike_ones = [one for one in members if one.as_good and name_of(one.proposal.effect) not in given_up]
+    probability = sum(one.weight for one in alike_ones)
+    named = max(alike_ones, key=lambda one: one.proposal.effect.effect.name, default=None)
+    chosen = named.proposal.effect if named is not None and probability >= PROBABLE else None
+    return Answer(chosen, probability, chosen is not None, tuple(sorted(members, key=lambda one: -one.weight)))
 
 
 def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect, given_up: Collection[Name]) -> Family | None:

@@ -89,6 +89,39 @@ def test_friction_and_inertia_that_are_off_alike_by_little_are_one_motor_constan
     assert found.causes[0].parameters["error"].value == pytest.approx(0.017, abs=0.003)
 
 
+def of_a_force(folder: Path, lighter: float, noise: float) -> Diagnosis:
+    """What is said of a lift whose weight alone is less, by a force that costs what so much less mass does."""
+
+    def recorded(seed: int, name: str) -> Recording:
+        both = moved(seed, 12.0)
+        torque = lift_torque(both["lift"]) - lighter * CARRIAGE * GRAVITY
+        return recording({"lift": torque}, {axis: at.position for axis, at in both.items()}, seed, name, noise=noise)
+
+    (folder / "lift.xml").write_text(LIFT, encoding="utf-8")
+    fitted, held = recorded(1, "fitted"), recorded(2, "held")
+    return diagnose(folder / "lift.xml", [fitted], [held], Settings(), lambda _stage, _share: None)
+
+
+def test_a_force_is_no_lighter_carriage_where_its_inertia_says_so(tmp_path: Path) -> None:
+    found = of_a_force(tmp_path, 0.04, 3.0)
+    assert not found.masses
+    (force,) = found.selected
+    assert force.effect.name in ("torque_offset", "coulomb_asymmetry")
+    assert {"torque_offset", "coulomb_asymmetry"} == {force.effect.name, *found.causes[0].indistinguishable_from}
+    assert abs(getattr(force.effect, force.effect.parameters[0].name)) == pytest.approx(0.04 * CARRIAGE * GRAVITY, rel=0.02)
+
+
+def test_what_a_lighter_carriage_may_be_as_well_is_listed(tmp_path: Path) -> None:
+    """In more noise the two cost the same, and a data sheet errs by as much: the mass is corrected."""
+    found = of_a_force(tmp_path, 0.04, 40.0)
+    assert [one.body for one in found.masses] == ["carriage"]
+    assert not found.selected
+    listed = {one.effect: one for one in found.causes}
+    assert found.causes[0].effect in ("torque_offset", "coulomb_asymmetry")
+    assert listed["torque_offset"].share == pytest.approx(found.masses[0].share, abs=0.1)
+    assert 0.02 < listed["torque_offset"].probability < 0.5
+
+
 def test_a_carriage_that_is_lighter_is_no_motor_constant(tmp_path: Path) -> None:
     found = of_a_lift(tmp_path, 1.0, 0.11)
     (mass,) = found.masses
