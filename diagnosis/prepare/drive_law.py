@@ -122,9 +122,10 @@ def _missing(run: Run, axis: str) -> Missing:
 
 
 def _median_error(known: Sequence[tuple[Run, Asked]], axis: str, effects: Sequence[DriveEffect]) -> float:
-    """Of the given torque by the law and effects, as they are [N·m or N]."""
+    """Of the given torque by the law and effects, as they are [N·m or N], but for what the integral held in each recording."""
     errors = [run.smooth(asked.given - given_with(asked, effects, run.period))[run.axes[axis].used] for run, asked in known]
-    return float(np.median(np.abs(np.concatenate(errors))))
+    held = [float(np.median(error)) if len(error) else 0.0 for error in errors]
+    return float(np.median(np.abs(np.concatenate([error - each for error, each in zip(errors, held, strict=True)]))))
 
 
 def drive_candidates(known: Sequence[tuple[Run, Asked]]) -> list[DriveEffect]:

@@ -194,6 +194,13 @@ def test_a_drive_is_asked_where_its_law_gives_the_recorded_torque(tmp_path: Path
     assert not_testable(tmp_path, closed_loop(motor=limited(15.0))) == set()
 
 
+def test_what_an_integral_held_before_the_recording_is_not_asked_of_its_first_sample(tmp_path: Path) -> None:
+    """A spike in the first sample of the torque is nothing that the integral held, and no other law."""
+    moved = closed_loop()
+    moved.given[0] += 3.0
+    assert not_testable(tmp_path, moved) == set()
+
+
 def test_a_drive_that_is_built_otherwise_is_not_asked(tmp_path: Path) -> None:
     """Its loops are not those that the recording tells: half the gain, and no integral."""
     other = DRIVE.model_copy(update={"velocity_gain": 0.5 * GAIN, "integral_time": None})
