@@ -4,7 +4,7 @@ report."""
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
 from drivetwin.diagnosis.progress import Progress
-from drivetwin.diagnosis.propose.drives import drive_effects
+from drivetwin.diagnosis.propose.drives import DriveFound, drive_effects
 from drivetwin.diagnosis.propose.placing import in_order
 from drivetwin.diagnosis.report.build import build
 from drivetwin.diagnosis.report.gaps import axes_with_gap, gaps_of
@@ -28,6 +28,7 @@ from drivetwin.diagnosis.weigh.named import named
 from drivetwin.diagnosis.weigh.off import heavier
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.refit import refitted
+from drivetwin.diagnosis.weigh.state import State
 from drivetwin.emulator.effects import DriveEffect, Effect, ModelEffect
 from drivetwin.recording.recording import Recording
 
@@ -68,6 +69,13 @@ def _is_felt(kind: type[Effect], gaps: Collection[str]) -> bool:
     return bool(gaps) and issubclass(kind, ModelEffect)
 
 
+def _drives(ready: Prepared, state: State, axes: Iterable[str], settings: Settings) -> list[DriveFound]:
+    """Effects between the torque that the loops asked for and what was recorded, that read as early as the motion needed it."""
+    runs = ready.aligned(state.recorded_late(), {}).runs
+    asked = {axis: ready.testable[axis].kinds for axis in axes}
+    return [one for axis, kinds in asked.items() for one in drive_effects(runs, axis, kinds, settings.least_share)]
+
+
 @_threads_that_wait_little()
 def diagnose(
     model: Path,
@@ -96,10 +104,9 @@ def diagnose(
     answers = [weighed(family, unexplained, settings) for family in found.families]
     state, answers = preferred(found.state, answers)
     state, answers = named(state, answers, proposer, partial(weighed, unexplained=unexplained, settings=settings))
+    drives = _drives(ready, state, proposer.kinds, settings)
     ready = ready.aligned(state.lateness(), state.apart())
     answers.append(weighed(search.further(found, state), unexplained, settings))
-    asked = {axis: ready.testable[axis].kinds for axis in proposer.kinds}
-    drives = [one for axis, kinds in asked.items() for one in drive_effects(ready.runs, axis, kinds, settings.least_share)]
     progress("gap, shares, shrink", 0.9)
     values = refitted(state, heavier(state))
     ready = placed_by(ready, Patch(in_order(values.effects), values.heavier))

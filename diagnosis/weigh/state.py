@@ -76,6 +76,20 @@ class State:
             found[axis] = max(0.0, self.late[axis] - float(self.fit.coefficients[number]))
         return found
 
+    def recorded_late(self) -> dict[str, float]:
+        """The same [s] of every axis, of those too whose torque is read as recorded, where it is more than chance.
+
+        A motion that is slow leaves no more of the gap for it. What the drive's loops asked for shows every part of a
+        millisecond.
+        """
+        found = {}
+        for axis in self.rows.axes:
+            number, late = self.bench.timing(axis), self.late.get(axis, 0.0)
+            moved, deviation = self.fit.coefficients[number], np.sqrt(max(self.fit.covariance[number, number], 0.0))
+            if late > 0.0 or abs(moved) > self.bench.settings.off * deviation:
+                found[axis] = max(0.0, late - float(moved))
+        return found
+
     def apart(self) -> dict[str, float]:
         """By how much torque and position of a sample differ in time [s], of every axis whose torque is not read earlier."""
         told = [axis for axis in self.rows.axes if self.late.get(axis, 0.0) == 0.0]
@@ -431,4 +445,3 @@ def moved_by_fit(state: State, fit: Fit, share: float, axis: str | None = None) 
             values[movable.name] = float(np.clip(value + step, movable.low, movable.high))
         found.append(placed(state.rows, one.axis, replace(one.effect, **values)))
     return tuple(found)
-

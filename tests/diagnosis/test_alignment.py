@@ -1,17 +1,20 @@
-"""The torque of an axis without a gap is read as it was recorded: friction that yields where it turns round is no delay."""
+"""When the torque was recorded: what a set reads earlier, what it only knows, and where friction is no delay."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
-from rig_bench import COULOMB, PERIOD, Swing, as_modelled, moved, recording, written_model
+import pytest
+from rig_bench import COULOMB, PERIOD, Swing, as_modelled, compared, moved, recording, written_model
 
 from drivetwin.diagnosis.diagnose import proposer_of
 from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.moves import Search
+from drivetwin.diagnosis.weigh.state import state_of
 from drivetwin.recording.recording import Recording
 
 SECONDS = 20.0
@@ -61,3 +64,20 @@ def test_torque_without_a_gap_is_read_as_it_was_recorded(tmp_path: Path) -> None
     found = Search(proposer_of(ready, Settings()), lambda _stage, _share: None).run()
     assert not found.state.effects
     assert found.state.lateness() == {}
+
+
+def test_a_set_that_reads_torque_as_recorded_knows_how_late_it_is(tmp_path: Path) -> None:
+    """The torque of `turn` is a quarter of a sample late, that of `lift` is not: what its loops asked for is compared so.
+
+    A straight line holds for inertia. Where friction turns round, torque steps, and the line says less.
+    """
+    both = moved(1, SECONDS)
+    torques, late = as_modelled(both), 0.25 * PERIOD
+    torques["turn"] = np.interp(both["turn"].time - late, both["turn"].time, torques["turn"])
+    rows = compared(tmp_path, recording(torques, {axis: at.position for axis, at in both.items()}, noise=3.0))
+    bench = bench_of(rows, Settings(), dict.fromkeys(rows.axes, True))
+    state = state_of(bench, (), bench.white, {})
+    assert state.lateness() == {}
+    found = state.recorded_late()
+    assert 0.6 * late < found["turn"] < 1.1 * late
+    assert found.get("lift", 0.0) == pytest.approx(0.0, abs=0.1 * late)
