@@ -17,7 +17,7 @@ from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_k
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State
 from drivetwin.diagnosis.weigh.yielding import settled_on, tried_set
-from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.effects import ModelEffect, PlacedEffect
 from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.foundation.errors import UserError
 
@@ -84,10 +84,11 @@ def instead_of_masses(state: State, proposer: Proposer, given_up: Collection[Nam
 
 
 def _instead_of_mass(state: State, number: int, proposer: Proposer, given_up: Collection[Name]) -> Answer:
-    """Weighed by evidence: the body's mass free, or as the model has it beside an effect that takes as much."""
+    """Weighed by evidence: the body's mass free, or as the model has it beside an effect that takes as much; no other mass."""
     exact, axis = state.holding(number), state.bench.nominals[number].loaded_axis
     least = state.bench.settings.substitutes * max(_explained_by(state, number).values())
-    found = [one for one in proposer.proposals(Pair(exact, exact), [axis], ()) if one.takes >= least]
+    asked = proposer.proposals(Pair(exact, exact), [axis], ())
+    found = [one for one in asked if one.takes >= least and not isinstance(one.effect.effect, ModelEffect)]
     sets = [(one, tried_set(exact, (*exact.effects, one.effect))) for one in found]
     able = [(one, settled_on(each, axis=axis).reached + one.prior) for one, each in sets if each is not None]
     best = max((score for _, score in able), default=-np.inf)
