@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+from numba.core.errors import NumbaExperimentalFeatureWarning
+
+# A function that is handed to another one is such a feature. Who runs the first command of an installation would read of it.
+warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
