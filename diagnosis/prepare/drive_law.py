@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import exp, pi
 
 import numpy as np
@@ -38,6 +39,8 @@ OTHER_LAW: Missing = (
     "in `drive`, the law and the gains that the drive has",
 )
 
+FIRST = 0.2
+"""Of a recording [s], whose torque says what the integral held before it: a single sample is as good as its noise."""
 FEWEST = 20
 """Rows of a recording that are worth a comparison."""
 
@@ -64,7 +67,8 @@ def asked_of(run: Run, axis: str) -> Asked | None:
     given = run.axes[axis].motion.torque  # read earlier by what its channel is late: the rest is the current loop's
     if not np.isfinite(demand).all():
         return None
-    fast = _followed(
+    followed = partial(
+        _followed,
         demand,
         loops.velocity_feedforward * derivative(demand, run.period) + _or_zero(columns.get("velocity_offset"), len(demand)),
         _or_zero(columns.get("torque_offset"), len(demand)),
@@ -81,8 +85,10 @@ def asked_of(run: Run, axis: str) -> Asked | None:
                 run.period,
             ]
         ),
-        given,
     )
+    first = given[: max(1, round(FIRST / run.period))]
+    fast = followed(float(given[0]))
+    fast = followed(float(given[0] + np.median(first - fast[: len(first)])))
     return Asked(fast, lagged(fast, loops.current_time_constant, run.period), given)
 
 
@@ -107,9 +113,16 @@ def law_missing(runs: Sequence[Run], axis: str) -> Missing | None:
         return next(_missing(run, axis) for run, asked in told if asked is None)
     if not known:
         return NOT_RECORDED
-    size = float(np.sqrt(np.mean(np.concatenate([run.axes[axis].torque[run.axes[axis].used] for run, _ in known]) ** 2)))
     tried: list[tuple[DriveEffect, ...]] = [(), *((effect,) for effect in drive_candidates(known))]
-    return None if any(_median_error(known, axis, effects) <= LAW_HOLDS * size for effects in tried) else OTHER_LAW
+    return None if any(law_holds(known, axis, effects) for effects in tried) else OTHER_LAW
+
+
+def law_holds(known: Sequence[tuple[Run, Asked]], axis: str, effects: Sequence[DriveEffect]) -> bool:
+    """Whether the law and effects, as they are, give the recorded torque in the median sample."""
+    pairs = [(run, asked, run.axes[axis].used) for run, asked in known]
+    errors = [run.smooth(asked.given - given_with(asked, effects, run.period))[used] for run, asked, used in pairs]
+    torque = np.concatenate([run.axes[axis].torque[used] for run, _, used in pairs])
+    return float(np.median(np.abs(np.concatenate(errors)))) <= LAW_HOLDS * float(np.sqrt(np.mean(torque**2)))
 
 
 def _missing(run: Run, axis: str) -> Missing:
@@ -119,13 +132,6 @@ def _missing(run: Run, axis: str) -> Missing:
     if holes and drive is not None and _loops(drive) is not None:
         return f"`position_demand` is no number in {holes} rows of {run.recording.name}", "a number in every row"
     return NOT_RECORDED
-
-
-def _median_error(known: Sequence[tuple[Run, Asked]], axis: str, effects: Sequence[DriveEffect]) -> float:
-    """Of the given torque by the law and effects, as they are [N·m or N], but for what the integral held in each recording."""
-    errors = [run.smooth(asked.given - given_with(asked, effects, run.period))[run.axes[axis].used] for run, asked in known]
-    held = [float(np.median(error)) if len(error) else 0.0 for error in errors]
-    return float(np.median(np.abs(np.concatenate([error - each for error, each in zip(errors, held, strict=True)]))))
 
 
 def drive_candidates(known: Sequence[tuple[Run, Asked]]) -> list[DriveEffect]:
@@ -188,7 +194,7 @@ def _or_zero(samples: Array | None, count: int) -> Array:
 
 
 @compiled
-def _followed(demand, speed, offset, measured_speed, share, position, loops, given):  # type: ignore[no-untyped-def]
+def _followed(demand, speed, offset, measured_speed, share, position, loops, before):  # type: ignore[no-untyped-def]
     position_gain, velocity_gain, rate, stiffness, position_integral, limit, period = loops
     asked = np.empty(len(demand))
     velocity = 0.0
@@ -199,7 +205,7 @@ def _followed(demand, speed, offset, measured_speed, share, position, loops, giv
         error = position_gain * following_error + speed[k] - velocity
         direct = velocity_gain * error + stiffness * following_error + offset[k]
         if k == 0:
-            integral = given[0] - direct
+            integral = before - direct
         wanted = direct + integral
         if -limit < wanted < limit:
             integral += (velocity_gain * rate * error + position_integral * following_error) * period

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from drivetwin.diagnosis.prepare.drive_law import Asked, asked_of, drive_candidates, left_by
+from drivetwin.diagnosis.prepare.drive_law import Asked, asked_of, drive_candidates, law_holds, left_by
 from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.emulator.effects import DriveEffect, Effect
 from drivetwin.emulator.effects.current_bandwidth import CurrentBandwidth
@@ -39,7 +39,8 @@ class DriveFound:
 def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]], least_share: float) -> list[DriveFound]:
     """The best effect on an axis whose law holds, and after it the best of the others beside those that were found.
 
-    `least_share`: of what the law alone leaves, that an effect must take.
+    `least_share`: of what the law alone leaves, that an effect must take. With it the law has to give the recorded torque: at
+    one speed, a limit far below the torque would do else.
     """
     known = [(run, asked) for run in runs if (asked := asked_of(run, axis)) is not None and run.axes[axis].used.any()]
     tried = [effect for effect in (drive_candidates(known) if known else []) if type(effect) in kinds and not _usual(effect)]
@@ -53,9 +54,10 @@ def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]],
         left = _left(known, axis, (*beside, best))[0]
         if without - left < least_share * whole:
             break
-        found.append(DriveFound(axis, best, without, left, count))
-        without = left
         tried = [effect for effect in tried if type(effect) is not type(best)]
+        if law_holds(known, axis, (*beside, best)):
+            found.append(DriveFound(axis, best, without, left, count))
+            without = left
     return found
 
 

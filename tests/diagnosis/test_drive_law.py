@@ -127,11 +127,10 @@ def test_a_torque_limit_of_the_drive_is_part_of_what_it_asks(tmp_path: Path) -> 
 
 def test_offsets_sent_are_part_of_what_is_asked(tmp_path: Path) -> None:
     plain = recorded(closed_loop())
-    sent = np.sin(plain.time)
-    plain.columns["turn"]["torque_offset"] = sent
-    ahead = asked_of(compared(tmp_path, plain).runs[0], "turn")
-    del plain.columns["turn"]["torque_offset"]
+    sent, torque = np.sin(plain.time), plain.columns["turn"]["torque"]
     without = asked_of(compared(tmp_path, plain).runs[0], "turn")
+    plain.columns["turn"] |= {"torque_offset": sent, "torque": torque + sent}
+    ahead = asked_of(compared(tmp_path, plain).runs[0], "turn")
     assert ahead is not None
     assert without is not None
     np.testing.assert_allclose(ahead.fast - without.fast, sent, atol=1e-9)
@@ -199,6 +198,20 @@ def test_what_an_integral_held_before_the_recording_is_not_asked_of_its_first_sa
     moved = closed_loop()
     moved.given[0] += 3.0
     assert not_testable(tmp_path, moved) == set()
+
+
+def test_no_limit_is_found_far_below_the_torque(tmp_path: Path) -> None:
+    """At one speed in each recording, one way: what varies passes for late, and the level for what the integral held."""
+    rng = np.random.default_rng(3)
+    runs = []
+    for number, speed in enumerate((0.1, 0.2, 0.35, 0.5)):
+        time = np.arange(2000) * PERIOD
+        position = np.asarray(speed * time)
+        level = COULOMB["turn"] * 6.0 + VISCOUS["turn"] * speed
+        torque = level + 0.02 * rng.standard_normal(len(time))
+        moved = Moved(torque, torque, position, position + (4.0 - 8.0 * np.exp(-time / 0.3)) / STIFF)
+        runs.append(replace(recorded(moved), name=f"pass {number}"))
+    assert not drive_effects(compared(tmp_path, *runs).runs, "turn", (TorqueSaturation, CurrentBandwidth), 0.01)
 
 
 def test_a_drive_that_is_built_otherwise_is_not_asked(tmp_path: Path) -> None:
