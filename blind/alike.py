@@ -18,12 +18,12 @@ from threadpoolctl import threadpool_limits
 from drivetwin.blind.case import Case, Cause
 from drivetwin.blind.claims import Claim
 from drivetwin.blind.told import Told, read_told
+from drivetwin.diagnosis.diagnose import proposer_of
 from drivetwin.diagnosis.prepare.inputs import read_inputs
 from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
 from drivetwin.diagnosis.propose.placing import in_order, placed
 from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.refit import refitted
 from drivetwin.diagnosis.weigh.state import State, state_of
@@ -137,7 +137,7 @@ def _fitted(
     ready: Prepared, rest: Sequence[PlacedEffect], truth: Cause, kind: type[Effect], settings: Settings
 ) -> State | None:
     """The other effects with the true one: from its true parameters, and where it yields also from the library's own starts."""
-    bench = bench_of(ready.rows, settings, ready.absolute)
+    bench = proposer_of(ready, settings).bench
     begun = []
     if (start := _true(truth, kind)) is not None:
         whole = state_of(bench, [*rest, placed(ready.rows, truth.axis, start)], bench.white, {})

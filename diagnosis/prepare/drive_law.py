@@ -7,7 +7,7 @@ asked tells of the drive alone. The cascade is that of CiA 402-2 with a PI veloc
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import exp, pi
@@ -40,7 +40,7 @@ OTHER_LAW: Missing = (
 )
 
 FIRST = 0.2
-"""Of a recording [s], whose torque says what the integral held before it: a single sample is as good as its noise."""
+"""Of a recording [s], whose torque says what the integral held before it: one sample carries its full noise."""
 FEWEST = 20
 """Rows of a recording that are worth a comparison."""
 
@@ -86,10 +86,17 @@ def asked_of(run: Run, axis: str) -> Asked | None:
             ]
         ),
     )
-    first = given[: max(1, round(FIRST / run.period))]
-    fast = followed(float(given[0]))
-    fast = followed(float(given[0] + np.median(first - fast[: len(first)])))
+    fast = _from_its_start(followed, given, max(1, round(FIRST / run.period)))
     return Asked(fast, lagged(fast, loops.current_time_constant, run.period), given)
+
+
+def _from_its_start(followed: Callable[[float], Array], given: Array, first: int) -> Array:
+    """Torque asked (n,), of what the integral may have held the one that is nearer to the torque given: what the first sample
+    says, or the median of the `first` ones, in which a motor at its limit gives less.
+    """
+    one = followed(float(given[0]))
+    several = followed(float(one[0] + np.median(given[:first] - one[:first])))
+    return min(one, several, key=lambda asked: float(np.median(np.abs(given - asked))))
 
 
 def _loops(drive: DriveLoops) -> Loops | None:

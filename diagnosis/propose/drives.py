@@ -39,25 +39,28 @@ class DriveFound:
 def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]], least_share: float) -> list[DriveFound]:
     """The best effect on an axis whose law holds, and after it the best of the others beside those that were found.
 
-    `least_share`: of what the law alone leaves, that an effect must take. With it the law has to give the recorded torque: at
-    one speed, a limit far below the torque would do else.
+    `least_share`: of what the law alone leaves, that an effect must take. With it the law has to give the recorded torque:
+    otherwise, at one constant speed, a limit far below the torque would fit as well. One that does not is asked again beside
+    the next: a limit behind a slow current loop.
     """
     known = [(run, asked) for run in runs if (asked := asked_of(run, axis)) is not None and run.axes[axis].used.any()]
     tried = [effect for effect in (drive_candidates(known) if known else []) if type(effect) in kinds and not _usual(effect)]
     found: list[DriveFound] = []
     whole, count = min(_left(known, axis, usual) for usual in _as_commissioned()) if tried else (0.0, 0)
-    without = whole
-    while tried:
+    without, refused = whole, list[DriveEffect]()
+    while open_ones := [effect for effect in tried if all(effect is not one for one in refused)]:
         beside = tuple(one.effect for one in found)
-        best = min(tried, key=lambda effect: _left(known, axis, (*beside, effect))[0])
-        best = _moved(known, axis, best, beside)
+        begun = min(open_ones, key=lambda effect: _left(known, axis, (*beside, effect))[0])
+        best = _moved(known, axis, begun, beside)
         left = _left(known, axis, (*beside, best))[0]
         if without - left < least_share * whole:
             break
+        if not law_holds(known, axis, (*beside, best)):
+            refused.append(begun)
+            continue
+        found.append(DriveFound(axis, best, without, left, count))
+        without, refused = left, []
         tried = [effect for effect in tried if type(effect) is not type(best)]
-        if law_holds(known, axis, (*beside, best)):
-            found.append(DriveFound(axis, best, without, left, count))
-            without = left
     return found
 
 

@@ -67,8 +67,7 @@ def build(
     settings: Settings,
     tables: bool = False,
 ) -> Diagnosis:
-    """The report's values; left out are effects that make motion that was not fitted worse, or act where there is no gap, and
-    those of a drive that take none of one.
+    """The report's values; effects that make motion that was not fitted worse, or act where there is no gap, are left out.
 
     `tables`: what has no name is tabled as well.
     """
@@ -84,8 +83,7 @@ def build(
     felt = [
         one
         for one in gaps.patch.effects
-        if (one.axis in open_axes and not isinstance(one.effect, DriveEffect))
-        or any(parts[axis].share_of(one) >= settings.least_share for axis in open_axes)
+        if one.axis in open_axes or any(parts[axis].share_of(one) >= settings.least_share for axis in open_axes)
     ]
     kept = Patch(tuple(felt), gaps.patch.heavier if open_axes else None)
     if kept != gaps.patch:

@@ -11,14 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.rows import Column
-from drivetwin.diagnosis.weigh.state import State
+from drivetwin.diagnosis.weigh.state import LATEST, State
 from drivetwin.emulator.effects.delay import Delay
 
 Array = NDArray[np.float64]
 
-LATEST = 0.03
-"""By which a torque is recorded at most after its motion [s]: filters and buses of drives, a low-pass of 5 Hz. No more than
-what is left out at the ends of a recording at 48 Hz."""
 FIRST, LEAST = 1e-3, 6e-5
 """Steps [s] with which the best moment is sought: the first, and the one below which the straight line holds."""
 GAIN = 0.5

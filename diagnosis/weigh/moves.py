@@ -126,13 +126,14 @@ class Search:
         of other axes what gains as much beside them as it does alone.
 
         Of two causes on an axis that overlap, one alone takes what is the other's, and is bent by it for good. The axis with
-        the best of all proposals comes first: two that together gain more may imitate it from an axis that only feels it.
+        the best single proposal comes first: two that together gain more may imitate it from an axis that only feels it.
         """
         able = [one for one in proposals if one.score > 0.0 and one.takes >= state.bench.least(one.effect)]
-        by_axis = [self._best_of_axis([one for one in able if one.effect.axis == axis], state) for axis in self.proposer.kinds]
+        by_axis = [[one for one in able if one.effect.axis == axis] for axis in self.proposer.kinds]
+        by_axis = sorted((each for each in by_axis if each), key=lambda each: -max(one.score for one in each))
         found: list[Proposal] = []
         gained = 0.0
-        for score, own in sorted((one for one in by_axis if one[1]), key=lambda one: -max(each.score for each in one[1])):
+        for score, own in (self._best_of_axis(each, state) for each in by_axis):
             beside = self._of_all(state, [*found, *own]) if found else score
             if beside - gained >= score - CLEARLY:
                 found, gained = [*found, *own], beside

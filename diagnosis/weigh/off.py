@@ -11,7 +11,7 @@ import numpy as np
 
 from drivetwin.diagnosis.propose.placing import Name, name_of
 from drivetwin.diagnosis.propose.search import Begun
-from drivetwin.diagnosis.weigh.averaging import PROBABLE, Answer, Weighed
+from drivetwin.diagnosis.weigh.averaging import CONSIDERED, PROBABLE, Answer, Weighed
 from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_kind
 from drivetwin.diagnosis.weigh.proposer import Proposer
@@ -66,10 +66,10 @@ def heavier(state: State) -> frozenset[int]:
 
 
 def instead_of_masses(state: State, proposer: Proposer, given_up: Collection[Name] = ()) -> tuple[State, list[Answer]]:
-    """The set with what is more probable than a body of another mass, of which no effect of the library says that it is
-    lighter; and what else each could be.
+    """The set with an effect in the place of each body of another mass where that is more probable; and what else each may be.
 
-    A force that never changes costs nearly the same on a lift. `given_up`: effects that are not named.
+    No effect of the library makes a body lighter. A force that never changes costs nearly the same on a lift. `given_up`:
+    effects that are not named.
     """
     state, answers = settled_on(state), []
     for number, one in enumerate(state.bench.nominals):
@@ -77,19 +77,24 @@ def instead_of_masses(state: State, proposer: Proposer, given_up: Collection[Nam
             continue
         answer = _instead_of_mass(state, number, proposer, given_up)
         if answer.chosen is not None:
-            with suppress(UserError):
-                state = settled_on(state.of((*state.effects, answer.chosen)))
+            ahead = tried_set(state, (*state.effects, answer.chosen))
+            ahead = settled_on(ahead) if ahead is not None else state
+            if is_off(ahead, number) or ahead is state:
+                answer = replace(answer, chosen=None, predicts=False)
+            else:
+                state = ahead
         answers.append(answer)
     return state, answers
 
 
 def _instead_of_mass(state: State, number: int, proposer: Proposer, given_up: Collection[Name]) -> Answer:
-    """Weighed by evidence: the body's mass free, or as the model has it beside an effect that takes as much; no other mass."""
+    """Weighed by evidence: the body's mass free, or as modelled beside an effect, no other mass, that takes half as much."""
     exact, axis = state.holding(number), state.bench.nominals[number].loaded_axis
     least = state.bench.settings.substitutes * max(_explained_by(state, number).values())
     asked = proposer.proposals(Pair(exact, exact), [axis], ())
     found = [one for one in asked if one.takes >= least and not isinstance(one.effect.effect, ModelEffect)]
-    sets = [(one, tried_set(exact, (*exact.effects, one.effect))) for one in found]
+    likeliest = sorted(found, key=lambda one: -one.score)[:CONSIDERED]
+    sets = [(one, tried_set(exact, (*exact.effects, one.effect))) for one in likeliest]
     able = [(one, settled_on(each, axis=axis).reached + one.prior) for one, each in sets if each is not None]
     best = max((score for _, score in able), default=-np.inf)
     weights = np.exp(np.array([state.reached, *(score for _, score in able)]) - max(best, state.reached))
@@ -99,7 +104,7 @@ def _instead_of_mass(state: State, number: int, proposer: Proposer, given_up: Co
     ]
     alike_ones = [one for one in members if one.as_good and name_of(one.proposal.effect) not in given_up]
     probability = sum(one.weight for one in alike_ones)
-    named = max(alike_ones, key=lambda one: one.proposal.effect.effect.name, default=None)
+    named = max(alike_ones, key=lambda one: (round(one.weight, 6), one.proposal.effect.effect.name), default=None)
     chosen = named.proposal.effect if named is not None and probability >= PROBABLE else None
     return Answer(chosen, probability, chosen is not None, tuple(sorted(members, key=lambda one: -one.weight)))
 

@@ -32,6 +32,9 @@ FARTHEST = 1.0
 """Steps that matter to a parameter, by which it is moved at most at once: a linear fit holds near by."""
 NEARBY = 1.0 / FARTHEST**2
 """Of a tangent, the inverse square of the same: what only a parameter farther away explains is no evidence for this one."""
+LATEST = 0.03
+"""By which a torque is recorded at most after its motion [s]: filters and buses of drives, a low-pass of 5 Hz. No more than
+what is left out at the ends of a recording at 48 Hz."""
 NEAR = 0.02
 """Of its deviation, by which a parameter may miss the best one: the evidence feels the square of it."""
 REMEMBERED = 3
@@ -87,7 +90,7 @@ class State:
             number, late = self.bench.timing(axis), self.late.get(axis, 0.0)
             moved, deviation = self.fit.coefficients[number], np.sqrt(max(self.fit.covariance[number, number], 0.0))
             if late > 0.0 or abs(moved) > self.bench.settings.off * deviation:
-                found[axis] = max(0.0, late - float(moved))
+                found[axis] = min(max(0.0, late - float(moved)), LATEST)
         return found
 
     def apart(self) -> dict[str, float]:

@@ -200,6 +200,25 @@ def test_what_an_integral_held_before_the_recording_is_not_asked_of_its_first_sa
     assert not_testable(tmp_path, moved) == set()
 
 
+def begun_at_once(limit: float, lag: float = LAG) -> Moved:
+    """A recording that begins at rest, in full acceleration: the motor is at its limit before anything else."""
+    moved = closed_loop(lag=lag, motor=limited(limit))
+    first = int(np.argmax(np.abs(moved.given) >= 0.999 * limit))
+    return Moved(moved.asked[first:], moved.given[first:], moved.position[first:], moved.demand[first:])
+
+
+@pytest.mark.parametrize("limit", [10.0, 12.0])
+def test_a_recording_that_begins_at_the_limit_of_the_motor_shows_it(limit: float, tmp_path: Path) -> None:
+    found = found_in(rows_of(tmp_path, begun_at_once(limit)))
+    assert getattr(found["torque_saturation"].effect, "limit", 0.0) == pytest.approx(limit, rel=0.05)
+
+
+def test_a_limit_behind_a_slow_current_loop_is_found_beside_it(tmp_path: Path) -> None:
+    found = found_in(rows_of(tmp_path, closed_loop(lag=1.0 / (2.0 * pi * 25.0), motor=limited(15.0))))
+    assert getattr(found["torque_saturation"].effect, "limit", 0.0) == pytest.approx(15.0, rel=0.05)
+    assert getattr(found["current_bandwidth"].effect, "bandwidth", 0.0) == pytest.approx(25.0, rel=0.15)
+
+
 def test_no_limit_is_found_far_below_the_torque(tmp_path: Path) -> None:
     """At one speed in each recording, one way: what varies passes for late, and the level for what the integral held."""
     rng = np.random.default_rng(3)
