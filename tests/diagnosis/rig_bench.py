@@ -53,23 +53,36 @@ Torques = Mapping[str, Callable[[Swing], Array]]
 """What some of the axes cost more than modelled."""
 
 
+Stroke = Callable[[int, float], tuple[float, float]]
+"""From the number of a stroke and where it begins to where it ends, and how long it lasts [s]."""
+
+
 @cache
 def swing(seed: int, seconds: float, travel: float, most: float) -> Swing:
-    """Strokes there and back, each a polynomial of fifth degree; one of six has a tenth of the acceleration of the others."""
+    """Strokes there and back; one of six has a tenth of the acceleration of the others."""
     rng = np.random.default_rng(seed)
+
+    def stroke(number: int, here: float) -> tuple[float, float]:
+        there = -np.sign(here or 1.0) * travel * rng.uniform(0.6, 1.0)
+        peak = most * rng.uniform(0.7, 1.0) * (0.1 if number % 6 == 5 else 1.0)
+        return there, float(np.sqrt(5.77 * abs(there - here) / peak))
+
+    return stroked(seconds, stroke)
+
+
+def stroked(seconds: float, stroke: Stroke) -> Swing:
+    """Strokes one after the other, each a polynomial of fifth degree from rest to rest."""
     time = np.arange(round(seconds / PERIOD), dtype=np.float64) * PERIOD
     position, velocity, acceleration = np.zeros((3, len(time)))
-    stroke, begin, here = 0, 0.0, 0.0
+    number, begin, here = 0, 0.0, 0.0
     while begin < seconds:
-        there = -np.sign(here or 1.0) * travel * rng.uniform(0.6, 1.0)
-        peak = most * rng.uniform(0.7, 1.0) * (0.1 if stroke % 6 == 5 else 1.0)
-        lasts = np.sqrt(5.77 * abs(there - here) / peak)
+        there, lasts = stroke(number, here)
         part = (time >= begin) & (time < begin + lasts)
         s, way = (time[part] - begin) / lasts, there - here
         position[part] = here + way * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
         velocity[part] = way / lasts * 30.0 * s**2 * (1.0 - s) ** 2
         acceleration[part] = way / lasts**2 * 60.0 * s * (1.0 - 3.0 * s + 2.0 * s**2)
-        stroke, begin, here = stroke + 1, begin + lasts, there
+        number, begin, here = number + 1, begin + lasts, there
     return Swing(time, position, velocity, acceleration)
 
 

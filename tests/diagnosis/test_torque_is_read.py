@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig_bench import COULOMB, PERIOD, Swing, as_modelled, compared, moved, recording, written_model
+from rig_bench import COULOMB, PERIOD, Swing, as_modelled, compared, moved, recording, stroked, written_model
 
 from drivetwin.diagnosis.diagnose import proposer_of
 from drivetwin.diagnosis.prepare.prepared import prepared
@@ -23,22 +23,15 @@ YIELDS = 4e-4
 
 
 def small_and_large_strokes(seed: int) -> Swing:
-    """Three small strokes for each large one, a polynomial of fifth degree each: most of the motion is near a reversal."""
+    """Three small strokes for each large one: most of the motion is near a reversal."""
     rng = np.random.default_rng(seed)
-    time = np.arange(round(SECONDS / PERIOD), dtype=np.float64) * PERIOD
-    position, velocity, acceleration = np.zeros((3, len(time)))
-    stroke, begin, here = 0, 0.0, 0.0
-    while begin < SECONDS:
-        large = stroke % 4 == 3
+
+    def stroke(number: int, here: float) -> tuple[float, float]:
+        large = number % 4 == 3
         there = -np.sign(here or 1.0) * (rng.uniform(0.5, 0.8) if large else rng.uniform(0.02, 0.05))
-        lasts, way = 1.0 if large else rng.uniform(0.4, 0.6), there - here
-        part = (time >= begin) & (time < begin + lasts)
-        s = (time[part] - begin) / lasts
-        position[part] = here + way * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
-        velocity[part] = way / lasts * 30.0 * s**2 * (1.0 - s) ** 2
-        acceleration[part] = way / lasts**2 * 60.0 * s * (1.0 - 3.0 * s + 2.0 * s**2)
-        stroke, begin, here = stroke + 1, begin + lasts, there
-    return Swing(time, position, velocity, acceleration)
+        return there, 1.0 if large else rng.uniform(0.4, 0.6)
+
+    return stroked(SECONDS, stroke)
 
 
 def yielding(at: Swing) -> Array:
