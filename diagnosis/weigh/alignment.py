@@ -5,7 +5,7 @@ What the timing parameter of an axis says of it is a straight line, which a dela
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,13 +45,18 @@ def aligned(state: State, beside: Sequence[Column] = (), axis: str | None = None
 
 def _best(state: State, axis: str, beside: Sequence[Column]) -> float:
     now = state.late.get(axis, 0.0)
-    before, best = state.bench.target(axis, now), now
-    gained = _evidence(state, axis, beside, before, now)
+    before = state.bench.target(axis, now)
+    return best_moment(lambda late: _evidence(state, axis, beside, before, late), now, GAIN)
+
+
+def best_moment(worth: Callable[[float], float], now: float, gain: float) -> float:
+    """How late [s] a torque is best read, sought from `now` in steps that each must bring so much."""
+    best, gained = now, worth(now)
     step = FIRST
     while step >= LEAST:
         tried = [each for each in (0.0, best - step, best + step) if 0.0 <= each <= LATEST]
-        found = max(((_evidence(state, axis, beside, before, each), each) for each in tried), default=(gained, best))
-        if found[0] > gained + GAIN:
+        found = max(((worth(each), each) for each in tried), default=(gained, best))
+        if found[0] > gained + gain:
             gained, best = found
         else:
             step /= 4.0

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.solve import Fit, inverse_of
 from drivetwin.diagnosis.propose.placing import alike
+from drivetwin.diagnosis.weigh.alignment import LEAST, best_moment
 from drivetwin.diagnosis.weigh.state import State, moved_by_fit
 from drivetwin.diagnosis.weigh.yielding import DAMPINGS
 from drivetwin.emulator.effects import PlacedEffect
@@ -30,6 +31,8 @@ STEPS = 3
 """Gauss-Newton steps at most."""
 GAIN = 1e-5
 """Share of the gaps that a step must close."""
+MOMENTS = 3
+"""Times that the moment of each torque and the effects are fitted in turn."""
 NOTHING = 1e-6
 """Information on a step that matters to a parameter, below which nothing tells it: the place of a load on a slide, say."""
 
@@ -48,12 +51,14 @@ class Refitted:
     deviations: Sequence[dict[str, float]]
     heavier: Mapping[int, float]
     spread: Mapping[int, float]
+    late: Mapping[str, float]
+    """By how much the torque of each axis was recorded late [s], of those whose torque is read earlier."""
 
 
 def refitted(state: State, bodies: Collection[int]) -> Refitted:
     """A few Gauss-Newton steps from the set's values: what the energy does not tell stays near. `bodies`: of free mass."""
     likeliest, weighed = state.effects, state.fit.coefficients
-    state = least_squares(state, bodies)
+    state = _read_anew(least_squares(state, bodies), bodies)
     values = _standing(state, bodies).coefficients
     heavier = {
         one.body: float(values[k]) for k, one in enumerate(state.bench.nominals) if one.body is not None and one.body in bodies
@@ -68,7 +73,8 @@ def refitted(state: State, bodies: Collection[int]) -> Refitted:
         for k, one in enumerate(state.bench.nominals)
         if one.body is not None and one.body in heavier
     }
-    return Refitted(state, state.effects, deviations, heavier, {body: of_body[body] for body in heavier})
+    late = {axis: each for axis, each in state.late.items() if each > 0.0}
+    return Refitted(state, state.effects, deviations, heavier, {body: of_body[body] for body in heavier}, late)
 
 
 def least_squares(state: State, bodies: Collection[int], steps: int = STEPS, axis: str | None = None) -> State:
@@ -78,6 +84,29 @@ def least_squares(state: State, bodies: Collection[int], steps: int = STEPS, axi
         if state is before:
             break
     return state
+
+
+def _read_anew(state: State, bodies: Collection[int]) -> State:
+    """The set with each torque that is read earlier read when least is left, and the effects fitted to that, in turn.
+
+    Likelihood hears the fast part of the motion most. Where a recording is not as late throughout, that has another moment.
+    """
+    for _ in range(MOMENTS):
+        late = {axis: _moment(state, bodies, axis) for axis, each in state.late.items() if each > 0.0}
+        if all(abs(each - state.late[axis]) < LEAST for axis, each in late.items()):
+            break
+        state = least_squares(state.read({**state.late, **late}), bodies)
+    return state
+
+
+def _moment(state: State, bodies: Collection[int], axis: str) -> float:
+    """How late the torque of an axis is read [s] when the set leaves least of its gap."""
+    held = _held(state, bodies) | {state.bench.timing(axis)}
+
+    def explained(late: float) -> float:
+        return -sum(state.read({**state.late, axis: late}).energy_still(held).values())
+
+    return best_moment(explained, state.late[axis], GAIN)
 
 
 def left_by(state: State, bodies: Collection[int]) -> float:

@@ -71,16 +71,9 @@ class State:
         """The same set, one nominal parameter as the model has it."""
         return state_of(self.bench, self.effects, self.axes, self.late, self.exact | {number})
 
-    def lateness(self) -> dict[str, float]:
-        """By how much the torque of each axis was recorded late [s], of those whose torque is read earlier."""
-        found = {}
-        for axis in (axis for axis, late in self.late.items() if late > 0.0):
-            number = self.bench.timing(axis)
-            found[axis] = max(0.0, self.late[axis] - float(self.fit.coefficients[number]))
-        return found
-
     def recorded_late(self) -> dict[str, float]:
-        """The same [s] of every axis, of those too whose torque is read as recorded, where it is more than chance.
+        """By how much the torque of each axis was recorded late [s], of those too whose torque is read as recorded, where it is
+        more than chance.
 
         A motion that is slow leaves no more of the gap for it. What the drive's loops asked for shows every part of a
         millisecond.
