@@ -184,17 +184,29 @@ def vary_friction(  # type: ignore[no-untyped-def]
 @in_place
 def bristles_torque(law, anchors, level, q, v):  # type: ignore[no-untyped-def]
     """Maxwell slip: springs of equal stiffness, the i-th of which slips when stretched by i shares; all slip at `level`."""
-    share = 2.0 * level / (law.presliding_stiffness * (BRISTLES + 1))
+    stiffness, damping = law.presliding_stiffness / BRISTLES, law.presliding_damping / BRISTLES
+    return stretched(anchors, slip_share(law, level), stiffness, damping, q, v)
+
+
+@in_place
+def slip_share(law, level):  # type: ignore[no-untyped-def]
+    """By how much more each of the bristles is stretched than the one before when it slips."""
+    return 2.0 * level / (law.presliding_stiffness * (BRISTLES + 1))
+
+
+@in_place
+def stretched(anchors, share, stiffness, damping, q, v):  # type: ignore[no-untyped-def]
+    """Torque of bristles at a position and speed, of which each has a `stiffness` and a `damping`; the anchors are dragged."""
     torque = 0.0
     for i in range(BRISTLES):
         slips_at = (i + 1) * share
         stretch = q - anchors[i]
         if abs(stretch) < slips_at:
-            torque += law.presliding_damping / BRISTLES * v
+            torque += damping * v
         else:
             stretch = slips_at if stretch > 0.0 else -slips_at
             anchors[i] = q - stretch
-        torque += law.presliding_stiffness / BRISTLES * stretch
+        torque += stiffness * stretch
     return torque
 
 

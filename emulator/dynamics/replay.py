@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.axis import AxisDynamics
-from drivetwin.emulator.dynamics.friction import BRISTLES, bristles_torque, level_at
+from drivetwin.emulator.dynamics.friction import BRISTLES, level_at, slip_share, stretched
 from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.emulator.dynamics.transmission import Transmission
 from drivetwin.foundation.compiled import compiled
@@ -179,9 +179,7 @@ def _first_samples(motion: Motion, gap: float) -> int:
     return min(len(moved), max(_FEWEST, int(np.argmax(moved)) + 1 if moved.any() else 0) + round(_TAKEN_UP / motion.period))
 
 
-def _swung(
-    motion: Motion, axis: AxisDynamics, count: int, hangs: float, grows: float, flank: float
-) -> NDArray[np.float64]:
+def _swung(motion: Motion, axis: AxisDynamics, count: int, hangs: float, grows: float, flank: float) -> NDArray[np.float64]:
     """The first `count` samples of that, as it begins."""
     law, gear = axis.friction, axis.transmission
     velocity, middle = (float(value) for value in motion.kept("at first", _at_first))
@@ -244,16 +242,34 @@ def _start(gear, stiffness, untwisted, v, hangs, grows, flank):  # type: ignore[
 
 @compiled
 def _follow(  # type: ignore[no-untyped-def]
-    law, gear, stiffness, wave, position, velocity, begins, hangs, grows, flank, link, weight, slope, warmth,
-    varying, period, steps,
-    found, moves,
+    law,
+    gear,
+    stiffness,
+    wave,
+    position,
+    velocity,
+    begins,
+    hangs,
+    grows,
+    flank,
+    link,
+    weight,
+    slope,
+    warmth,
+    varying,
+    period,
+    steps,
+    found,
+    moves,
 ) -> None:
     """What is `found` (3, n) of a link (n,) on a spring, and how it `moves` (n,); `wave` [rad a rad or m].
 
     Its weight (n,) is that where the motor is, with a `slope` (n,).
     """
     torque, place = found[0], found[2]
-    h = period / steps
+    h, part, half_gap, damping = period / steps, 1.0 / steps, 0.5 * gear.gap, gear.damping
+    bristle, bristle_damping = law.presliding_stiffness / BRISTLES, law.presliding_damping / BRISTLES
+    gives_way = stiffness * _IMPLICIT * h + damping
     untwisted, ratio = _uneven(gear, wave, position[0])
     q, v = _start(gear, stiffness, untwisted, ratio * begins, hangs, grows, flank)
     through = hangs
@@ -263,28 +279,33 @@ def _follow(  # type: ignore[no-untyped-def]
         level = max(0.0, warmth[k] * (level_at(law, abs(v)) + varying[k]))
         viscous = warmth[k] * _viscous(law, v)
         constant = weight[k] + slope[k] * (q - position[k]) + warmth[k] * law.coulomb_asymmetry
-        bend = 0.5 * (velocity[k + 1] - velocity[k]) * period
+        inert = link[k] / h
+        sprung, free = 1.0 / (inert + _IMPLICIT * (gives_way + viscous)), 1.0 / (inert + _IMPLICIT * viscous)
+        slips = slip_share(law, level) if bristle > 0.0 else 0.0
+        start, way, bend = position[k], position[k + 1] - position[k], 0.5 * (velocity[k + 1] - velocity[k]) * period
+        first, gains = velocity[k], velocity[k + 1] - velocity[k]
         for step in range(steps):
-            share = (step + 1) / steps
-            motor = position[k] + share * (position[k + 1] - position[k]) - share * (1.0 - share) * bend
-            rate = velocity[k] + share * (velocity[k + 1] - velocity[k])
+            share = (step + 1) * part
+            untwisted, ratio = _uneven(gear, wave, start + share * way - share * (1.0 - share) * bend)
             ahead = q + h * v
-            untwisted, ratio = _uneven(gear, wave, motor)
             twist = untwisted - ahead
-            flank = copysign(0.5 * gear.gap, twist)
             against, holds = constant, level
-            if law.presliding_stiffness > 0.0:
-                against, holds = constant + bristles_torque(law, anchors, level, ahead, v), 0.0
-            last, speed, pushes = q, v, 0.0
-            touching = abs(twist) > 0.5 * gear.gap or gear.gap == 0.0
+            if bristle > 0.0:
+                against, holds = constant + stretched(anchors, slips, bristle, bristle_damping, ahead, v), 0.0
+            momentum = inert * v + (1.0 - _IMPLICIT) * (through - viscous * v) - against
+            pushes, faster = 0.0, 0.0
+            touching = abs(twist) > half_gap or half_gap == 0.0
             if touching:
-                end, turns = untwisted - flank, ratio * rate
-                q, v, pushes = _step(
-                    last, speed, through, end, turns, stiffness, gear.damping, link[k], viscous, against, holds, h
-                )
-            if not touching or pushes * flank < 0.0:
-                q, v, pushes = _step(last, speed, through, 0.0, 0.0, 0.0, 0.0, link[k], viscous, against, holds, h)
-            through = pushes
+                flank = copysign(half_gap, twist)
+                end = untwisted - flank
+                given = stiffness * (end - q - h * (1.0 - _IMPLICIT) * v) + damping * ratio * (first + share * gains)
+                faster = _speed_after(momentum + _IMPLICIT * given, holds, sprung)
+                pushes = given - gives_way * faster
+                touching = pushes * flank >= 0.0
+            if not touching:
+                faster, pushes = _speed_after(momentum, holds, free), 0.0
+            q += h * (_IMPLICIT * faster + (1.0 - _IMPLICIT) * v)
+            v, through = faster, pushes
         torque[k + 1] = ratio * through
         moves[k + 1], place[k + 1] = v, q
     _slopes(moves, period, found[1])
@@ -302,14 +323,6 @@ def _slopes(samples, period, slopes) -> None:  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _step(  # type: ignore[no-untyped-def]
-    q, v, through, end, rate, stiffness, damping, link, viscous, constant, level, h
-):
-    """Position, velocity and spring torque after a time `h`: theta rule, and a friction that sticks where it can."""
-    given = stiffness * (end - q - h * (1.0 - _IMPLICIT) * v) + damping * rate
-    gives_way = stiffness * _IMPLICIT * h + damping
-    inert = link / h + _IMPLICIT * (gives_way + viscous)
-    momentum = link / h * v + _IMPLICIT * given + (1.0 - _IMPLICIT) * (through - viscous * v) - constant
-    stuck = abs(momentum) <= level
-    faster = 0.0 if stuck else (momentum - copysign(level, momentum)) / inert
-    return q + h * (_IMPLICIT * faster + (1.0 - _IMPLICIT) * v), faster, given - gives_way * faster
+def _speed_after(momentum, level, eases):  # type: ignore[no-untyped-def]
+    """Speed after a step of the theta rule, in which all but a friction leaves a momentum a time: it sticks where it can."""
+    return 0.0 if abs(momentum) <= level else (momentum - copysign(level, momentum)) * eases

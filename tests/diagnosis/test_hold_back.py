@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from rig_bench import MODEL
 
+from drivetwin.diagnosis.prepare.hold_back import QUARTERS
 from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
 from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.report.result import Array
@@ -60,6 +61,22 @@ def test_a_quarter_of_each_recording_is_held_back_and_nothing_near_it_is_fitted(
         assert held.sum() == pytest.approx(0.25 * moving.sum(), rel=0.1)
         apart = np.abs(np.flatnonzero(held)[:, None] - np.flatnonzero(fitted)[None, :]).min()
         assert apart > reach(PERIOD, found.cutoff_hz)
+
+
+def test_of_a_gap_that_comes_and_goes_a_quarter_is_held_back(tmp_path: Path) -> None:
+    """Of eight stretches, six have it in one quarter and two in another: two turns would hold back none of it, and one most."""
+    seconds, stretches = 32.0, 8
+    whole = recorded("bursts", 0.3, 1.0, 0.5, seconds)
+    number = np.minimum((whole.time / seconds * 4 * stretches).astype(int), 4 * stretches - 1)
+    begun = np.array(QUARTERS)[number // 4 % 4]
+    later = np.where(number // 4 < 2, 1, 2)
+    bursts = np.where(number % 4 == (begun + later) % 4, np.sin(2.0 * np.pi * 1.3 * whole.time), 0.0)
+    columns = {axis: {**own, "torque": own["torque"] + 20.0 * bursts} for axis, own in whole.columns.items()}
+    found = split(tmp_path, replace(whole, columns=columns))
+    (run,), (check,) = found.runs, found.checks
+    for axis in ("turn", "lift"):
+        held, fitted = (float(np.sum((own.torque - own.base)[own.used] ** 2)) for own in (check.axes[axis], run.axes[axis]))
+        assert 0.15 < held / (held + fitted) < 0.4, axis
 
 
 def test_what_is_held_back_of_a_sweep_is_like_the_whole(tmp_path: Path) -> None:
