@@ -156,14 +156,14 @@ class Rows:
             few = run.kinematics.every(run.stride)
             return self.simulation.slopes(few, axis) if run.recording.name == recording else np.zeros_like(few.position)
 
-        return {name: torque * self._moves[name] for name, torque in self._thinned([slopes(run) for run in self.runs]).items()}
+        return {name: torque * self.moves[name] for name, torque in self._thinned([slopes(run) for run in self.runs]).items()}
 
     def _beyond_rigid(self, changed: Model) -> dict[str, Array]:
         whole = self.rigid_rows(partial(self.simulation.torques_of, changed))
-        return {name: (rows - self._rigid[name]) * self._moves[name] for name, rows in whole.items()}
+        return {name: (rows - self._rigid[name]) * self.moves[name] for name, rows in whole.items()}
 
     @cached_property
-    def _moves(self) -> dict[str, Array]:
+    def moves(self) -> dict[str, Array]:
         """Share of what a filtered row is made of in which its axis does not stick."""
         return {axis: self.rows(axis, lambda run, own: run.moves(own)) for axis in self.axes}
 

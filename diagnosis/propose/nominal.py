@@ -20,8 +20,12 @@ from drivetwin.motion.filtering import fine_derivative
 
 Array = NDArray[np.float64]
 
-ALIKE = 0.02
+ALIKE = 0.05
 """Share by which the torque of a body's mass must differ from that of the axes' inertia to be a parameter of its own."""
+RINGS = 0.01
+"""Share of what a row is made of, that an axis may stick in: it rings in the filter."""
+NO_TORQUE = 1e-9
+"""Below which a mass costs nothing [N·m or N]."""
 MOST_LACKING = 0.95
 """Share of a rotor's inertia that it may lack: MuJoCo compiles no model with less than none."""
 LEAST = 0.005
@@ -118,7 +122,7 @@ def _of_bodies(rows: Rows, of_axes: Sequence[Nominal], settings: Settings) -> li
     found = []
     for body in rows.simulation.moving_bodies():
         column = rows.predicted_by_heavier(body)
-        if any(_differs(torque, axis, of_axes) for axis, torque in column.items()):
+        if any(_differs(rows, torque, axis, of_axes) for axis, torque in column.items()):
             loaded = max(column, key=lambda axis: _rms(column[axis]) / max(rows.size[axis], 1e-12))
             axis, place = rows.simulation.carrier(body) or (None, ())
             mass = float(rows.simulation.model.body_mass[body])
@@ -126,13 +130,23 @@ def _of_bodies(rows: Rows, of_axes: Sequence[Nominal], settings: Settings) -> li
     return found
 
 
-def _differs(torque: Array, axis: str, of_axes: Sequence[Nominal]) -> bool:
+def _differs(rows: Rows, torque: Array, axis: str, of_axes: Sequence[Nominal]) -> bool:
     """Whether torque is anything else than a multiple of what the axis's own inertia costs."""
-    size = _rms(torque)
     own = next(one.column[axis] for one in of_axes if one.effect == "inertia" and one.axis == axis)
-    if size < 1e-9 or not own.any():
-        return size > 1e-9
-    return _rms(torque - own * (own @ torque) / (own @ own)) > ALIKE * size
+    return not is_multiple(rows, axis, torque, own)
+
+
+def is_multiple(rows: Rows, axis: str, torque: Array, own: Array) -> bool:
+    """Whether a torque (N,) on the rows of an axis is none, or hardly anything else than a multiple of another one.
+
+    Not by rows in which it sticks: a model's torque is that of the filtered motion, and an axis's own is filtered itself.
+    """
+    moves = np.abs(rows.moves[axis] - 1.0) < RINGS
+    torque, own = torque[moves], own[moves]
+    size = _rms(torque)
+    if size < NO_TORQUE or not own.any():
+        return size <= NO_TORQUE
+    return _rms(torque - own * (own @ torque) / (own @ own)) <= ALIKE * size
 
 
 def _of_timing(rows: Rows, settings: Settings) -> list[Nominal]:

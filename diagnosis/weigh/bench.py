@@ -12,7 +12,7 @@ from drivetwin.diagnosis.model.colour import Colour, white
 from drivetwin.diagnosis.model.unknown import Component, components
 from drivetwin.diagnosis.prepare.deflection import deflection_of
 from drivetwin.diagnosis.prepare.rows import Column, Rows
-from drivetwin.diagnosis.propose.nominal import Nominal, nominal_parameters
+from drivetwin.diagnosis.propose.nominal import Nominal, is_multiple, nominal_parameters
 from drivetwin.diagnosis.propose.rigid import Polynomial, polynomial
 from drivetwin.diagnosis.propose.search import Beginnings, Field, beginnings, movable_fields, tangents
 from drivetwin.diagnosis.settings import Settings
@@ -112,6 +112,9 @@ class Bench:
     polynomials: Mapping[tuple[str, str], Polynomial]
     intervals: Array
     """Between rows, of each recording [s]."""
+    same: Mapping[tuple[str, str], frozenset[int]] = field(default_factory=dict)
+    """Nominal parameters, by number, that are another name of an effect of bodies, by axis and name: a load on a slide is its
+    inertia."""
     without_gap: frozenset[str] = frozenset()
     """Axes on which nothing is to be explained: their torque is read as it was recorded."""
     _earlier: dict[tuple[str, float], Array] = field(init=False, repr=False, default_factory=dict)
@@ -214,8 +217,21 @@ def bench_of(rows: Rows, settings: Settings, absolute: Mapping[str, bool], witho
         },
         {key: found for key, found in told.items() if found is not None},
         np.array([run.period * run.stride for run in rows.runs]),
+        {(axis, name): _same(rows, axis, found, nominals) for (axis, name), found in told.items() if found is not None},
         without_gap,
     )
+
+
+def _same(rows: Rows, axis: str, effect: Polynomial, nominals: Sequence[Nominal]) -> frozenset[int]:
+    """Numbers of the parameters of an axis of which an effect costs a multiple whatever its shape, and nothing elsewhere."""
+    none = {name: np.zeros(rows.count(name)) for name in effect.terms}
+
+    def costs(own: Column) -> bool:
+        return all(
+            is_multiple(rows, name, term, own.get(name, none[name])) for name, terms in effect.terms.items() for term in terms.T
+        )
+
+    return frozenset(number for number, one in enumerate(nominals) if one.axis == axis and costs(one.column))
 
 
 def _known(rows: Rows, axis: str, nominals: Sequence[Nominal]) -> Array:

@@ -242,11 +242,12 @@ class State:
         chosen = {(one.effect.name, one.axis) for one in self.effects}
         if effect is not None and axis is not None:
             chosen.add((effect, axis))
-        return self.exact | frozenset(
+        by_name = frozenset(
             number
             for number, one in enumerate(self.bench.nominals)
             if one.axis is not None and ((one.effect, one.axis) in chosen or (one.timing and ("delay", one.axis) in chosen))
         )
+        return self.exact.union(by_name, *(self.bench.same.get((on, name), ()) for name, on in chosen))
 
     def fields(self, axis: str, effect: Effect) -> list[Field]:
         """An effect's parameters as a search moves them on top of the set."""
