@@ -79,10 +79,15 @@ def steadied(
             recordings = blended
             notes[axis] = (
                 f"{axis}: above {COUNTED_HZ:g} Hz its motion is read from the recorded velocity: noise of the position makes "
-                f"{100.0 * of_position / torque:.2g} % of the torque in the acceleration, that of the velocity "
-                f"{100.0 * of_velocity / torque:.2g} %."
+                f"{per_cent(of_position / torque)} of the torque in the acceleration, that of the velocity "
+                f"{per_cent(of_velocity / torque)}."
             )
     return Steadied(tuple(recordings[:count]), tuple(recordings[count:]), frozenset(notes), tuple(notes.values()))
+
+
+def per_cent(share: float) -> str:
+    """With two figures, and never a power of ten."""
+    return f"{float(f'{100.0 * share:.2g}'):g} %"
 
 
 def _velocities(recordings: Sequence[Recording], axis: str, cutoff_hz: float) -> dict[float, _Velocity] | None:

@@ -11,6 +11,7 @@ from rig_bench import CUTOFF, PERIOD, TURNING, as_modelled, moved, ready, record
 from scipy.signal import lfilter
 
 from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
+from drivetwin.diagnosis.prepare.steadied import per_cent
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.motion.axis_motion import STEADIED
@@ -147,3 +148,9 @@ def test_a_position_beside_a_second_encoder_stays_as_counted(tmp_path: Path) -> 
     joint = {"joint_position": both.columns["turn"]["position"]}
     both = replace(both, columns={**both.columns, "turn": {**both.columns["turn"], **joint}})
     assert not read_from_velocity(ready(tmp_path, both))
+
+
+@pytest.mark.parametrize(("share", "told"), [(2.83, "280 %"), (12.3, "1200 %"), (0.094, "9.4 %"), (0.0012, "0.12 %")])
+def test_a_noise_above_the_torque_is_no_power_of_ten(share: float, told: str) -> None:
+    """A servo's velocity was recorded, and its position so coarsely that its noise was 2.8 times the torque."""
+    assert per_cent(share) == told
