@@ -41,7 +41,7 @@ def causes_section(diagnosis: Diagnosis) -> str:
     if corrected:
         outcome += f" <b>patched.xml</b> corrects {escape(corrected)}."
     return (
-        f"<section><h2>Causes</h2>{rows}{less}{_masses(diagnosis.masses)}<p>{outcome}{tables}</p>"
+        f"<section><h2>Causes</h2>{rows}{less}{_masses(diagnosis.masses)}{_distinguished(shown)}<p>{outcome}{tables}</p>"
         '<p class="note">In the order of probability times share. The probability is that the effect, or one from which it '
         "cannot be distinguished, is there. The share is of the gaps of all axes, each relative to its torque. Gap closed "
         "is the part of the gap's energy on motion that was not fitted that goes when the effect is added to all others, on "
@@ -65,9 +65,7 @@ def _masses(masses: Sequence[CorrectedMass]) -> str:
         ]
         for one in masses
     ]
-    note = (
-        '<p class="note">A wrong mass is a parameter of the model and no effect; its inertia changes in proportion.</p>'
-    )
+    note = '<p class="note">A wrong mass is a parameter of the model and no effect; its inertia changes in proportion.</p>'
     return f"{stacking_table(head, rows)}{note}"
 
 
@@ -114,9 +112,21 @@ def _parameter(name: str, estimate: Estimate) -> str:
 
 
 def _alternatives(cause: Cause) -> str:
-    if not cause.indistinguishable_from:
-        return DASH
-    names = listed([name_of(effect) for effect in cause.indistinguishable_from], "or")
-    ways = [("By motion", cause.tell_apart_by), ("By sensor", cause.or_by_sensor)]
-    told = "".join(f'<span class="note"><br>{how}: {escape(what)}.</span>' for how, what in ways if what)
-    return f"{escape(names)}{told}"
+    return escape(listed(_names(cause), "or")) if cause.indistinguishable_from else DASH
+
+
+def _names(cause: Cause) -> list[str]:
+    return [name_of(effect) for effect in cause.indistinguishable_from]
+
+
+def _distinguished(causes: Sequence[Cause]) -> str:
+    """What to record, or to measure with, that distinguishes causes from what they may be as well: once each."""
+    rows: dict[str, list[str]] = {}
+    for cause in causes:
+        told = [cause.tell_apart_by, cause.or_by_sensor]
+        if any(told):
+            names = f"{cause.axis}: {listed([name_of(cause.effect), *_names(cause)], 'or')}"
+            rows.setdefault(names, [escape(names), *(escape(what) or DASH for what in told)])
+    if not rows:
+        return ""
+    return f"<h3>What would distinguish them</h3>{stacking_table(['Effects', 'Record', 'Or measure with'], rows.values())}"

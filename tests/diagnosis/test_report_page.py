@@ -122,11 +122,20 @@ def test_a_cause_has_its_parameters_with_units_and_what_would_distinguish_it(pag
     assert first[4] == "63 % (58 to 67 %)66 % of explainable"
     assert "static torque 1.3 N·m (1.17 to 1.43)" in first[5]
     assert "exponent 1 (0.9 to 1.1)" in first[5], "a pure number has no unit"
-    assert first[6] == f"preslidingBy motion: {SLOW}.By sensor: an encoder on the joint."
+    assert first[6] == "presliding"
+    assert page.row("rotate: stribeck or presliding")[1:] == [SLOW, "an encoder on the joint"]
     assert page.row("torque ripple", "rotate")[6] == "–"
     assert page.row("spring", "rotate")[4] == "7 %without it the gap is no larger than the noise"
     assert "Below 5 %: delay on rotate 3 %." in page.text
     assert "patched.xml with effects.json adds stribeck, torque ripple and spring on rotate." in page.text
+
+
+def test_what_distinguishes_several_waves_from_the_same_others_is_said_once(tmp_path: Path) -> None:
+    wave = next(cause for cause in CASE.causes if cause.effect == "torque_ripple")
+    wave = replace(wave, indistinguishable_from=("transmission_error",), tell_apart_by=SLOW, or_by_sensor="")
+    others = [cause for cause in CASE.causes if cause.effect != "torque_ripple"]
+    told = page_of(replace(CASE, causes=(wave, wave, *others)), tmp_path)
+    assert sum(row[0] == "rotate: torque ripple or transmission error" for row in told.rows) == 1
 
 
 def test_a_mass_that_was_corrected_stands_with_the_causes(page: Page, tmp_path: Path) -> None:
