@@ -27,7 +27,7 @@ def test_the_angles_are_the_parameters_whose_unit_is_an_angle() -> None:
 @pytest.mark.parametrize("deviation", [5.0, 2.0, inf, nan])
 def test_an_angle_is_at_most_half_a_turn_off(deviation: float) -> None:
     ripple = placed("torque_ripple", amplitude=0.11, order=24.0, phase=-2.32)
-    values = Refitted(NOTHING, (ripple,), [{"amplitude": 0.01, "order": 0.1, "phase": deviation}], {}, {})
+    values = Refitted(NOTHING, (ripple,), [{"amplitude": 0.01, "order": 0.1, "phase": deviation}], {}, {}, {})
     told = _estimates(NOTHING, values, ripple)
     assert told["phase"].value == -2.32
     assert told["phase"].ci90 == pytest.approx((-2.32 - pi, -2.32 + pi))
@@ -36,7 +36,7 @@ def test_an_angle_is_at_most_half_a_turn_off(deviation: float) -> None:
 
 def test_an_angle_that_is_determined_keeps_its_interval() -> None:
     ripple = placed("torque_ripple", amplitude=0.11, order=24.0, phase=3.0)
-    values = Refitted(NOTHING, (ripple,), [{"amplitude": 0.01, "order": 0.1, "phase": 0.5}], {}, {})
+    values = Refitted(NOTHING, (ripple,), [{"amplitude": 0.01, "order": 0.1, "phase": 0.5}], {}, {}, {})
     half = 0.5 * TWO_SIDED_90
     assert _estimates(NOTHING, values, ripple)["phase"].ci90 == pytest.approx((3.0 - half, 3.0 + half))
 
