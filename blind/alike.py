@@ -128,7 +128,7 @@ def _checked(
         if fitted is None:
             return replace(nothing, why=f"{claim.truth} can follow these recordings from no start")
         values = refitted(fitted, ())
-        now = _left(ready.aligned(values.late, fitted.apart()), before, Patch(in_order([*values.effects, *drives])))
+        now = _left(ready.aligned(values.late, values.state.apart()), before, Patch(in_order([*values.effects, *drives])))
     worst = max(before, key=lambda axis: abs(now[axis] - left[axis]), default=claim.axis)
     return replace(nothing, chosen_leaves=left.get(worst, 1.0), truth_leaves=now.get(worst, 1.0))
 

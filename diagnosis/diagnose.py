@@ -4,7 +4,7 @@ report."""
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -28,7 +28,6 @@ from drivetwin.diagnosis.weigh.named import named
 from drivetwin.diagnosis.weigh.off import heavier
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.refit import refitted
-from drivetwin.diagnosis.weigh.state import State
 from drivetwin.emulator.effects import DriveEffect, Effect, ModelEffect
 from drivetwin.recording.recording import Recording
 
@@ -69,9 +68,9 @@ def _is_felt(kind: type[Effect], gaps: Collection[str]) -> bool:
     return bool(gaps) and issubclass(kind, ModelEffect)
 
 
-def _drives(ready: Prepared, state: State, axes: Iterable[str], settings: Settings) -> list[DriveFound]:
-    """Effects between the torque that the loops asked for and what was recorded, that read as early as the motion needed it."""
-    runs = ready.aligned(state.recorded_late(), {}).runs
+def _drives(ready: Prepared, late: Mapping[str, float], axes: Iterable[str], settings: Settings) -> list[DriveFound]:
+    """Effects between the torque that the loops asked for and what was recorded, that read as `late` [s] as it is."""
+    runs = ready.aligned(late, {}).runs
     asked = {axis: ready.testable[axis].kinds for axis in axes}
     return [one for axis, kinds in asked.items() for one in drive_effects(runs, axis, kinds, settings.least_share)]
 
@@ -99,14 +98,14 @@ def diagnose(
     progress("probabilities", 0.8)
     first = refitted(found.state, heavier(found.state))
     patch = Patch(in_order(first.effects), first.heavier)
-    read = placed_by(ready.aligned(first.late, found.state.apart()), patch)
+    read = placed_by(ready.aligned(first.late, first.state.apart()), patch)
     unexplained = gaps_of(read, patch, settings).unexplained()
     answers = [weighed(family, unexplained, settings) for family in found.families]
     state, answers = preferred(found.state, answers)
     state, answers = named(state, answers, proposer, partial(weighed, unexplained=unexplained, settings=settings))
-    drives = _drives(ready, state, proposer.kinds, settings)
     answers.append(weighed(search.further(found, state), unexplained, settings))
     progress("gap, shares, shrink", 0.9)
     values = refitted(state, heavier(state))
-    ready = placed_by(ready.aligned(values.late, state.apart()), Patch(in_order(values.effects), values.heavier))
+    drives = _drives(ready, {**state.recorded_late(), **values.late}, proposer.kinds, settings)
+    ready = placed_by(ready.aligned(values.late, values.state.apart()), Patch(in_order(values.effects), values.heavier))
     return build(ready, values, answers, drives, settings, tables)

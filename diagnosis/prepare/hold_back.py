@@ -34,9 +34,8 @@ Split = tuple[list[Run], list[Run]]
 def hold_back(runs: Sequence[Run]) -> Split:
     """A quarter of each recording, in blocks; of those that are too short for one, every fourth by speed.
 
-    Which quarter it is turns to where, of what the simulation as it stands leaves of each recording, a quarter is held back;
-    of those turns by which every axis moves in both parts, or else by which the axis of which least is in one of them has most
-    of it there.
+    It is the quarter that has most nearly a quarter of each recording's gap, by its energy, of those by which every axis moves
+    in both parts; else the one by which the axis that moves least in one of them moves most there.
     """
     turns = [_held(runs, turn) for turn in range(len(QUARTERS))]
     able = [each for each in turns if _fair(runs, each) >= FAIR] or [max(turns, key=lambda each: _fair(runs, each))]
@@ -78,17 +77,17 @@ def _fair(runs: Sequence[Run], held: Sequence[Mask]) -> float:
 
 
 def _unlike(runs: Sequence[Run], held: Sequence[Mask]) -> float:
-    """How far the gaps' energy that is held back is from a quarter of each recording's, as a share of an axis's whole, of the
-    axis on which that is most. Recordings that are held back or fitted whole count as one.
+    """How far the gaps' energy that is held back is from a quarter of each recording's, as a share of an axis's whole: of all
+    axes together, in hundredths. Recordings that are held back or fitted whole count as one.
     """
-    found = []
+    away = 0.0
     for axis in runs[0].axes:
         gaps = [np.where(own.used, own.torque - own.base, 0.0) ** 2 for own in (run.axes[axis] for run in runs)]
         there = np.array([float(gap[part].sum()) for gap, part in zip(gaps, held, strict=True)])
         whole = np.array([float(gap.sum()) for gap in gaps])
-        away, split = there - whole / len(QUARTERS), np.array([bool(part.any() and not part.all()) for part in held])
-        found.append((np.abs(away[split]).sum() + abs(away[~split].sum())) / max(whole.sum(), 1e-300))
-    return float(max(found, default=0.0))
+        off, split = there - whole / len(QUARTERS), np.array([bool(part.any() and not part.all()) for part in held])
+        away += float(np.abs(off[split]).sum() + abs(off[~split].sum())) / max(float(whole.sum()), 1e-300)
+    return round(away, 2)
 
 
 def _speed(run: Run) -> float:

@@ -87,7 +87,7 @@ def steadied(
 
 def per_cent(share: float) -> str:
     """With two figures, and never a power of ten."""
-    return f"{float(f'{100.0 * share:.2g}'):g} %"
+    return f"{np.format_float_positional(float(f'{100.0 * share:.2g}'), trim='-')} %"
 
 
 def _velocities(recordings: Sequence[Recording], axis: str, cutoff_hz: float) -> dict[float, _Velocity] | None:

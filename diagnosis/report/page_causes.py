@@ -41,7 +41,7 @@ def causes_section(diagnosis: Diagnosis) -> str:
     if corrected:
         outcome += f" <b>patched.xml</b> corrects {escape(corrected)}."
     return (
-        f"<section><h2>Causes</h2>{rows}{less}{_masses(diagnosis.masses)}{_distinguished(shown)}<p>{outcome}{tables}</p>"
+        f"<section><h2>Causes</h2>{rows}{less}{_distinguished(shown)}{_masses(diagnosis.masses)}<p>{outcome}{tables}</p>"
         '<p class="note">In the order of probability times share. The probability is that the effect, or one from which it '
         "cannot be distinguished, is there. The share is of the gaps of all axes, each relative to its torque. Gap closed "
         "is the part of the gap's energy on motion that was not fitted that goes when the effect is added to all others, on "
@@ -125,8 +125,10 @@ def _distinguished(causes: Sequence[Cause]) -> str:
     for cause in causes:
         told = [cause.tell_apart_by, cause.or_by_sensor]
         if any(told):
-            names = f"{cause.axis}: {listed([name_of(cause.effect), *_names(cause)], 'or')}"
-            rows.setdefault(names, [escape(names), *(escape(what) or DASH for what in told)])
+            names = sorted({name_of(cause.effect), *_names(cause)})
+            words = f"{cause.axis}: {listed(names, 'or')}"
+            rows.setdefault(words, [escape(words), *(escape(what) or DASH for what in told)])
     if not rows:
         return ""
-    return f"<h3>What would distinguish them</h3>{stacking_table(['Effects', 'Record', 'Or measure with'], rows.values())}"
+    head = ["Axis and effects", "Record", "Or measure with"]
+    return f"<h3>What would distinguish them</h3>{stacking_table(head, rows.values())}"

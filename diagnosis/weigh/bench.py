@@ -113,8 +113,7 @@ class Bench:
     intervals: Array
     """Between rows, of each recording [s]."""
     same: Mapping[tuple[str, str], frozenset[int]] = field(default_factory=dict)
-    """Nominal parameters, by number, that are another name of an effect of bodies, by axis and name: a load on a slide is its
-    inertia."""
+    """Inertias of axes, by number, that an effect of bodies is another name of, by axis and name: of a load on a slide."""
     without_gap: frozenset[str] = frozenset()
     """Axes on which nothing is to be explained: their torque is read as it was recorded."""
     _earlier: dict[tuple[str, float], Array] = field(init=False, repr=False, default_factory=dict)
@@ -223,7 +222,7 @@ def bench_of(rows: Rows, settings: Settings, absolute: Mapping[str, bool], witho
 
 
 def _same(rows: Rows, axis: str, effect: Polynomial, nominals: Sequence[Nominal]) -> frozenset[int]:
-    """Numbers of the parameters of an axis of which an effect costs a multiple whatever its shape, and nothing elsewhere."""
+    """The inertia of an axis, by number, where an effect costs a multiple of it whatever its shape, and nothing elsewhere."""
     none = {name: np.zeros(rows.count(name)) for name in effect.terms}
 
     def costs(own: Column) -> bool:
@@ -231,7 +230,8 @@ def _same(rows: Rows, axis: str, effect: Polynomial, nominals: Sequence[Nominal]
             is_multiple(rows, name, term, own.get(name, none[name])) for name, terms in effect.terms.items() for term in terms.T
         )
 
-    return frozenset(number for number, one in enumerate(nominals) if one.axis == axis and costs(one.column))
+    inertias = [(number, one) for number, one in enumerate(nominals) if (one.effect, one.axis) == ("inertia", axis)]
+    return frozenset(number for number, one in inertias if costs(one.column))
 
 
 def _known(rows: Rows, axis: str, nominals: Sequence[Nominal]) -> Array:

@@ -32,7 +32,7 @@ STEPS = 3
 GAIN = 1e-5
 """Share of the gaps that a step must close."""
 MOMENTS = 3
-"""Times that the moment of each torque and the effects are fitted in turn."""
+"""Times at most that the moment of each torque and the effects are fitted in turn."""
 NOTHING = 1e-6
 """Information on a step that matters to a parameter, below which nothing tells it: the place of a load on a slide, say."""
 
@@ -56,7 +56,9 @@ class Refitted:
 
 
 def refitted(state: State, bodies: Collection[int]) -> Refitted:
-    """A few Gauss-Newton steps from the set's values: what the energy does not tell stays near. `bodies`: of free mass."""
+    """Some Gauss-Newton steps from the set's values, and the moment at which each late torque is read: what the energy does not
+    tell stays near. `bodies`: of free mass.
+    """
     likeliest, weighed = state.effects, state.fit.coefficients
     state = _read_anew(least_squares(state, bodies), bodies)
     values = _standing(state, bodies).coefficients
@@ -87,16 +89,18 @@ def least_squares(state: State, bodies: Collection[int], steps: int = STEPS, axi
 
 
 def _read_anew(state: State, bodies: Collection[int]) -> State:
-    """The set with each torque that is read earlier read when least is left, and the effects fitted to that, in turn.
+    """The set with each torque that is read earlier read at the moment at which least is left, and the effects fitted to that.
 
-    Likelihood hears the fast part of the motion most. Where a recording is not as late throughout, that has another moment.
+    The likelihood weighs the fast part of a motion most. Where a recording is not equally late throughout, that differs.
     """
     for _ in range(MOMENTS):
         late = {axis: _moment(state, bodies, axis) for axis, each in state.late.items() if each > 0.0}
         if all(abs(each - state.late[axis]) < LEAST for axis, each in late.items()):
             break
         state = least_squares(state.read({**state.late, **late}), bodies)
-    return state
+    for axis in (axis for axis, each in state.late.items() if each > 0.0):
+        state = state.holding(state.bench.timing(axis))
+    return least_squares(state, bodies)
 
 
 def _moment(state: State, bodies: Collection[int], axis: str) -> float:

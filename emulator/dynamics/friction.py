@@ -185,7 +185,7 @@ def vary_friction(  # type: ignore[no-untyped-def]
 def bristles_torque(law, anchors, level, q, v):  # type: ignore[no-untyped-def]
     """Maxwell slip: springs of equal stiffness, the i-th of which slips when stretched by i shares; all slip at `level`."""
     stiffness, damping = law.presliding_stiffness / BRISTLES, law.presliding_damping / BRISTLES
-    return stretched(anchors, slip_share(law, level), stiffness, damping, q, v)
+    return drag_bristles(anchors, slip_share(law, level), stiffness, damping, q, v)
 
 
 @in_place
@@ -195,7 +195,7 @@ def slip_share(law, level):  # type: ignore[no-untyped-def]
 
 
 @in_place
-def stretched(anchors, share, stiffness, damping, q, v):  # type: ignore[no-untyped-def]
+def drag_bristles(anchors, share, stiffness, damping, q, v):  # type: ignore[no-untyped-def]
     """Torque of bristles at a position and speed, of which each has a `stiffness` and a `damping`; the anchors are dragged."""
     torque = 0.0
     for i in range(BRISTLES):

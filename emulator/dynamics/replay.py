@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.axis import AxisDynamics
-from drivetwin.emulator.dynamics.friction import BRISTLES, level_at, slip_share, stretched
+from drivetwin.emulator.dynamics.friction import BRISTLES, drag_bristles, level_at, slip_share
 from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.emulator.dynamics.transmission import Transmission
 from drivetwin.foundation.compiled import compiled
@@ -291,19 +291,19 @@ def _follow(  # type: ignore[no-untyped-def]
             twist = untwisted - ahead
             against, holds = constant, level
             if bristle > 0.0:
-                against, holds = constant + stretched(anchors, slips, bristle, bristle_damping, ahead, v), 0.0
-            momentum = inert * v + (1.0 - _IMPLICIT) * (through - viscous * v) - against
+                against, holds = constant + drag_bristles(anchors, slips, bristle, bristle_damping, ahead, v), 0.0
+            force = inert * v + (1.0 - _IMPLICIT) * (through - viscous * v) - against
             pushes, faster = 0.0, 0.0
             touching = abs(twist) > half_gap or half_gap == 0.0
             if touching:
                 flank = copysign(half_gap, twist)
                 end = untwisted - flank
                 given = stiffness * (end - q - h * (1.0 - _IMPLICIT) * v) + damping * ratio * (first + share * gains)
-                faster = _speed_after(momentum + _IMPLICIT * given, holds, sprung)
+                faster = _speed_after(force + _IMPLICIT * given, holds, sprung)
                 pushes = given - gives_way * faster
                 touching = pushes * flank >= 0.0
             if not touching:
-                faster, pushes = _speed_after(momentum, holds, free), 0.0
+                faster, pushes = _speed_after(force, holds, free), 0.0
             q += h * (_IMPLICIT * faster + (1.0 - _IMPLICIT) * v)
             v, through = faster, pushes
         torque[k + 1] = ratio * through
@@ -323,6 +323,9 @@ def _slopes(samples, period, slopes) -> None:  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _speed_after(momentum, level, eases):  # type: ignore[no-untyped-def]
-    """Speed after a step of the theta rule, in which all but a friction leaves a momentum a time: it sticks where it can."""
-    return 0.0 if abs(momentum) <= level else (momentum - copysign(level, momentum)) * eases
+def _speed_after(force, level, gives):  # type: ignore[no-untyped-def]
+    """Speed after a step of the theta rule, from the force of all but friction; it sticks where friction can hold that.
+
+    `gives`: speed by force, of what resists in a step.
+    """
+    return 0.0 if abs(force) <= level else (force - copysign(level, force)) * gives

@@ -79,6 +79,26 @@ def test_of_a_gap_that_comes_and_goes_a_quarter_is_held_back(tmp_path: Path) -> 
         assert 0.15 < held / (held + fitted) < 0.4, axis
 
 
+def test_a_gap_of_one_recording_is_held_back_as_much_as_that_of_another(tmp_path: Path) -> None:
+    """By any one quarter of all: of the first recording two hold back none, of the second one holds back most."""
+    seconds = 32.0
+    number = np.minimum((np.arange(round(seconds / PERIOD)) * PERIOD / seconds * 32).astype(int), 31)
+    begun = np.array(QUARTERS)[number // 4 % 4]
+    first = number % 4 == (begun + np.where(number // 4 < 2, 1, 2)) % 4
+    second = number % 4 == (begun + np.where(number // 4 < 2, 1, 3)) % 4
+    several = []
+    for name, there in (("first", first), ("second", second)):
+        whole = recorded(name, 0.3, 1.0, 0.5, seconds)
+        more = 20.0 * there * np.sin(2.0 * np.pi * 1.3 * whole.time)
+        several.append(
+            replace(whole, columns={axis: {**own, "torque": own["torque"] + more} for axis, own in whole.columns.items()})
+        )
+    found = split(tmp_path, *several)
+    for run, check in zip(found.runs, found.checks, strict=True):
+        held, fitted = (float(np.sum((own.torque - own.base)[own.used] ** 2)) for own in (check.axes["turn"], run.axes["turn"]))
+        assert 0.15 < held / (held + fitted) < 0.4, run.recording.name
+
+
 def test_what_is_held_back_of_a_sweep_is_like_the_whole(tmp_path: Path) -> None:
     """Its last quarter alone has a tenth of the speed's energy: the amplitude falls with the square of the frequency."""
 

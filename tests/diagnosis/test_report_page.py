@@ -123,7 +123,7 @@ def test_a_cause_has_its_parameters_with_units_and_what_would_distinguish_it(pag
     assert "static torque 1.3 N·m (1.17 to 1.43)" in first[5]
     assert "exponent 1 (0.9 to 1.1)" in first[5], "a pure number has no unit"
     assert first[6] == "presliding"
-    assert page.row("rotate: stribeck or presliding")[1:] == [SLOW, "an encoder on the joint"]
+    assert page.row("rotate: presliding or stribeck")[1:] == [SLOW, "an encoder on the joint"]
     assert page.row("torque ripple", "rotate")[6] == "–"
     assert page.row("spring", "rotate")[4] == "7 %without it the gap is no larger than the noise"
     assert "Below 5 %: delay on rotate 3 %." in page.text

@@ -150,7 +150,10 @@ def test_a_position_beside_a_second_encoder_stays_as_counted(tmp_path: Path) -> 
     assert not read_from_velocity(ready(tmp_path, both))
 
 
-@pytest.mark.parametrize(("share", "told"), [(2.83, "280 %"), (12.3, "1200 %"), (0.094, "9.4 %"), (0.0012, "0.12 %")])
+@pytest.mark.parametrize(
+    ("share", "told"),
+    [(2.83, "280 %"), (12.3, "1200 %"), (0.094, "9.4 %"), (0.0012, "0.12 %"), (1e4, "1000000 %"), (5e-7, "0.00005 %")],
+)
 def test_a_noise_above_the_torque_is_no_power_of_ten(share: float, told: str) -> None:
     """A servo's velocity was recorded, and its position so coarsely that its noise was 2.8 times the torque."""
     assert per_cent(share) == told
