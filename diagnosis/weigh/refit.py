@@ -98,9 +98,10 @@ def _read_anew(state: State, bodies: Collection[int]) -> State:
         if all(abs(each - state.late[axis]) < LEAST for axis, each in late.items()):
             break
         state = least_squares(state.read({**state.late, **late}), bodies)
-    for axis in (axis for axis, each in state.late.items() if each > 0.0):
+    late_ones = [axis for axis, each in state.late.items() if each > 0.0]
+    for axis in late_ones:
         state = state.holding(state.bench.timing(axis))
-    return least_squares(state, bodies)
+    return least_squares(state, bodies) if late_ones else state
 
 
 def _moment(state: State, bodies: Collection[int], axis: str) -> float:
