@@ -105,7 +105,7 @@ def build(
         model_xml=patched_xml(ready.simulation, gaps.patch.heavier or {}),
         held_back=ready.held_back,
         units={axis: "N" if ready.simulation.slides(axis) else "N·m" for axis in ready.simulation.axes},
-        masses=corrected_masses(ready, gaps, values.spread, weights, parts, settings),
+        masses=corrected_masses(ready, gaps, values.spread, weights, parts, _instead_of_masses(answers), settings),
         notes=ready.notes,
         validation=tuple(run.recording for run in ready.checks),
         residual=residual,
@@ -339,6 +339,16 @@ def _alternatives(
                     share = sum(weight * parts[axis].share_of(answer.chosen) for axis, weight in weights.items())
                 told[key] = Cause(one.effect.name, one.axis, member.weight, share, {}, None)
     return list(told.values())
+
+
+def _instead_of_masses(answers: Sequence[Answer]) -> dict[int, tuple[str, ...]]:
+    """Names of the effects that the mass of each body may be, by number, most probable first."""
+    found = {}
+    for answer in answers:
+        if answer.body is not None:
+            likely = [one for one in answer.members if one.weight >= SHOWN and not one.proposal.only_listed]
+            found[answer.body] = tuple(dict.fromkeys(one.proposal.effect.effect.name for one in likely))
+    return found
 
 
 def _repeats(ready: Prepared, gaps: Gaps, axis: str) -> float:

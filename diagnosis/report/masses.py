@@ -21,13 +21,18 @@ def corrected_masses(
     spread: Mapping[int, float],
     weights: Mapping[str, float],
     parts: Mapping[str, Divided],
+    instead: Mapping[int, tuple[str, ...]],
     settings: Settings,
 ) -> tuple[CorrectedMass, ...]:
     """Those of a patch, the largest share first.
 
     `spread`: standard deviation of each body's share of its mass. `weights`: of each axis that has a gap, of that in all gaps.
+    `instead`: effects that each may be.
     """
-    found = [_one(ready, gaps, body, spread[body], weights, parts, settings) for body in gaps.patch.heavier or {}]
+    found = [
+        replace(_one(ready, gaps, body, spread[body], weights, parts, settings), instead=instead.get(body, ()))
+        for body in gaps.patch.heavier or {}
+    ]
     return tuple(sorted(found, key=lambda one: -one.share))
 
 

@@ -54,7 +54,7 @@ def _masses(masses: Sequence[CorrectedMass]) -> str:
     """Bodies whose mass is corrected: they close a gap as a cause does, and are none of the library's effects."""
     if not masses:
         return ""
-    head = ["Corrected mass", "Most on axis", "Share of gap", "Gap closed", "In the model", "Found"]
+    head = ["Corrected mass", "Most on axis", "Share of gap", "Gap closed", "In the model", "Found", "May be instead"]
     rows = [
         [
             f"<b>{escape(one.body)}</b>",
@@ -62,6 +62,7 @@ def _masses(masses: Sequence[CorrectedMass]) -> str:
             _figure(one.share, percent(one.share)),
             _shrink(one.gap_closed) if one.gap_closed else DASH,
             *(escape(words) for words in mass_words(one)),
+            escape(listed([name_of(effect) for effect in one.instead], "or")) or DASH,
         ]
         for one in masses
     ]

@@ -150,7 +150,7 @@ class CorrectedMass:
     """A body of another mass than the model has, its inertia in proportion: a nominal parameter, which is no effect.
 
     `mass` and `nominal` [kg]. `share`: of the gaps of all axes together, as of a `Cause`. `gap_closed`: on `axis`, of whose gap
-    it takes most.
+    it takes most. `instead`: effects that it may be, most probable first.
     """
 
     body: str
@@ -159,6 +159,7 @@ class CorrectedMass:
     nominal: float
     share: float
     gap_closed: Shrink | None
+    instead: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -112,6 +112,7 @@ class MassPart(_Part):
     nominal: Level
     share: Proportion
     gap_closed: ShrinkPart | None
+    instead: list[str] = Field(default=[], exclude_if=lambda told: not told)
 
 
 class AfterPart(_Part):

@@ -72,6 +72,8 @@ class Answer:
     probability: float
     predicts: bool
     members: tuple[Weighed, ...]
+    body: int | None = None
+    """The body, by number, whose mass may be one of the members instead."""
 
     @property
     def believed(self) -> bool:

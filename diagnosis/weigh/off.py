@@ -89,7 +89,8 @@ def instead_of_masses(state: State, proposer: Proposer, given_up: Collection[Nam
 
 def _instead_of_mass(state: State, number: int, proposer: Proposer, given_up: Collection[Name]) -> Answer:
     """Weighed by evidence: the body's mass free, or as modelled beside an effect, no other mass, that takes half as much."""
-    exact, axis = state.holding(number), state.bench.nominals[number].loaded_axis
+    axis, body = state.bench.nominals[number].loaded_axis, state.bench.nominals[number].body
+    exact = state.holding(number)
     least = state.bench.settings.substitutes * max(_explained_by(state, number).values())
     asked = proposer.proposals(Pair(exact, exact), [axis], ())
     found = [one for one in asked if one.takes >= least and not isinstance(one.effect.effect, ModelEffect)]
@@ -106,7 +107,7 @@ def _instead_of_mass(state: State, number: int, proposer: Proposer, given_up: Co
     probability = sum(one.weight for one in alike_ones)
     named = max(alike_ones, key=lambda one: (round(one.weight, 6), one.proposal.effect.effect.name), default=None)
     chosen = named.proposal.effect if named is not None and probability >= PROBABLE else None
-    return Answer(chosen, probability, chosen is not None, tuple(sorted(members, key=lambda one: -one.weight)))
+    return Answer(chosen, probability, chosen is not None, tuple(sorted(members, key=lambda one: -one.weight)), body)
 
 
 def _instead(proposer: Proposer, state: State, number: int, off: PlacedEffect, given_up: Collection[Name]) -> Family | None:

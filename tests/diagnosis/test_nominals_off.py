@@ -116,6 +116,7 @@ def test_what_a_lighter_carriage_may_be_as_well_is_listed(tmp_path: Path) -> Non
     found = of_a_force(tmp_path, 0.04, 40.0)
     assert [one.body for one in found.masses] == ["carriage"]
     assert not found.selected
+    assert {"torque_offset", "coulomb_asymmetry"} <= set(found.masses[0].instead)
     listed = {one.effect: one for one in found.causes}
     assert found.causes[0].effect in ("torque_offset", "coulomb_asymmetry")
     assert listed["torque_offset"].share == pytest.approx(found.masses[0].share, abs=0.1)
