@@ -16,6 +16,7 @@ from scipy.interpolate import CubicSpline
 from drivetwin.diagnosis.prepare.channel import earlier, torque_of
 from drivetwin.diagnosis.prepare.rigid_fit import REACHES, left_by_rigid_body, tells
 from drivetwin.diagnosis.prepare.simulation import Simulation
+from drivetwin.foundation.quantities import number
 from drivetwin.motion.axis_motion import STEADIED, measured_position
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
 from drivetwin.recording.recording import Recording
@@ -79,15 +80,10 @@ def steadied(
             recordings = blended
             notes[axis] = (
                 f"{axis}: above {COUNTED_HZ:g} Hz its motion is read from the recorded velocity: noise of the position makes "
-                f"{per_cent(of_position / torque)} of the torque in the acceleration, that of the velocity "
-                f"{per_cent(of_velocity / torque)}."
+                f"{number(100.0 * of_position / torque, 2)} % of the torque in the acceleration, that of the velocity "
+                f"{number(100.0 * of_velocity / torque, 2)} %."
             )
     return Steadied(tuple(recordings[:count]), tuple(recordings[count:]), frozenset(notes), tuple(notes.values()))
-
-
-def per_cent(share: float) -> str:
-    """With two figures, and never a power of ten."""
-    return f"{np.format_float_positional(float(f'{100.0 * share:.2g}'), trim='-')} %"
 
 
 def _velocities(recordings: Sequence[Recording], axis: str, cutoff_hz: float) -> dict[float, _Velocity] | None:
