@@ -13,6 +13,7 @@ sec. 5.4); rho is the share of what is left that the steps make.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +29,8 @@ FREEDOMS = (2.0, 3.0, 4.0, 6.0, 10.0, 20.0)
 """Degrees of freedom of the t distribution, of which the likeliest is taken, or none: the normal one."""
 TURNS = 4
 """Times that autoregression and weights are found in turn."""
-STEPS = 20
-"""Of expectation and maximisation, for the scale."""
+STEPS, SAME = 20, 1e-6
+"""Of expectation and maximisation, for the scale, at most; and of its square, what the last one changes."""
 SHRUNK = 1e-4
 """Share of white noise that is taken to be in any residual: keeps the recursion well conditioned."""
 
@@ -148,27 +149,47 @@ def _tails(errors: Array, counts: Array, level: float, floor: float) -> tuple[Ar
     """Of errors (n,), the t distribution that fits them best: the root of each one's weight, how much denser that is than the
     weighted normal one [nats], and its scale, no less than the floor; 1, 0 and their `level` under the normal one.
     """
-    best_roots, excess = np.ones_like(errors), np.zeros_like(errors)
+    total, roots, excess = float(counts.sum()), np.ones_like(errors), np.zeros_like(errors)
     if not errors.any():
-        return best_roots, excess, level
-    normal = np.sqrt(np.average(errors**2, weights=counts))
-    best = float(counts @ stats.norm.logpdf(errors, 0.0, normal))
+        return roots, excess, level
+    normal = float(np.sqrt(np.average(errors**2, weights=counts)))
+    best, likeliest = -total * (np.log(normal * np.sqrt(2.0 * np.pi)) + 0.5), None
+    begin = float(np.median(errors**2)) or normal**2
     for freedom in FREEDOMS:
-        scale = _scale(errors, counts, freedom)
-        if (likelihood := float(counts @ stats.t.logpdf(errors, freedom, 0.0, scale))) > best:
-            best, level = likelihood, max(scale, floor)
-            best_roots = np.sqrt((freedom + 1.0) / (freedom + (errors / level) ** 2))
-            normal_ones = stats.norm.logpdf(errors * best_roots, 0.0, level) + np.log(best_roots)
-            excess = stats.t.logpdf(errors, freedom, 0.0, level) - normal_ones
-    return best_roots, excess, level
+        square, far = _of_t(errors, counts, freedom, begin)
+        likelihood = total * (_peak(freedom) - 0.5 * np.log(square)) - 0.5 * (freedom + 1.0) * far
+        if likelihood > best:
+            best, likeliest, level = likelihood, freedom, max(float(np.sqrt(square)), floor)
+    if likeliest is not None:
+        roots = np.sqrt((likeliest + 1.0) / (likeliest + (errors / level) ** 2))
+        excess = stats.t.logpdf(errors, likeliest, 0.0, level) - stats.norm.logpdf(errors * roots, 0.0, level) - np.log(roots)
+    return roots, excess, level
 
 
-def _scale(errors: Array, counts: Array, freedom: float) -> float:
-    """The likeliest scale of a t distribution, by expectation and maximisation."""
-    square = float(np.median(errors**2)) or float(np.mean(errors**2))
+@cache
+def _peak(freedom: float) -> float:
+    """Log density of a t distribution of scale 1 at 0."""
+    return float(stats.t.logpdf(0.0, freedom))
+
+
+@compiled
+def _of_t(errors, counts, freedom, square):  # type: ignore[no-untyped-def]
+    """The square of the likeliest scale of a t distribution of errors (n,), by expectation and maximisation from a first one,
+    and the sum over them of log(1 + error² / (freedom scale²)).
+    """
+    total = counts.sum()
     for _ in range(STEPS):
-        square = float(np.average((freedom + 1.0) / (freedom + errors**2 / square) * errors**2, weights=counts))
-    return float(np.sqrt(square))
+        moment = 0.0
+        for k in range(errors.shape[0]):
+            own = errors[k] ** 2
+            moment += counts[k] * own / (freedom + own / square)
+        last, square = square, (freedom + 1.0) * moment / total
+        if abs(square - last) < SAME * square:
+            break
+    far = 0.0
+    for k in range(errors.shape[0]):
+        far += counts[k] * np.log1p(errors[k] ** 2 / (freedom * square))
+    return square, far
 
 
 def _correlation(own: Array, counts: Array, known: Index, order: int, floor: float) -> Array:

@@ -60,6 +60,31 @@ class Fit:
         return covariance
 
 
+@dataclass(frozen=True)
+class _At:
+    """Which of an axis's columns are free, `local`, and `into` which of the free coefficients they go."""
+
+    local: Index
+    into: Index
+
+    @classmethod
+    def of(cls, place: Index) -> _At:
+        """`place`: of each column of the axis among the free coefficients; -1 for one that is held."""
+        local = np.flatnonzero(place >= 0)
+        return cls(local, place[local])
+
+    def add(self, reduced: Array, level: float, information: Array, right: Array) -> None:
+        """What the axis tells of the coefficients, to the equations of all axes."""
+        information[self.into[:, None], self.into] += reduced[self.local[:, None], self.local] / level**2
+        right[self.into] += reduced[self.local, -1] / level**2
+
+    def square(self, reduced: Array, values: Array) -> float:
+        """Sum of squares that the columns leave of the target with these values of the free coefficients."""
+        vector = np.zeros(len(reduced))
+        vector[self.local], vector[-1] = -values[self.into], 1.0
+        return max(float(vector @ reduced @ vector), 0.0)
+
+
 NONE_RESTS: Mapping[str, Resting] = MappingProxyType({})
 
 
@@ -82,36 +107,37 @@ def solved(
     free = np.array([k for k in range(size) if k not in held], dtype=np.intp)
     place = np.full(size, -1, dtype=np.intp)
     place[free] = np.arange(len(free))
-    local = {axis: np.flatnonzero(place[part.index] >= 0) for axis, part in parts.items()}
-    into = {axis: place[part.index[local[axis]]] for axis, part in parts.items()}
+    at = {axis: _At.of(place[part.index]) for axis, part in parts.items()}
     told = whole.only(free)
     prior = told.base + told.near
     counts = {axis: own.colour.counts[kept[axis]] if kept else own.colour.counts for axis, own in axes.items()}
     count = {axis: float(each.sum()) for axis, each in counts.items()}
     moving = [axis for axis in axes if axis not in resting]
     amplitude, level = dict(amplitude), dict.fromkeys(axes, 1.0) | {axis: one.level for axis, one in resting.items()}
-    values, information = np.zeros(len(free)), np.diag(prior)
-    squares: dict[str, float] = {}
     inner = {axis: one.inner for axis, one in resting.items()}
     reduced = {axis: one.reduced for axis, one in resting.items()}
+    at_rest = np.zeros((len(free), len(free))), np.zeros(len(free))
+    for axis, one in resting.items():
+        at[axis].add(one.reduced, one.level, *at_rest)
+    values, information = np.zeros(len(free)), np.diag(prior)
+    squares: dict[str, float] = {}
     turns, found, earlier = TUNED if tuned else LEVELS, False, dict[str, Array]()
     for turn in range(turns):
-        information, right = np.diag(prior).astype(float), np.zeros(len(free))
+        information, right = (each.copy() for each in at_rest)
+        information.flat[:: len(free) + 1] += prior
         for axis in moving:
             gram = axes[axis].gram if grams is None else grams[axis]
             inner[axis] = Inner.of(gram, amplitude[axis][axes[axis].component], level[axis])
             reduced[axis] = inner[axis].reduced(parts[axis])
-        for axis in axes:
-            information[np.ix_(into[axis], into[axis])] += reduced[axis][np.ix_(local[axis], local[axis])] / level[axis] ** 2
-            right[into[axis]] += reduced[axis][local[axis], -1] / level[axis] ** 2
+            at[axis].add(reduced[axis], level[axis], information, right)
         values = _solve(information, right)
-        squares = {axis: _square(reduced[axis], local[axis], values[into[axis]]) for axis in axes}
+        squares = {axis: at[axis].square(reduced[axis], values) for axis in moving}
         if found or turn == turns - 1:
             break
         found, prior = True, told.precision(values)
         for axis in tuned:
             own, part = axes[axis], parts[axis]
-            left = part.across[:, -1] - part.across[:, local[axis]] @ values[into[axis]]
+            left = part.across[:, -1] - part.across[:, at[axis].local] @ values[at[axis].into]
             mean = inner[axis].mean(left)
             tuned_now = inner[axis].tuned(own.component, mean, amplitude[axis], own.misfit)
             there = bool(np.abs(tuned_now - amplitude[axis]).max(initial=0.0) < CLOSE * own.misfit)
@@ -120,6 +146,7 @@ def solved(
         louder = {axis: max(1.0, float(np.sqrt(squares[axis] / max(count[axis], 1.0)))) for axis in moving}
         found &= all(abs(louder[axis] - level[axis]) < CLOSE * level[axis] for axis in moving)
         level |= louder
+    squares |= {axis: at[axis].square(one.reduced, values) for axis, one in resting.items()}
     evidence = -told.cost(values)
     for axis, own in axes.items():
         evidence -= own.colour.logarithm + count[axis] * np.log(level[axis]) + 0.5 * squares[axis] / level[axis] ** 2
@@ -147,13 +174,6 @@ def _ahead(earlier: dict[str, Array], axis: str, last: Array, now: Array, misfit
         return farther(earlier.pop(axis), last, now, misfit)
     earlier[axis] = last
     return now
-
-
-def _square(reduced: Array, local: Index, values: Array) -> float:
-    """Sum of squares that columns with some values leave of the target."""
-    vector = np.zeros(len(reduced))
-    vector[local], vector[-1] = -values, 1.0
-    return max(float(vector @ reduced @ vector), 0.0)
 
 
 def _solve(information: Array, right: Array) -> Array:

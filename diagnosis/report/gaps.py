@@ -9,6 +9,7 @@ import numpy as np
 
 from drivetwin.diagnosis.prepare.noise import Noise, noise_of
 from drivetwin.diagnosis.prepare.prepared import Prepared
+from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.report.gap_test import gap_of
 from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
 from drivetwin.diagnosis.report.result import Prediction
@@ -56,9 +57,11 @@ def gaps_of(ready: Prepared, patch: Patch, settings: Settings) -> Gaps:
     """Of a patch."""
     unseen = [predict(ready.simulation, run, patch) for run in ready.checks]
     fitted = [predict(ready.simulation, run, patch) for run in ready.runs]
-    noise = {}
-    for axis in ready.simulation.axes:
+
+    def noise(axis: str) -> Noise:
         parts = [each.axes[axis] for each in (*fitted, *unseen)]
         left = [np.where(part.used, part.measured - part.after, np.nan) for part in parts]
-        noise[axis] = noise_of(axis, [*ready.runs, *ready.checks], left, settings.model_error, ready.apart.get(axis, 0.0))
-    return Gaps(patch, unseen, fitted, noise)
+        return noise_of(axis, [*ready.runs, *ready.checks], left, settings.model_error, ready.apart.get(axis, 0.0))
+
+    axes = ready.simulation.axes
+    return Gaps(patch, unseen, fitted, dict(zip(axes, side_by_side(noise, axes), strict=True)))
