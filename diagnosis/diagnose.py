@@ -15,6 +15,7 @@ from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
 from drivetwin.diagnosis.progress import Progress
 from drivetwin.diagnosis.propose.drives import DriveFound, drive_effects
 from drivetwin.diagnosis.propose.placing import in_order
+from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.report.build import build
 from drivetwin.diagnosis.report.gaps import axes_with_gap, gaps_of
 from drivetwin.diagnosis.report.prediction import Patch
@@ -72,7 +73,8 @@ def _drives(ready: Prepared, late: Mapping[str, float], axes: Iterable[str], set
     """Effects between the torque that the loops asked for and what was recorded, that read as `late` [s] as it is."""
     runs = ready.aligned(late, {}).runs
     asked = {axis: ready.testable[axis].kinds for axis in axes}
-    return [one for axis, kinds in asked.items() for one in drive_effects(runs, axis, kinds, settings.least_share)]
+    found = side_by_side(lambda one: drive_effects(runs, *one, settings.least_share), asked.items())
+    return [one for each in found for one in each]
 
 
 @_threads_that_wait_little()
@@ -93,17 +95,17 @@ def diagnose(
     progress("filter, inverse dynamics", 0.02)
     ready = prepared(model, training, validation, settings)
     proposer = proposer_of(ready, settings)
-    search = Search(proposer, progress)
-    found = search.run()
+    found = Search(proposer, progress).run()
     progress("probabilities", 0.8)
     first = refitted(found.state, heavier(found.state))
     patch = Patch(in_order(first.effects), first.heavier)
     read = placed_by(ready.aligned(first.late, first.state.apart()), patch)
     unexplained = gaps_of(read, patch, settings).unexplained()
-    answers = [weighed(family, unexplained, settings) for family in found.families]
+    weigh = partial(weighed, unexplained=unexplained, settings=settings)
+    answers = side_by_side(weigh, found.families)
     state, answers = preferred(found.state, answers)
-    state, answers = named(state, answers, proposer, partial(weighed, unexplained=unexplained, settings=settings))
-    answers.append(weighed(search.further(found, state), unexplained, settings))
+    state, answers = named(state, answers, proposer, weigh)
+    answers.append(weigh(found.beyond(state)))
     progress("gap, shares, shrink", 0.9)
     values = refitted(state, heavier(state))
     drives = _drives(ready, {**state.recorded_late(), **values.late}, proposer.kinds, settings)

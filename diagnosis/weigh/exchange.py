@@ -100,7 +100,7 @@ class Exchange:
             return None
         known = self.proposer.evaluated(beside.whole, Begun(one.axis, one.effect, 0.0, 1))
         rivals = self.rivals.get((one.effect.name, one.axis))
-        others = [*self.proposer.proposals(beside, [one.axis], rivals), *self._simpler(beside.whole, one)]
+        others = [*self.proposer.instead(beside, one, rivals), *self._simpler(beside.whole, one)]
         own = [replace(known, settled=pair.whole)] if known is not None else []
         return Family(one, self._nothing(beside, one), [*own, *self._in_place(beside, others, known)])
 
@@ -146,7 +146,7 @@ class Exchange:
             return []
         for number in pair.whole.held() - beside.whole.held():
             beside = Pair(beside.whole.holding(number), beside.part.holding(number))
-        asked = self.proposer.proposals(beside, [one.axis], self.rivals.get((one.effect.name, one.axis)))
+        asked = self.proposer.instead(beside, one, self.rivals.get((one.effect.name, one.axis)))
         there = {each.effect.effect.name for each in known}
         return self._in_place(beside, [each for each in asked if each.effect.effect.name not in there], own)
 

@@ -16,7 +16,6 @@ from drivetwin.diagnosis.weigh.pair import Pair, empty
 from drivetwin.diagnosis.weigh.proposal import (
     CLEARLY,
     RIVAL,
-    Family,
     Found,
     Proposal,
     largest,
@@ -63,14 +62,10 @@ class Search:
             if not changed or _names(pair.whole) in done:
                 break
             done.add(_names(pair.whole))
-        last = self.proposer.further(pair, list(self.proposer.kinds)) if changed else self.proposer.again(proposals, pair.whole)
-        return Found(pair.whole, exchange.completed(pair, families) if changed else families, last)
-
-    def further(self, found: Found, state: State) -> Family:
-        """What else could be added to the set that is left of what was found; what was given up of that is no news."""
-        asked = {(one.chosen.effect.name, one.chosen.axis) for one in found.families if one.chosen is not None}
-        open_ones = [one for one in found.further if (one.effect.effect.name, one.effect.axis) not in asked]
-        return Family(None, state, self.proposer.again(open_ones, state))
+        if changed:  # what came in the place of another may want a further one beside it
+            pair, proposals = self.added(pair)
+            families = exchange.completed(pair, families)
+        return Found(pair.whole, families, self.proposer.again(proposals, pair.whole))
 
     def added(self, pair: Pair) -> tuple[Pair, Sequence[Proposal]]:
         """The best effect added, and what it makes needless dropped, until nothing more is worth it.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from drivetwin.diagnosis.prepare.deflection import is_torque
 from drivetwin.diagnosis.prepare.rows import Column
-from drivetwin.diagnosis.propose.placing import in_order
+from drivetwin.diagnosis.propose.placing import in_order, name_of
 from drivetwin.diagnosis.weigh.state import State
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.errors import UserError
@@ -71,6 +71,13 @@ class Found:
     state: State
     families: Sequence[Family]
     further: Sequence[Proposal]
+
+    def beyond(self, named: State) -> Family:
+        """What else could be there beside the whole set: what is given up of that still explains its part, and what would only
+        take its place is in its family. What the set has, or the one that is `named`, is no news.
+        """
+        told = {name_of(one.chosen) for one in self.families if one.chosen is not None} | set(map(name_of, named.effects))
+        return Family(None, self.state, [one for one in self.further if name_of(one.effect) not in told])
 
 
 def makes_sense(state: State, two: Sequence[Proposal]) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import log
 
 import numpy as np
@@ -29,7 +30,8 @@ STEPPED = 16
 """Starts of a motion that is replayed, the best as they stand, that go one step down their valley: after it the best was of the
 first six, wherever any gained something."""
 HOPELESS = 1.0
-"""Nats that a start must gain with its size free, to be moved at all. One whose size is not free may lie beside its valley."""
+"""Nats that a start must gain with its size free, to be moved at all. One whose size is not free may lie beside its valley; so
+may one that bends what yields: it is moved from what is known of it."""
 
 
 @dataclass(frozen=True)
@@ -65,15 +67,22 @@ class Proposer:
     def proposals(self, pair: Pair, axes: Sequence[str] | None = None, only: Collection[str] | None = None) -> list[Proposal]:
         """The best of every effect on every axis, given a set; `only`: of those that yield, by name, for they take the time."""
         asked = [(axis, kind) for axis in (axes if axes is not None else list(self.kinds)) for kind in self.kinds[axis]]
-        return self._best_of(pair, [one for one in asked if only is None or not yields(one[1]) or one[1].name in only])
+        return self._best_of(pair, _those(asked, only))
 
-    def _best_of(self, pair: Pair, asked: Sequence[tuple[str, type[Effect]]]) -> list[Proposal]:
-        """The best of each effect on its axis, of those that a set may have."""
+    def instead(self, pair: Pair, one: PlacedEffect, only: Collection[str] | None = None) -> list[Proposal]:
+        """The best of every effect on its axis in the place of one, given the set without it; `only`: as of `proposals`."""
+        return self._best_of(pair, _those([(one.axis, kind) for kind in self.kinds[one.axis]], only), one)
+
+    def _best_of(
+        self, pair: Pair, asked: Sequence[tuple[str, type[Effect]]], instead: PlacedEffect | None = None
+    ) -> list[Proposal]:
+        """The best of each effect on its axis, of those that a set may have; `instead` of what stood there."""
         taken = {(one.effect.name, one.axis) for one in pair.whole.effects}
         asked = [(axis, kind) for axis, kind in asked if kind.several or (kind.name, axis) not in taken]
         asked = [(axis, kind) for axis, kind in asked if kind is not Delay or pair.whole.late.get(axis, 0.0) == 0.0]
-        known = [(axis, kind, self._best.get((axis, kind.name))) for axis, kind in asked]
-        found = side_by_side(lambda one: self._proposed(pair, *one), known)
+        like = partial(_like, pair.part, instead) if instead is not None else lambda _: None
+        known = [(axis, kind, like(kind) or self._best.get((axis, kind.name))) for axis, kind in asked]
+        found = side_by_side(lambda one: self._proposed(pair, *one), known, lambda one: yields(one[1]))
         for one in found:
             if one is not None:
                 self._best[one.effect.axis, one.effect.effect.name] = one.effect.effect
@@ -149,8 +158,8 @@ class Proposer:
             begun = coarse(state.bench.beginnings(axis, kind, state.dynamics[axis]), state.frugal, held)
         except UserError:
             return []
-        if begun and kind.scales and begun[0].evidence - state.frugal_fit.evidence < HOPELESS:
-            return []
+        if kind.scales and not any(one.evidence - state.frugal_fit.evidence >= HOPELESS for one in begun[:1]):
+            return [Begun(axis, known, 0.0, max(len(begun), 1))] if known is not None and state.bends(axis, kind) else []
         if begun and not kind.scales:
             self._tried[axis, kind.name] = begun[0].tried
             begun = self._stepped(state, begun[:STEPPED], held)
@@ -230,3 +239,32 @@ class Proposer:
     def _is_lower(self, fit: Fit, number: int) -> bool:
         amount, deviation = fit.coefficients[number], np.sqrt(max(fit.covariance[number, number], 0.0))
         return bool(amount < -self.bench.settings.off * deviation < 0.0)
+
+
+def _those(asked: Sequence[tuple[str, type[Effect]]], only: Collection[str] | None) -> list[tuple[str, type[Effect]]]:
+    """Kinds on axes, of those that yield only some, by name, if these are told."""
+    return [one for one in asked if only is None or not yields(one[1]) or one[1].name in only]
+
+
+def _like(state: State, one: PlacedEffect, kind: type[Effect]) -> Effect | None:
+    """An effect on one's axis that costs most nearly what that one does, where it bends what yields in a set; else None.
+
+    Friction that yields does so by its level, so that what a small one gains tells nothing of a large one.
+    """
+    if not (
+        issubclass(kind, AxisEffect) and kind.scales and state.bends(one.axis, kind) and isinstance(one.effect, AxisEffect)
+    ):
+        return None
+    try:
+        begin = state.bench.beginnings(one.axis, kind, state.dynamics[one.axis])
+        torque = state.felt(one.axis, one.effect).cost[one.axis]
+    except UserError:
+        return None
+    found = []
+    for start, costs in zip(begin.starts, begin.costs, strict=True):
+        columns = np.column_stack([cost[one.axis] for cost in costs])
+        if np.isfinite(columns).all() and np.isfinite(torque).all():
+            sizes, *_ = np.linalg.lstsq(columns, torque)
+            effect = start.compose([float(size) for size in sizes])
+            found += [(float(np.linalg.norm(torque - columns @ sizes)), effect)] if effect is not None else []
+    return min(found, key=lambda each: each[0])[1] if found else None

@@ -20,6 +20,7 @@ from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.propose.nominal import Nominal
 from drivetwin.diagnosis.propose.placing import in_order, placed
 from drivetwin.diagnosis.propose.search import Field, Predict, movable_fields
+from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.bench import NO_TORQUE, Bench, Felt, Later
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, PlacedEffect
@@ -266,6 +267,11 @@ class State:
         """From an effect on an axis to what it costs on top of the set."""
         return lambda effect: Felt(self.bench, axis, effect, *self._place(axis, effect)).added
 
+    def bends(self, axis: str, kind: type[Effect]) -> bool:
+        """Whether what the set has on an axis costs otherwise with such an effect: what yields, with another friction."""
+        own = (one.effect for one in self.effects if one.axis == axis)
+        return _is_under(kind) and any(isinstance(effect, AxisEffect) and _bends(effect) for effect in own)
+
     def _place(self, axis: str, effect: Effect) -> tuple[AxisDynamics, Later]:
         """What an effect would stand on in the set, and what of the set would then bend otherwise."""
         key = axis, type(effect)
@@ -388,11 +394,16 @@ def _later(ordered: Sequence[PlacedEffect], before: Sequence[AxisDynamics], numb
     In sliding an asymmetry of friction is an offset. Behind play and bristles it is none.
     """
     one = ordered[number]
-    if not isinstance(one.effect, FrictionEffect) or one.effect.several:
+    if not _is_under(type(one.effect)):
         return ()
     rest = zip(ordered[number + 1 :], before[number + 1 :], strict=True)
     own = [(each.effect, axis) for each, axis in rest if each.axis == one.axis]
     return tuple((effect, axis) for effect, axis in own if isinstance(effect, AxisEffect) and _bends(effect))
+
+
+def _is_under(kind: type[Effect]) -> bool:
+    """Whether it changes the friction that what yields has under it."""
+    return issubclass(kind, FrictionEffect) and not kind.several
 
 
 def _bends(effect: AxisEffect) -> bool:
@@ -416,10 +427,12 @@ def _plain_axis(bench: Bench, axis: str, target: Array) -> AxisSystem:
 
 def colours_of(bench: Bench, residual: Mapping[str, Array]) -> dict[str, Colour]:
     """The colour of what everything that could be asked leaves (N,) of each axis [N·m or N]."""
-    return {
-        axis: colour_of(bench.rows.of[axis], bench.intervals, rows, bench.settings.colour_order, bench.noise_floor(axis))
-        for axis, rows in residual.items()
-    }
+
+    def own(axis: str) -> Colour:
+        rows, order = bench.rows.of[axis], bench.settings.colour_order
+        return colour_of(rows, bench.intervals, residual[axis], order, bench.noise_floor(axis))
+
+    return dict(zip(residual, side_by_side(own, residual), strict=True))
 
 
 def moved_by_fit(state: State, fit: Fit, share: float, axis: str | None = None) -> tuple[PlacedEffect, ...]:

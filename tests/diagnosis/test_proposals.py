@@ -16,10 +16,12 @@ from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.search import Begun, Field, tangents
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh import moves
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.exchange import Exchange
 from drivetwin.diagnosis.weigh.moves import Search
 from drivetwin.diagnosis.weigh.pair import Pair
+from drivetwin.diagnosis.weigh.proposal import Family, Found
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, colours_of, state_of
 from drivetwin.diagnosis.weigh.yielding import reduced
@@ -32,6 +34,7 @@ from drivetwin.emulator.effects.inertia import Inertia
 from drivetwin.emulator.effects.payload import Payload
 from drivetwin.emulator.effects.presliding import Presliding
 from drivetwin.emulator.effects.temperature_drift import TemperatureDrift
+from drivetwin.emulator.effects.torque_offset import TorqueOffset
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
 from drivetwin.emulator.effects.viscous_asymmetry import ViscousAsymmetry
 
@@ -187,6 +190,32 @@ def test_an_effect_is_not_refused_for_what_another_axis_leaves(tmp_path: Path, m
     search = Search(proposer, lambda _what, _share: None)
     added, _ = search.added(empty_pair(bench))
     assert [(one.axis, one.effect.name) for one in added.whole.effects] == [("turn", "torque_ripple")]
+
+
+def test_what_an_exchange_leaves_to_be_added_is_added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where it is the last one: here it takes the only effect out."""
+    made = ready(tmp_path, *(strokes(seed, seconds, {"lift": ripple}) for seed, seconds in ((1, 20.0), (2, 4.0))))
+    bench = bench_of(made.rows, Settings(), made.absolute)
+    monkeypatch.setattr(moves, "EXCHANGES", 1)
+    monkeypatch.setattr(Exchange, "exchanged", lambda _self, pair, _proposals: (pair.without(pair.whole.effects[0]), [], True))
+    found = Search(Proposer(bench, bench, {"turn": [], "lift": [TorqueRipple]}, {}), lambda _what, _share: None).run()
+    assert [one.effect.name for one in found.state.effects] == ["torque_ripple"]
+    assert [family.chosen for family in found.families] == list(found.state.effects)
+
+
+def test_what_could_be_added_is_asked_beside_all_that_was_found(tmp_path: Path) -> None:
+    """What is given up of it still explains its part; it is no news itself, nor is what is named instead."""
+    several = {"turn": lambda at: ripple(at) + 1.0, "lift": ripple}
+    made = ready(tmp_path, *(strokes(seed, seconds, several) for seed, seconds in ((1, 20.0), (2, 4.0))))
+    bench = bench_of(made.rows, Settings(), made.absolute)
+    proposer = Proposer(bench, bench, {"turn": [TorqueRipple, TorqueOffset], "lift": [TorqueRipple]}, {})
+    nothing = empty_pair(bench)
+    turned, offset, lifted = proposer.proposals(nothing)
+    whole = nothing.whole.of([lifted.effect])
+    found = Found(whole, [Family(lifted.effect, nothing.whole, [lifted])], proposer.again([turned, offset, lifted], whole))
+    beyond = found.beyond(nothing.whole.of([turned.effect]))
+    assert beyond.state is whole
+    assert [(one.effect.axis, type(one.effect.effect)) for one in beyond.proposals] == [("turn", TorqueOffset)]
 
 
 def empty_pair(bench: Bench) -> Pair:

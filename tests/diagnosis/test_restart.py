@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from rig_bench import COULOMB, MOTOR, TURNING, VISCOUS, Swing, ready, strokes
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.weigh import proposer
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.pair import Pair
@@ -21,21 +23,29 @@ from drivetwin.diagnosis.weigh.restart import Restart
 from drivetwin.diagnosis.weigh.state import state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects.backlash import Backlash
+from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.presliding import Presliding
+from drivetwin.emulator.effects.stribeck import Stribeck
+from drivetwin.emulator.effects.torque_offset import TorqueOffset
 
 TRUE = Backlash(4e-3, 3e3, 8.0, 0.5)
 FINER = 20
 """Steps of the integration a sample."""
+MORE = 4.5
+"""By which a level of friction is higher than modelled [N·m], where it is."""
 WAY = 2e-3
 """On which friction gives way before it slides [rad], where it does."""
 
 
-def loose(at: Swing) -> Array:
-    """Motor torque less that of the rigid axis: a link between two flanks, half of the friction on each side; semi-implicit."""
+def loose(at: Swing, more: float = 0.0) -> Array:
+    """Motor torque less that of the rigid axis: a link between two flanks, half of the friction on each side; semi-implicit.
+
+    `more`: by which the level of friction is higher than modelled [N·m].
+    """
     step = float(at.time[1] - at.time[0]) / FINER
     fine = np.arange((len(at.time) - 1) * FINER + 1) * step
     motor, speed = (np.interp(fine, at.time - at.time[0], values) for values in (at.position, at.velocity))
-    link, level, viscous = TURNING - MOTOR, 0.5 * COULOMB["turn"], 0.5 * VISCOUS["turn"]
+    link, level, viscous = TURNING - MOTOR, 0.5 * (COULOMB["turn"] + more), 0.5 * VISCOUS["turn"]
     place, moves = float(motor[0]), 0.0
     through = np.zeros(len(fine))
     for k in range(len(fine)):
@@ -46,7 +56,7 @@ def loose(at: Swing) -> Array:
         driven = moves + step * (through[k] - viscous * moves) / link
         moves = np.copysign(max(0.0, abs(driven) - step * level / link), driven)
         place += step * moves
-    own = 0.5 * (COULOMB["turn"] * np.sign(at.velocity) + VISCOUS["turn"] * at.velocity)
+    own = 0.5 * ((COULOMB["turn"] - more) * np.sign(at.velocity) + VISCOUS["turn"] * at.velocity)
     return np.asarray(through[::FINER] - link * at.acceleration - own)
 
 
@@ -75,6 +85,23 @@ def loose_and_yielding(at: Swing) -> Array:
 def bench_of_play(folder: Path, torque: Callable[[Swing], Array] = loose, longest: float = 20.0) -> Bench:
     made = ready(folder, *(strokes(seed, seconds, {"turn": torque}) for seed, seconds in ((1, longest), (2, 4.0))))
     return bench_of(made.rows, Settings(), made.absolute)
+
+
+def test_a_level_of_friction_behind_play_is_tried_as_large_as_what_stood_in_its_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A small level may cost more than none where a large one explains all: play that takes too little friction swings."""
+    bench = bench_of_play(tmp_path, partial(loose, more=MORE))
+    monkeypatch.setattr(proposer, "coarse", lambda *_: [])
+    falling, (play,) = placed(bench.rows, "turn", Stribeck(MORE + 1.0, 0.5, 1.0)), [placed(bench.rows, "turn", TRUE)]
+    beside = coloured(state_of(bench, [play], bench.white, {}), ())
+    proposed = Proposer(bench, bench, {"turn": [Coulomb, TorqueOffset]}, {}).instead(Pair(beside, beside), falling)
+    (level,) = (one for one in proposed if isinstance(one.effect.effect, Coulomb))
+    assert isinstance(level.effect.effect, Coulomb)
+    assert level.effect.effect.coulomb == pytest.approx(COULOMB["turn"] + MORE, rel=0.05)
+    assert level.score > 100.0
+    alone = state_of(bench, (), bench.white, {})
+    assert not Proposer(bench, bench, {"turn": [Coulomb]}, {}).instead(Pair(alone, alone), falling)
 
 
 @pytest.mark.parametrize("begun", repeated(Backlash(0.0, 300.0, 1.0), TRUE))
