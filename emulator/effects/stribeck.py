@@ -51,10 +51,14 @@ class Stribeck(FrictionEffect):
 
     def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """Exponents that were measured lie between 0.5 and 2 (Armstrong-Helouvry et al. 1994, sec. 3.2); friction that still
-        falls at the top speed is another level, not a fall."""
-        slowest = super().bounds(motion, axis)["stribeck_velocity"][0]
-        fastest = max(_FASTEST * top_speed(motion), 2.0 * slowest)
-        return super().bounds(motion, axis) | {"stribeck_velocity": (slowest, fastest), "exponent": (0.5, 3.0)}
+        falls at the top speed is another level, not a fall, and one that rises is none."""
+        usual = super().bounds(motion, axis)
+        slowest, most = usual["stribeck_velocity"][0], usual["static_torque"][1]
+        return usual | {
+            "static_torque": (axis.friction.coulomb, most),
+            "stribeck_velocity": (slowest, max(_FASTEST * top_speed(motion), 2.0 * slowest)),
+            "exponent": (0.5, 3.0),
+        }
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:

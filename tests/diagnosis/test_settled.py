@@ -100,6 +100,16 @@ def test_a_nominal_friction_that_is_off_gives_way_and_warms_as_the_set_has_it(la
     assert np.std(column - own.nominals[number].column["turn"]) > 0.01 * np.std(column), "in the model it sets in at once"
 
 
+def test_a_stribeck_curve_does_not_rise(tmp_path: Path) -> None:
+    """Friction that is lower at low speeds is another effect: by definition the curve falls from its static level."""
+    level = RIG_COULOMB["turn"]
+    lower = {"turn": lambda at: -0.6 * level * np.exp(-np.abs(at.velocity) / 0.3) * np.sign(at.velocity)}
+    own = bench_of(compared(tmp_path, strokes(1, 20.0, lower)), Settings(), {"turn": True, "lift": True})
+    (found,) = (one.effect for one in settled_on(state(own, Stribeck(1.2 * level, 0.3, 1.0))).effects)
+    assert isinstance(found, Stribeck)
+    assert found.static_torque >= level
+
+
 def test_where_the_others_make_no_mechanism_without_what_was_added_that_stays(bench: Bench) -> None:
     """A friction that falls with the speed needs the viscous one: alone it would push."""
     before = state(bench, ViscousNonlinear(-0.05, 0.01))
