@@ -29,8 +29,8 @@ FREEDOMS = (2.0, 3.0, 4.0, 6.0, 10.0, 20.0)
 """Degrees of freedom of the t distribution, of which the likeliest is taken, or none: the normal one."""
 TURNS = 4
 """Times that autoregression and weights are found in turn."""
-STEPS, SAME = 20, 1e-6
-"""Of expectation and maximisation, for the scale, at most; and of its square, what the last one changes."""
+STEPS, CONVERGED = 20, 1e-6
+"""Of expectation and maximisation, for the scale, at most; relative change of its square, below which they end."""
 SHRUNK = 1e-4
 """Share of white noise that is taken to be in any residual: keeps the recursion well conditioned."""
 
@@ -150,14 +150,16 @@ def _tails(errors: Array, counts: Array, level: float, floor: float) -> tuple[Ar
     weighted normal one [nats], and its scale, no less than the floor; 1, 0 and their `level` under the normal one.
     """
     total, roots, excess = float(counts.sum()), np.ones_like(errors), np.zeros_like(errors)
-    if not errors.any():
+    normal = float(np.sqrt(np.average(errors**2, weights=counts))) if errors.any() else 0.0
+    if not normal > 0.0:
         return roots, excess, level
-    normal = float(np.sqrt(np.average(errors**2, weights=counts)))
     best, likeliest = -total * (np.log(normal * np.sqrt(2.0 * np.pi)) + 0.5), None
     begin = float(np.median(errors**2)) or normal**2
     for freedom in FREEDOMS:
-        square, far = _of_t(errors, counts, freedom, begin)
-        likelihood = total * (_peak(freedom) - 0.5 * np.log(square)) - 0.5 * (freedom + 1.0) * far
+        square, logarithms = _of_t(errors, counts, freedom, begin)
+        if square == 0.0:
+            continue
+        likelihood = total * (_peak(freedom) - 0.5 * np.log(square)) - 0.5 * (freedom + 1.0) * logarithms
         if likelihood > best:
             best, likeliest, level = likelihood, freedom, max(float(np.sqrt(square)), floor)
     if likeliest is not None:
@@ -175,7 +177,7 @@ def _peak(freedom: float) -> float:
 @compiled
 def _of_t(errors, counts, freedom, square):  # type: ignore[no-untyped-def]
     """The square of the likeliest scale of a t distribution of errors (n,), by expectation and maximisation from a first one,
-    and the sum over them of log(1 + error² / (freedom scale²)).
+    and the sum over them of log(1 + error² / (freedom scale²)), each as often as it counts; 0 and infinity without a scale.
     """
     total = counts.sum()
     for _ in range(STEPS):
@@ -184,12 +186,14 @@ def _of_t(errors, counts, freedom, square):  # type: ignore[no-untyped-def]
             own = errors[k] ** 2
             moment += counts[k] * own / (freedom + own / square)
         last, square = square, (freedom + 1.0) * moment / total
-        if abs(square - last) < SAME * square:
+        if not square > 0.0:
+            return 0.0, np.inf
+        if abs(square - last) < CONVERGED * square:
             break
-    far = 0.0
+    logarithms = 0.0
     for k in range(errors.shape[0]):
-        far += counts[k] * np.log1p(errors[k] ** 2 / (freedom * square))
-    return square, far
+        logarithms += counts[k] * np.log1p(errors[k] ** 2 / (freedom * square))
+    return square, logarithms
 
 
 def _correlation(own: Array, counts: Array, known: Index, order: int, floor: float) -> Array:

@@ -61,20 +61,20 @@ class Fit:
 
 
 @dataclass(frozen=True)
-class _At:
+class _FreeColumns:
     """Which of an axis's columns are free, `local`, and `into` which of the free coefficients they go."""
 
     local: Index
     into: Index
 
     @classmethod
-    def of(cls, place: Index) -> _At:
+    def of(cls, place: Index) -> _FreeColumns:
         """`place`: of each column of the axis among the free coefficients; -1 for one that is held."""
         local = np.flatnonzero(place >= 0)
         return cls(local, place[local])
 
     def add(self, reduced: Array, level: float, information: Array, right: Array) -> None:
-        """What the axis tells of the coefficients, to the equations of all axes."""
+        """Adds what the axis contributes to the normal equations of all axes."""
         information[self.into[:, None], self.into] += reduced[self.local[:, None], self.local] / level**2
         right[self.into] += reduced[self.local, -1] / level**2
 
@@ -107,7 +107,7 @@ def solved(
     free = np.array([k for k in range(size) if k not in held], dtype=np.intp)
     place = np.full(size, -1, dtype=np.intp)
     place[free] = np.arange(len(free))
-    at = {axis: _At.of(place[part.index]) for axis, part in parts.items()}
+    at = {axis: _FreeColumns.of(place[part.index]) for axis, part in parts.items()}
     told = whole.only(free)
     prior = told.base + told.near
     counts = {axis: own.colour.counts[kept[axis]] if kept else own.colour.counts for axis, own in axes.items()}

@@ -6,7 +6,7 @@ As many as numba may use: every core, or what NUMBA_NUM_THREADS says; 1 where ma
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import TypeVar
@@ -17,24 +17,31 @@ NAME = "side by side"
 """Of its threads."""
 
 Item = TypeVar("Item")
+Key = TypeVar("Key", bound=Hashable)
 Made = TypeVar("Made")
 
 
 def side_by_side(
     made: Callable[[Item], Made], items: Iterable[Item], takes_longer: Callable[[Item], bool] = lambda _: False
 ) -> list[Made]:
-    """made(item) of each, in the order of the items; raises what the first that fails raises.
+    """made(item) of each, in the order of the items; raises what the first of them that fails raises.
 
-    What `takes_longer` is begun first: no thread then waits for it at the end. Within one of its own threads, and for a single
-    item, it runs in the thread that asks.
+    Those that `takes_longer` holds for are begun first, so that fewer threads are idle at the end. Within one of its own
+    threads, and for a single item, it runs in the thread that asks.
     """
     waiting = list(items)
     pool = _pool(getattr(numba.config, "NUMBA_NUM_THREADS"))  # noqa: B009
     if pool is None or len(waiting) == 1 or threading.current_thread().name.startswith(NAME):
         return [made(item) for item in waiting]
-    ordered = sorted(range(len(waiting)), key=lambda k: not takes_longer(waiting[k]))
-    found = dict(zip(ordered, pool.map(lambda k: made(waiting[k]), ordered), strict=True))
-    return [found[k] for k in range(len(waiting))]
+    first = sorted(range(len(waiting)), key=lambda number: not takes_longer(waiting[number]))
+    begun = {number: pool.submit(made, waiting[number]) for number in first}
+    return [begun[number].result() for number in range(len(waiting))]
+
+
+def by_key(made: Callable[[Key], Made], keys: Iterable[Key]) -> dict[Key, Made]:
+    """made(key) of each, by key."""
+    asked = list(keys)
+    return dict(zip(asked, side_by_side(made, asked), strict=True))
 
 
 @cache

@@ -9,7 +9,7 @@ import numpy as np
 
 from drivetwin.diagnosis.prepare.noise import Noise, noise_of
 from drivetwin.diagnosis.prepare.prepared import Prepared
-from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.diagnosis.propose.side_by_side import by_key
 from drivetwin.diagnosis.report.gap_test import gap_of
 from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
 from drivetwin.diagnosis.report.result import Prediction
@@ -63,5 +63,4 @@ def gaps_of(ready: Prepared, patch: Patch, settings: Settings) -> Gaps:
         left = [np.where(part.used, part.measured - part.after, np.nan) for part in parts]
         return noise_of(axis, [*ready.runs, *ready.checks], left, settings.model_error, ready.apart.get(axis, 0.0))
 
-    axes = ready.simulation.axes
-    return Gaps(patch, unseen, fitted, dict(zip(axes, side_by_side(noise, axes), strict=True)))
+    return Gaps(patch, unseen, fitted, by_key(noise, ready.simulation.axes))

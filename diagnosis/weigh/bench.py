@@ -15,7 +15,7 @@ from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.propose.nominal import Nominal, is_multiple, nominal_parameters
 from drivetwin.diagnosis.propose.rigid import Polynomial, polynomial
 from drivetwin.diagnosis.propose.search import Beginnings, Field, beginnings, movable_fields, tangents
-from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.diagnosis.propose.side_by_side import by_key
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, ModelEffect, PlacedEffect, library
@@ -205,9 +205,8 @@ class Bench:
 def bench_of(rows: Rows, settings: Settings, absolute: Mapping[str, bool], without_gap: frozenset[str] = frozenset()) -> Bench:
     """`absolute`: axes whose position means the same in all recordings."""
     kinds = [kind for kind in library().values() if issubclass(kind, ModelEffect)]
-    asked = [(axis, kind) for axis in rows.axes for kind in kinds]
-    polynomials = side_by_side(lambda one: polynomial(rows, *one), asked)
-    told = {(axis, kind.name): found for (axis, kind), found in zip(asked, polynomials, strict=True) if found is not None}
+    asked = by_key(lambda one: polynomial(rows, *one), [(axis, kind) for axis in rows.axes for kind in kinds])
+    told = {(axis, kind.name): found for (axis, kind), found in asked.items() if found is not None}
     nominals = tuple(nominal_parameters(rows, settings))
 
     def unknown(axis: str) -> tuple[Component, ...]:
@@ -217,7 +216,7 @@ def bench_of(rows: Rows, settings: Settings, absolute: Mapping[str, bool], witho
         rows,
         settings,
         nominals,
-        dict(zip(rows.axes, side_by_side(unknown, rows.axes), strict=True)),
+        by_key(unknown, rows.axes),
         told,
         np.array([run.period * run.stride for run in rows.runs]),
         {(axis, name): _same(rows, axis, found, nominals) for (axis, name), found in told.items()},

@@ -74,11 +74,13 @@ class Exchange:
             families.append(self._families[beside])
         return pair, families, changed
 
-    def completed(self, pair: Pair, families: Sequence[Family]) -> list[Family]:
-        """The families of the effects in the set, those that came in last among them: nothing is exchanged any more."""
+    def completed(self, pair: Pair) -> list[Family]:
+        """The families of the effects in a set in which nothing is exchanged any more: those that are known, of what acts on
+        their axis as it is, and the others asked for.
+        """
         found = []
         for one in pair.whole.effects:
-            known = next((each for each in families if each.chosen is not None and alike(each.chosen, one)), None)
+            known = self._families.get((_what_acts_on(one.axis, pair.whole), one.effect))
             if known is None and (asked := self._family(pair, one)) is not None:
                 known = self._whole(pair, one, asked)
             if known is not None:
@@ -238,7 +240,7 @@ class Exchange:
     def _rated(self, one: Proposal) -> float:
         """Log evidence of its set, settled, less what it costs that so many effects were tried [nats]."""
         assert one.settled is not None
-        return self.proposer.rated(one.settled) + one.prior + log(self.proposer.tried(one.effect.axis))
+        return self.proposer.rated(one.settled) + one.prior + one.rare + log(self.proposer.tried(one.effect.axis))
 
 
 def _what_acts_on(axis: str, state: State) -> tuple[tuple[str, Effect], ...]:

@@ -62,10 +62,10 @@ class Search:
             if not changed or _names(pair.whole) in done:
                 break
             done.add(_names(pair.whole))
-        if changed:  # what came in the place of another may want a further one beside it
-            pair, proposals = self.added(pair)
-            families = exchange.completed(pair, families)
-        return Found(pair.whole, families, self.proposer.again(proposals, pair.whole))
+        else:  # what came last in the place of another may call for one more
+            pair, _ = self.added(pair)
+        last = self.proposer.further(pair, list(self.proposer.kinds)) if changed else self.proposer.again(proposals, pair.whole)
+        return Found(pair.whole, exchange.completed(pair) if changed else families, last)
 
     def added(self, pair: Pair) -> tuple[Pair, Sequence[Proposal]]:
         """The best effect added, and what it makes needless dropped, until nothing more is worth it.
@@ -166,7 +166,7 @@ class Search:
             if any(same_kind(one, each) for each in newest):
                 continue
             less = pair.without(one)
-            if less is None or less.whole.fit.evidence + log(self.proposer.tried(one.axis)) <= pair.whole.fit.evidence:
+            if less is None or less.whole.promised + log(self.proposer.tried(one.axis)) <= pair.whole.promised:
                 continue
             if not less.whole.leaves_more_than(pair.whole):
                 return self.dropped(less, newest)

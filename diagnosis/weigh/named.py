@@ -43,8 +43,14 @@ def named(state: State, answers: Sequence[Answer], proposer: Proposer, weigh: We
 def _once(
     state: State, answers: Sequence[Answer], proposer: Proposer, weigh: Weigh, given_up: Collection[Name]
 ) -> tuple[State, list[Answer]]:
-    """The set less what is doubtful, with nominal parameters that are off as effects, and less what a patch does not need."""
-    state, off = corrected(believed(state, answers), proposer, given_up)
+    """The set less what is doubtful, with nominal parameters that are off as effects, and less what a patch does not need.
+
+    Not with nominal parameters that a straight line promised more of than a patch with them holds.
+    """
+    less = believed(state, answers)
+    state, off = corrected(less, proposer, given_up)
+    if off and _leaves_more(state, _left(less)):
+        state, off = less, []
     state, of_masses = instead_of_masses(state, proposer, given_up)
     told = [*answers, *map(weigh, off), *of_masses]
     return needed(aligned(believed(state, told))), told
@@ -70,7 +76,7 @@ def _too_dear(state: State, kept: Sequence[PlacedEffect], proposer: Proposer) ->
             continue
         cost = log(proposer.tried(one.axis)) - CLEARLY
         as_close = _left_at_best(less) < left + settled.bench.least(one)
-        if not as_close and less.fit.evidence + cost <= settled.reached:
+        if not as_close and less.promised + cost <= settled.reached:
             continue
         less = settled_on(less)
         if (as_close or less.reached + cost > settled.reached) and not _moves_several(settled, less):

@@ -96,7 +96,7 @@ def _instead_of_mass(state: State, number: int, proposer: Proposer, given_up: Co
     found = [one for one in asked if one.takes >= least and not isinstance(one.effect.effect, ModelEffect)]
     likeliest = sorted(found, key=lambda one: -one.score)[:CONSIDERED]
     sets = [(one, tried_set(exact, (*exact.effects, one.effect))) for one in likeliest]
-    able = [(one, settled_on(each, axis=axis).reached + one.prior) for one, each in sets if each is not None]
+    able = [(one, settled_on(each, axis=axis).reached + one.prior + one.rare) for one, each in sets if each is not None]
     best = max((score for _, score in able), default=-np.inf)
     weights = np.exp(np.array([state.reached, *(score for _, score in able)]) - max(best, state.reached))
     weights /= weights.sum()

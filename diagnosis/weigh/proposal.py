@@ -38,6 +38,8 @@ class Proposal:
     """Starts that were compared."""
     settled: State | None = None
     """The set with it, moved together to where the evidence gains no more, where that was done."""
+    rare: float = 0.0
+    """Of the prior, what it costs that the effect is rare as it stands [nats]: `State.unlikely` of a set has it."""
     only_listed: bool = False
     """Whether it is listed beside what is named, and not named itself: nothing sets it apart, or it was given up."""
 
@@ -73,10 +75,10 @@ class Found:
     further: Sequence[Proposal]
 
     def beyond(self, named: State) -> Family:
-        """What else could be there beside the whole set: what is given up of that still explains its part, and what would only
-        take its place is in its family. What the set has, or the one that is `named`, is no news.
+        """What else could be added to the whole set. Effects that were given up later are still in it, so that no other gets
+        credit for their part. Effects of that set, and of the one that is `named`, are left out.
         """
-        told = {name_of(one.chosen) for one in self.families if one.chosen is not None} | set(map(name_of, named.effects))
+        told = {name_of(one) for one in (*self.state.effects, *named.effects)}
         return Family(None, self.state, [one for one in self.further if name_of(one.effect) not in told])
 
 

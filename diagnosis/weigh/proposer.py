@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from math import log
 
 import numpy as np
@@ -30,8 +29,8 @@ STEPPED = 16
 """Starts of a motion that is replayed, the best as they stand, that go one step down their valley: after it the best was of the
 first six, wherever any gained something."""
 HOPELESS = 1.0
-"""Nats that a start must gain with its size free, to be moved at all. One whose size is not free may lie beside its valley; so
-may one that bends what yields: it is moved from what is known of it."""
+"""Nats that a start must gain with its size free, to be moved at all. One whose size is not free may lie beside its valley, and
+so may friction under what yields: that is moved from what is known of it."""
 
 
 @dataclass(frozen=True)
@@ -67,11 +66,11 @@ class Proposer:
     def proposals(self, pair: Pair, axes: Sequence[str] | None = None, only: Collection[str] | None = None) -> list[Proposal]:
         """The best of every effect on every axis, given a set; `only`: of those that yield, by name, for they take the time."""
         asked = [(axis, kind) for axis in (axes if axes is not None else list(self.kinds)) for kind in self.kinds[axis]]
-        return self._best_of(pair, _those(asked, only))
+        return self._best_of(pair, _restricted(asked, only))
 
     def instead(self, pair: Pair, one: PlacedEffect, only: Collection[str] | None = None) -> list[Proposal]:
-        """The best of every effect on its axis in the place of one, given the set without it; `only`: as of `proposals`."""
-        return self._best_of(pair, _those([(one.axis, kind) for kind in self.kinds[one.axis]], only), one)
+        """The best of every effect on its axis in the place of one, given the set without it; `only`: as in `proposals`."""
+        return self._best_of(pair, _restricted([(one.axis, kind) for kind in self.kinds[one.axis]], only), one)
 
     def _best_of(
         self, pair: Pair, asked: Sequence[tuple[str, type[Effect]]], instead: PlacedEffect | None = None
@@ -80,9 +79,12 @@ class Proposer:
         taken = {(one.effect.name, one.axis) for one in pair.whole.effects}
         asked = [(axis, kind) for axis, kind in asked if kind.several or (kind.name, axis) not in taken]
         asked = [(axis, kind) for axis, kind in asked if kind is not Delay or pair.whole.late.get(axis, 0.0) == 0.0]
-        like = partial(_like, pair.part, instead) if instead is not None else lambda _: None
-        known = [(axis, kind, like(kind) or self._best.get((axis, kind.name))) for axis, kind in asked]
-        found = side_by_side(lambda one: self._proposed(pair, *one), known, lambda one: yields(one[1]))
+
+        def proposed(axis: str, kind: type[Effect]) -> Proposal | None:
+            like = _like(pair.part, instead, kind) if instead is not None else None
+            return self._proposed(pair, axis, kind, like or self._best.get((axis, kind.name)))
+
+        found = side_by_side(lambda one: proposed(*one), asked, lambda one: yields(one[1]))
         for one in found:
             if one is not None:
                 self._best[one.effect.axis, one.effect.effect.name] = one.effect.effect
@@ -107,9 +109,7 @@ class Proposer:
         """Sought on a part of the rows, from what is `known` of it too, judged on all, moved on there if it gains anything."""
         held = pair.part.held(kind.name, axis)
         begun = self._begun(pair.part, axis, kind, held, known)
-        if begun and known is not None and not kind.several:
-            begun = [replace(begun[0], effect=known), *begun[: REFINED - 1]]
-        tried = [self._moved(pair.part, one, held) for one in begun[:REFINED]]
+        tried = [self._moved(pair.part, one, held) for one in begun]
         whole = [
             replace(one, effect=natural, tried=1)
             for one in tried
@@ -141,13 +141,18 @@ class Proposer:
 
     def _prior(self, state: State, one: Begun) -> float:
         """Log probability of an effect, one of the kinds and starts that are tried [nats]: some are rare."""
-        rare = one.effect.unlikely(state.rows.motion[one.axis], state.dynamics[one.axis])
-        if one.effect.name in self.askew.get(one.axis, ()):
-            rare -= log(self.bench.settings.askew)
-        return -log(self.tried(one.axis)) - log(max(one.tried, 1)) - rare
+        askew = log(self.bench.settings.askew) if one.effect.name in self.askew.get(one.axis, ()) else 0.0
+        return askew - log(self.tried(one.axis)) - log(max(one.tried, 1)) - _rare(state, one)
 
     def _begun(self, state: State, axis: str, kind: type[Effect], held: frozenset[int], known: Effect | None) -> list[Begun]:
-        """Where the local search begins. Of starts that have to be replayed one by one, the `known` one is enough."""
+        """Where the local search begins: what is `known` of an effect, and the best starts."""
+        begun = self._starts(state, axis, kind, held, known)
+        if begun and known is not None and not kind.several:
+            begun = [replace(begun[0], effect=known), *(one for one in begun if one.effect != known)]
+        return begun[:REFINED]
+
+    def _starts(self, state: State, axis: str, kind: type[Effect], held: frozenset[int], known: Effect | None) -> list[Begun]:
+        """The starts of an effect, best first. Of those that have to be replayed one by one, the `known` one is enough."""
         try:
             if issubclass(kind, ModelEffect):
                 told = state.bench.polynomials.get((axis, kind.name))
@@ -155,11 +160,13 @@ class Proposer:
             assert issubclass(kind, AxisEffect)
             if known is not None and not kind.scales:
                 return [Begun(axis, known, 0.0, self._tried[axis, kind.name])]
-            begun = coarse(state.bench.beginnings(axis, kind, state.dynamics[axis]), state.frugal, held)
+            begin = state.bench.beginnings(axis, kind, state.dynamics[axis])
+            begun = coarse(begin, state.frugal, held)
         except UserError:
             return []
-        if kind.scales and not any(one.evidence - state.frugal_fit.evidence >= HOPELESS for one in begun[:1]):
-            return [Begun(axis, known, 0.0, max(len(begun), 1))] if known is not None and state.bends(axis, kind) else []
+        if kind.scales and (not begun or begun[0].evidence - state.frugal_fit.evidence < HOPELESS):
+            bends = known is not None and state.bends(axis, known)
+            return [Begun(axis, known, 0.0, len(begin.starts))] if known is not None and bends else []
         if begun and not kind.scales:
             self._tried[axis, kind.name] = begun[0].tried
             begun = self._stepped(state, begun[:STEPPED], held)
@@ -211,7 +218,7 @@ class Proposer:
         gain = fit.evidence - state.fit.evidence
         prior = self._prior(state, one)
         effect = placed(state.rows, one.axis, one.effect)
-        return Proposal(effect, gain + prior, prior, taken, less, tangent, held, one.tried)
+        return Proposal(effect, gain + prior, prior, taken, less, tangent, held, one.tried, rare=_rare(state, one))
 
     def _suits(self, state: State, one: Begun, fit: Fit) -> bool:
         """Whether an effect on an axis makes a mechanism with what its fit makes of the model's friction there.
@@ -241,29 +248,36 @@ class Proposer:
         return bool(amount < -self.bench.settings.off * deviation < 0.0)
 
 
-def _those(asked: Sequence[tuple[str, type[Effect]]], only: Collection[str] | None) -> list[tuple[str, type[Effect]]]:
-    """Kinds on axes, of those that yield only some, by name, if these are told."""
+def _rare(state: State, one: Begun) -> float:
+    """How rare an effect is as it stands [nats], on top of a set."""
+    return one.effect.unlikely(state.rows.motion[one.axis], state.dynamics[one.axis])
+
+
+def _restricted(asked: Sequence[tuple[str, type[Effect]]], only: Collection[str] | None) -> list[tuple[str, type[Effect]]]:
+    """Kinds on axes; of those that yield only the named ones, unless that is None."""
     return [one for one in asked if only is None or not yields(one[1]) or one[1].name in only]
 
 
 def _like(state: State, one: PlacedEffect, kind: type[Effect]) -> Effect | None:
-    """An effect on one's axis that costs most nearly what that one does, where it bends what yields in a set; else None.
+    """A friction on one's axis that costs most nearly what that one does, where there is something that yields; else None.
 
-    Friction that yields does so by its level, so that what a small one gains tells nothing of a large one.
+    Friction under what yields acts by its level, so that what a small one gains tells nothing of a large one.
     """
-    if not (
-        issubclass(kind, AxisEffect) and kind.scales and state.bends(one.axis, kind) and isinstance(one.effect, AxisEffect)
-    ):
+    able = issubclass(kind, AxisEffect) and kind.scales and isinstance(one.effect, AxisEffect) and one.effect.scales
+    if not able or not any(each.axis == one.axis and yields(type(each.effect)) for each in state.effects):
         return None
+    assert issubclass(kind, AxisEffect)
     try:
         begin = state.bench.beginnings(one.axis, kind, state.dynamics[one.axis])
         torque = state.felt(one.axis, one.effect).cost[one.axis]
     except UserError:
         return None
+    if not np.isfinite(torque).all():
+        return None
     found = []
     for start, costs in zip(begin.starts, begin.costs, strict=True):
         columns = np.column_stack([cost[one.axis] for cost in costs])
-        if np.isfinite(columns).all() and np.isfinite(torque).all():
+        if np.isfinite(columns).all() and state.bends(one.axis, start.members[0]):
             sizes, *_ = np.linalg.lstsq(columns, torque)
             effect = start.compose([float(size) for size in sizes])
             found += [(float(np.linalg.norm(torque - columns @ sizes)), effect)] if effect is not None else []

@@ -20,7 +20,7 @@ from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.propose.nominal import Nominal
 from drivetwin.diagnosis.propose.placing import in_order, placed
 from drivetwin.diagnosis.propose.search import Field, Predict, movable_fields
-from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.diagnosis.propose.side_by_side import by_key
 from drivetwin.diagnosis.weigh.bench import NO_TORQUE, Bench, Felt, Later
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, PlacedEffect
@@ -173,9 +173,20 @@ class State:
 
     @cached_property
     def reached(self) -> float:
-        """Log evidence of that [nats]: what a straight line promises is not reached yet."""
+        """Log evidence of that, less how rare the effects are as they stand [nats]; see `promised`."""
         independent = sum(own.colour.independent for own in self.axes.values())
-        return self.standing.evidence - 0.5 * len(self.owners) * log(independent)
+        return self.standing.evidence - 0.5 * len(self.owners) * log(independent) - self.unlikely
+
+    @property
+    def promised(self) -> float:
+        """The same where a straight line has the parameters: that is not reached yet."""
+        return self.fit.evidence - self.unlikely
+
+    @cached_property
+    def unlikely(self) -> float:
+        """How rare the effects are as they stand [nats], whatever the recordings say."""
+        motion = self.rows.motion
+        return sum(felt.effect.unlikely(motion[felt.axis], felt.dynamics) for felt in self.felts)
 
     @property
     def strain(self) -> float:
@@ -267,22 +278,22 @@ class State:
         """From an effect on an axis to what it costs on top of the set."""
         return lambda effect: Felt(self.bench, axis, effect, *self._place(axis, effect)).added
 
-    def bends(self, axis: str, kind: type[Effect]) -> bool:
-        """Whether what the set has on an axis costs otherwise with such an effect: what yields, with another friction."""
-        own = (one.effect for one in self.effects if one.axis == axis)
-        return _is_under(kind) and any(isinstance(effect, AxisEffect) and _bends(effect) for effect in own)
+    def bends(self, axis: str, effect: Effect) -> bool:
+        """Whether what yields in the set costs otherwise with an effect on its axis, which is the friction under it."""
+        return any(not later.scales for later, _ in self._place(axis, effect)[1])
 
     def _place(self, axis: str, effect: Effect) -> tuple[AxisDynamics, Later]:
         """What an effect would stand on in the set, and what of the set would then bend otherwise."""
         key = axis, type(effect)
-        if key not in self._places:
+        found = self._places.get(key)
+        if found is None:
             ordered = in_order((*self.effects, PlacedEffect(axis, effect, {})))
             number = next(k for k, one in enumerate(ordered) if one.effect is effect)
             before = self.bench.before(self.effects)
             later = _later(ordered, [*before[:number], self.dynamics[axis], *before[number:]], number)
             under = self.rows.simulation.dynamics_of(axis, self.effects[:number]) if later else self.dynamics[axis]
-            self._places[key] = under, later
-        return self._places[key]
+            found = self._places[key] = under, later
+        return found
 
     @cached_property
     def _places(self) -> dict[tuple[str, type[Effect]], tuple[AxisDynamics, Later]]:
@@ -394,16 +405,11 @@ def _later(ordered: Sequence[PlacedEffect], before: Sequence[AxisDynamics], numb
     In sliding an asymmetry of friction is an offset. Behind play and bristles it is none.
     """
     one = ordered[number]
-    if not _is_under(type(one.effect)):
+    if not isinstance(one.effect, FrictionEffect) or one.effect.several:
         return ()
     rest = zip(ordered[number + 1 :], before[number + 1 :], strict=True)
     own = [(each.effect, axis) for each, axis in rest if each.axis == one.axis]
     return tuple((effect, axis) for effect, axis in own if isinstance(effect, AxisEffect) and _bends(effect))
-
-
-def _is_under(kind: type[Effect]) -> bool:
-    """Whether it changes the friction that what yields has under it."""
-    return issubclass(kind, FrictionEffect) and not kind.several
 
 
 def _bends(effect: AxisEffect) -> bool:
@@ -428,11 +434,11 @@ def _plain_axis(bench: Bench, axis: str, target: Array) -> AxisSystem:
 def colours_of(bench: Bench, residual: Mapping[str, Array]) -> dict[str, Colour]:
     """The colour of what everything that could be asked leaves (N,) of each axis [N·m or N]."""
 
-    def own(axis: str) -> Colour:
+    def colour(axis: str) -> Colour:
         rows, order = bench.rows.of[axis], bench.settings.colour_order
         return colour_of(rows, bench.intervals, residual[axis], order, bench.noise_floor(axis))
 
-    return dict(zip(residual, side_by_side(own, residual), strict=True))
+    return by_key(colour, residual)
 
 
 def moved_by_fit(state: State, fit: Fit, share: float, axis: str | None = None) -> tuple[PlacedEffect, ...]:

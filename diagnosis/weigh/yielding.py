@@ -132,7 +132,7 @@ def _best_step(state: State, axis: str | None) -> State | None:
             continue
         if ahead.reached > (best or state).reached:
             best = ahead
-        if best is not None and best.reached - state.reached > GOOD * (told.evidence - state.reached):
+        if best is not None and best.reached - state.reached > GOOD * (told.evidence - state.unlikely - state.reached):
             break
     return best
 

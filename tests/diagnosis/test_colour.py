@@ -173,6 +173,13 @@ def test_long_tails_below_what_any_comparison_errs_by_are_no_denser_than_normal_
     assert densities[1] <= densities[0] + 0.01 * count
 
 
+@pytest.mark.parametrize("size", [0.0, 1e-170])
+def test_rows_whose_squares_are_none_are_normal_noise_at_the_floor(size: float) -> None:
+    found = coloured(np.full(50, size), (50,), floor=1e-3, order=1)
+    np.testing.assert_array_equal(found.weight, 1.0)
+    assert np.isfinite(found.logarithm)
+
+
 def _innovations(colour: Colour, rows: Array) -> Array:
     """Of rows (N,) of one group, without weights and not divided by any scale."""
     return colour.normal.whiten(rows) * colour.scale[0]

@@ -180,9 +180,18 @@ def test_what_came_in_last_has_a_family_as_well(bench: Bench, proposer: Proposer
     assert changed
     named = [name_of(one) for one in pair.whole.effects]
     assert [name_of(one.chosen) for one in families if one.chosen is not None] != named
-    whole = exchange.completed(pair, families)
+    whole = exchange.completed(pair)
     assert [name_of(one.chosen) for one in whole if one.chosen is not None] == named
     assert all(any(one.settled is not None for one in each.proposals) for each in whole)
+
+
+def test_a_family_is_asked_for_again_beside_what_came_in_on_its_axis(bench: Bench, proposer: Proposer, cogging: State) -> None:
+    exchange = Exchange(proposer, {}, lambda _stage, _share: None)
+    pair, _, _ = exchange.exchanged(Pair(cogging, cogging), ())
+    ahead = pair.whole.of([*pair.whole.effects, placed(bench.rows, "turn", CoulombAsymmetry(0.1))])
+    for family in exchange.completed(Pair(ahead, ahead)):
+        assert family.chosen is not None
+        assert len(family.state.effects) == len(ahead.effects) - 1
 
 
 def test_what_nothing_sets_apart_is_listed_and_does_not_take_the_name(bench: Bench, cogging: State) -> None:

@@ -31,11 +31,12 @@ from rig_bench import (
 
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.diagnosis.weigh.averaging import Unexplained, weighed
+from drivetwin.diagnosis.weigh.averaging import Answer, Unexplained, weighed
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.named import _too_dear, named
 from drivetwin.diagnosis.weigh.off import corrected, heavier, is_off
+from drivetwin.diagnosis.weigh.proposal import Family
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
@@ -114,6 +115,26 @@ def test_what_is_given_up_and_comes_back_ends_the_search(tmp_path: Path, share: 
     bench = machine(tmp_path, {"turn": lambda at: share * turn_torque(at)})
     found, _ = names_of(bench, "turn")
     assert found in ({"torque_constant"}, {"coulomb", "viscous", "inertia"})
+
+
+def test_what_a_patch_does_not_hold_is_not_corrected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a straight line promises of nominal parameters that move far, a patch with them need not hold."""
+    force = 0.3 * CARRIAGE * GRAVITY
+    bench = machine(tmp_path, {"lift": lambda at: force + 0.0 * at.time})
+    moved = placed(bench.rows, "turn", Inertia(0.5))
+
+    def promised(state: State, *_: object) -> tuple[State, list[Family]]:
+        return state.of([*state.effects, moved]), [Family(moved, state, [])]
+
+    def left(state: State) -> dict[str, float]:
+        return {"turn": 0.4 if moved in state.effects else 0.0, "lift": 0.0}
+
+    monkeypatch.setattr("drivetwin.diagnosis.weigh.named.corrected", promised)
+    monkeypatch.setattr("drivetwin.diagnosis.weigh.named._left", left)
+    monkeypatch.setattr("drivetwin.diagnosis.weigh.named.needed", lambda state: state)
+    begun = state_with(bench, "lift", TorqueOffset(-force))
+    state, _ = named(begun, [], proposer_of(bench), lambda family: Answer(family.chosen, 1.0, True, ()))
+    assert [one.effect.name for one in state.effects] == ["torque_offset"]
 
 
 def test_what_a_name_explains_is_not_given_up_for_three(tmp_path: Path) -> None:

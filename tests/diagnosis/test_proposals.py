@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -190,6 +190,25 @@ def test_an_effect_is_not_refused_for_what_another_axis_leaves(tmp_path: Path, m
     search = Search(proposer, lambda _what, _share: None)
     added, _ = search.added(empty_pair(bench))
     assert [(one.axis, one.effect.name) for one in added.whole.effects] == [("turn", "torque_ripple")]
+
+
+def test_a_set_is_as_rare_as_what_it_has_settled_at(tmp_path: Path) -> None:
+    """A wave that no whole number of teeth makes is 100,000 times rarer, which costs once; and its order is one more to fit."""
+    made = ready(tmp_path, *(strokes(seed, seconds, {"lift": ripple}) for seed, seconds in ((1, 20.0), (2, 4.0))))
+    bench = bench_of(made.rows, Settings(), made.absolute)
+    whole, between = (
+        state_of(bench, (placed(bench.rows, "lift", TorqueRipple(0.4, order, 0.4 + np.pi)),), bench.white, {})
+        for order in (float(TEETH), TEETH + 1e-3)
+    )
+    assert between.standing.evidence == pytest.approx(whole.standing.evidence, abs=0.1)
+    fitted = 0.5 * np.log(sum(own.colour.independent for own in whole.axes.values()))
+    assert whole.reached - between.reached == pytest.approx(np.log(1e5) + fitted, abs=0.1)
+    proposer = Proposer(bench, bench, {"lift": [TorqueRipple]}, {})
+    rated = Exchange(proposer, {}, lambda _what, _share: None)._rated
+    for state in (whole, between):
+        one = proposer.evaluated(empty_pair(bench).whole, Begun("lift", state.effects[0].effect, 0.0, 1))
+        assert one is not None
+        assert rated(replace(one, settled=state)) == pytest.approx(proposer.rated(state))
 
 
 def test_what_an_exchange_leaves_to_be_added_is_added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

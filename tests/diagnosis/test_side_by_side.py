@@ -10,7 +10,7 @@ import pytest
 from rig_bench import compared, strokes
 
 from drivetwin.diagnosis.prepare.rows import Rows
-from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.diagnosis.propose.side_by_side import by_key, side_by_side
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.emulator.effects.backlash import Backlash
 from drivetwin.foundation.errors import UserError
@@ -39,6 +39,20 @@ def test_answers_come_in_the_order_of_what_was_asked(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize("count", THREADS)
+def test_what_takes_longer_is_begun_first_and_the_order_stays(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    with_threads(monkeypatch, count)
+    begun: list[int] = []
+
+    def noted(number: int) -> int:
+        begun.append(number)
+        return number**2
+
+    assert side_by_side(noted, range(4), lambda number: number == 3) == [0, 1, 4, 9]
+    assert begun.index(3) < 3 if count > 1 else begun == [0, 1, 2, 3]
+    assert by_key(noted, (2, 1)) == {2: 4, 1: 1}
+
+
+@pytest.mark.parametrize("count", THREADS)
 def test_the_first_failure_is_the_one_that_is_raised(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
     with_threads(monkeypatch, count)
 
@@ -48,7 +62,7 @@ def test_the_first_failure_is_the_one_that_is_raised(monkeypatch: pytest.MonkeyP
         return number
 
     with pytest.raises(UserError, match="no 2"):
-        side_by_side(refused, range(6))
+        side_by_side(refused, range(6), lambda number: number > 3)
 
 
 def test_one_thread_is_the_callers_own(monkeypatch: pytest.MonkeyPatch) -> None:
