@@ -165,8 +165,9 @@ class Proposer:
         except UserError:
             return []
         if kind.scales and (not begun or begun[0].evidence - state.frugal_fit.evidence < HOPELESS):
-            bends = known is not None and state.bends(axis, known)
-            return [Begun(axis, known, 0.0, len(begin.starts))] if known is not None and bends else []
+            if known is None or not state.bends(axis, known):
+                return []
+            return [Begun(axis, known, 0.0, len(begin.starts))]
         if begun and not kind.scales:
             self._tried[axis, kind.name] = begun[0].tried
             begun = self._stepped(state, begun[:STEPPED], held)
