@@ -35,7 +35,11 @@ def side_by_side(
         return [made(item) for item in waiting]
     first = sorted(range(len(waiting)), key=lambda number: not takes_longer(waiting[number]))
     begun = {number: pool.submit(made, waiting[number]) for number in first}
-    return [begun[number].result() for number in range(len(waiting))]
+    try:
+        return [begun[number].result() for number in range(len(waiting))]
+    finally:  # after a failure or Ctrl-C what has not begun is not begun
+        for each in begun.values():
+            each.cancel()
 
 
 def by_key(made: Callable[[Key], Made], keys: Iterable[Key]) -> dict[Key, Made]:

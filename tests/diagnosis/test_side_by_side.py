@@ -65,6 +65,25 @@ def test_the_first_failure_is_the_one_that_is_raised(monkeypatch: pytest.MonkeyP
         side_by_side(refused, range(6), lambda number: number > 3)
 
 
+def test_after_a_failure_no_other_is_begun(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else the process would end only when all that wait have been made."""
+    with_threads(monkeypatch, 2)
+    begun, failed = [], threading.Event()
+
+    def refused(number: int) -> int:
+        begun.append(number)
+        if number == 0:
+            raise UserError("no 0")
+        assert failed.wait(10.0)
+        return number
+
+    with pytest.raises(UserError, match="no 0"):
+        side_by_side(refused, range(20))
+    failed.set()
+    side_by_side(str, range(4))
+    assert len(begun) <= 3
+
+
 def test_one_thread_is_the_callers_own(monkeypatch: pytest.MonkeyPatch) -> None:
     with_threads(monkeypatch, 1)
     assert set(side_by_side(lambda _: threading.get_ident(), range(4))) == {threading.get_ident()}
