@@ -38,6 +38,8 @@ class Machine:
     """Coulomb friction of the model [N·m]."""
     cold: float = 0.0
     """Share by which the machine's friction is higher at first, which the model does not have."""
+    quadratic: float = 0.0
+    """Of its viscous friction [N·m·s²/rad²], which the model does not have."""
 
     @property
     def model(self) -> str:
@@ -57,7 +59,8 @@ class Machine:
         position = _sum(a * np.sin(w * time + p) for a, w, p in swings)
         velocity = _sum(a * w * np.cos(w * time + p) for a, w, p in swings)
         acceleration = _sum(-a * w**2 * np.sin(w * time + p) for a, w, p in swings)
-        friction = (COULOMB + STICKS * np.exp(-((velocity / SLIDES) ** 2))) * np.sign(velocity) + VISCOUS * velocity
+        friction = (COULOMB + STICKS * np.exp(-((velocity / SLIDES) ** 2))) * np.sign(velocity)
+        friction = friction + (VISCOUS + self.quadratic * np.abs(velocity)) * velocity
         torque = INERTIA * acceleration + friction * (1.0 + self.cold * np.exp(-time / WARMING))
         torque = torque - COGGING * np.sin(ORDER * GEAR * position + PHASE)
         torque = torque + NOISE * rng.standard_normal(len(time))

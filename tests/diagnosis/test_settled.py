@@ -52,6 +52,15 @@ def test_a_set_settles_at_the_truth_from_far_away(bench: Bench, static: float, s
     assert found.reached == pytest.approx(there.reached, abs=2.0)
 
 
+@pytest.mark.parametrize("begun", [ViscousNonlinear(0.0, 0.1), ViscousNonlinear(1e-5, 0.1)], ids=["none", "hardly any"])
+def test_a_power_of_the_speed_that_is_not_there_at_first_is_found(begun: ViscousNonlinear, tmp_path: Path) -> None:
+    """Quadratic friction, from a start that is all cubic."""
+    own = Machine(quadratic=0.3).bench(tmp_path)
+    settled = settled_on(state(own, TRUE, begun, RIPPLE), 30).effects
+    (found,) = (one.effect for one in settled if isinstance(one.effect, ViscousNonlinear))
+    assert found.quadratic == pytest.approx(0.3, rel=0.1)
+
+
 def test_what_a_straight_line_promises_is_not_reached_yet(bench: Bench) -> None:
     far, there = state(bench, Stribeck(COULOMB + 2.0 * STICKS, SLIDES, 2.0), RIPPLE), settled_on(state(bench, TRUE, RIPPLE))
     assert there.reached == pytest.approx(there.fit.evidence, abs=1.0)
