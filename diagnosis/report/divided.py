@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.prepared import Prepared
+from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.report.gaps import Gaps
-from drivetwin.diagnosis.report.prediction import attributed, contributions
+from drivetwin.diagnosis.report.prediction import attributed, contributions, without_level
 from drivetwin.diagnosis.report.result import Share
 from drivetwin.diagnosis.report.shares import shares
 from drivetwin.emulator.effects import PlacedEffect
@@ -54,10 +55,8 @@ def divided(ready: Prepared, gaps: Gaps, axis: str, seed: int) -> Divided:
     seen = [each.axes[axis] for each in gaps.unseen]
     own = tuple(one for one in gaps.patch.effects if one.axis == axis)
     gap = [(each.measured - each.before)[each.used] for each in seen]
-    torque = [
-        [attributed(ready.simulation, run, own, k, axis)[each.used] for run, each in zip(ready.checks, seen, strict=True)]
-        for k in range(len(own))
-    ]
+    simulation = ready.simulation
+    torque = [[_felt(run, axis, attributed(simulation, run, own, k, axis)) for run in ready.checks] for k in range(len(own))]
     others = _others(ready, gaps, axis)
     parts = [*torque, *(part for _, part in others)]
     acting: list[Acting] = [*own, *(one for one, _ in others)]
@@ -81,13 +80,21 @@ def _together(several: Sequence[Share]) -> list[Share]:
 def _others(ready: Prepared, gaps: Gaps, axis: str) -> list[tuple[Acting, Part]]:
     """What acts on an axis and is not its own effect, with its torque there."""
     parts = [contributions(ready.simulation, run, gaps.patch) for run in ready.checks]
-    used = [each.axes[axis].used for each in gaps.unseen]
     acting: Sequence[Acting] = (*gaps.patch.effects, *(gaps.patch.heavier or {}))
     found: list[tuple[Acting, Part]] = []
     for number, one in enumerate(acting):
         if isinstance(one, PlacedEffect) and one.axis == axis:
             continue
-        here = [part[number].get(axis, np.zeros(len(rows)))[rows] for part, rows in zip(parts, used, strict=True)]
-        if any(rows.any() for rows in here):
-            found.append((one, here))
+        if any(axis in part[number] for part in parts):
+            none = [np.zeros(len(run.recording.time)) for run in ready.checks]
+            felt = [part[number].get(axis, zero) for part, zero in zip(parts, none, strict=True)]
+            here = [_felt(run, axis, torque) for run, torque in zip(ready.checks, felt, strict=True)]
+            if any(rows.any() for rows in here):
+                found.append((one, here))
     return found
+
+
+def _felt(run: Run, axis: str, torque: Array) -> Array:
+    """A torque (n,) over the samples in use, as the gap has it."""
+    own = run.axes[axis]
+    return without_level(own, torque)[own.used]

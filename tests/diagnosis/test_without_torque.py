@@ -27,15 +27,20 @@ PERIOD, STEP, SECONDS = 0.01, 0.0005, 12.0
 COULOMB, DAMPING, ARMATURE = 0.12, 0.1, 0.01
 MODEL = """<mujoco><option timestep="{step}" integrator="implicitfast"/><worldbody><body>
 <joint name="shoulder" axis="0 1 0" damping="{damping}" frictionloss="{coulomb}" armature="{armature}"/>
-<inertial pos="0 0 -0.12" mass="0.4" diaginertia="0.002 0.002 0.002"/></body></worldbody>
+<inertial pos="{lean} 0 -0.12" mass="0.4" diaginertia="0.002 0.002 0.002"/></body></worldbody>
 <actuator>{actuator}</actuator></mujoco>"""
 AS_MODELLED: Mapping[str, float] = {}
 SERVO = '<position name="shoulder" joint="shoulder" kp="18" kv="0.6"/>'
 MOTOR = '<motor name="shoulder" joint="shoulder"/>'
 
 
-def mjcf(actuator: str = SERVO, coulomb: float = COULOMB, damping: float = DAMPING, armature: float = ARMATURE) -> str:
-    return MODEL.format(step=STEP, actuator=actuator, coulomb=coulomb, damping=damping, armature=armature)
+INTEGRAL = 3.0
+PID = {"law": "pid", "proportional_gain": 18.0, "integral_gain": INTEGRAL, "derivative_gain": 0.6, "velocity_feedforward": 0.0}
+
+
+def mjcf(actuator: str = SERVO, *, coulomb: float = COULOMB, damping: float = DAMPING, armature: float = ARMATURE,
+         lean: float = 0.0) -> str:  # fmt: skip
+    return MODEL.format(step=STEP, actuator=actuator, coulomb=coulomb, damping=damping, armature=armature, lean=lean)
 
 
 def commanded(seed: int, time: Array) -> Array:
@@ -48,7 +53,11 @@ def commanded(seed: int, time: Array) -> Array:
 def logged(
     seed: int, *, drive: Mapping[str, Any] | None = None, name: str = "log", truth: Mapping[str, float] = AS_MODELLED
 ) -> Recording:
-    """What a position actuator of a plain MuJoCo loop makes of the command, 100 rows a second, 12 bits a turn."""
+    """What a position actuator of a plain MuJoCo loop makes of the command, 100 rows a second, 12 bits a turn.
+
+    With an integral beside it where the drive's `law` is PID.
+    """
+    integral_gain = INTEGRAL if drive is not None and drive["law"] == "pid" else 0.0
     model = mujoco.MjModel.from_xml_string(mjcf(SERVO, **truth))
     data = mujoco.MjData(model)
     time: Array = np.arange(round(SECONDS / PERIOD), dtype=np.float64) * PERIOD
@@ -60,6 +69,7 @@ def logged(
         data.ctrl[0] = target
         if tick % rows == 0:
             position[tick // rows] = float(data.qpos[0])
+        data.qfrc_applied[0] += STEP * integral_gain * (target - data.qpos[0])
         mujoco.mj_step(model, data)
     count = 2.0 * np.pi / 4096.0
     columns = {"position": np.round(position / count) * count, "position_demand": fine[::rows]}
@@ -126,10 +136,17 @@ def test_it_says_what_only_a_torque_would_tell(tmp_path: Path) -> None:
 
 
 def test_an_integral_hides_any_constant(tmp_path: Path) -> None:
-    gains = {"law": "pid", "proportional_gain": 18.0, "integral_gain": 3.0, "derivative_gain": 0.6}
-    made = ready(tmp_path, gains, MOTOR)
+    made = ready(tmp_path, PID, MOTOR)
     assert "integral" in refused(made)["torque_offset"]
     assert "torque_constant" not in refused(made)
+
+
+def test_a_torque_has_its_share_where_an_integral_hides_its_mean(tmp_path: Path) -> None:
+    """A centre of mass beside the arm's line: its weight has a mean that the integral holds, and that no gap has."""
+    fitted, held = (logged(seed, drive=PID, name=name, truth={"lean": 0.12}) for seed, name in ((1, "fitted"), (2, "held")))
+    found = diagnose(written(tmp_path, MOTOR), [fitted], [held], Settings(), lambda _stage, _share: None)
+    assert found.causes[0].effect in {"gravity", "payload"}
+    assert found.causes[0].share > 0.8
 
 
 def test_a_log_without_known_loops_is_refused_in_one_line(tmp_path: Path) -> None:
