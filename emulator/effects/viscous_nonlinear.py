@@ -36,9 +36,9 @@ class ViscousNonlinear(FrictionEffect):
     cubic: float = 0.0
 
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
-        """Of either what costs as much at the top speed as the two together: one that is 0 is searched as far as the other."""
+        """Of either what costs as much at the top speed as the larger one: one that is 0 is searched as far as the other."""
         top = float(np.abs(motion.velocity).max(initial=0.0)) or 1.0
-        size = abs(self.quadratic) + self.cubic * top or 1.0
+        size = max(abs(self.quadratic), self.cubic * top) or 1.0
         return {"quadratic": size, "cubic": size / top}
 
     def change(self, law: FrictionLaw) -> FrictionLaw:
