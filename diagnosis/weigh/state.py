@@ -38,6 +38,8 @@ LATEST = 0.03
 what is left out at the ends of a recording at 48 Hz."""
 NEAR = 0.02
 """Of its deviation, by which a parameter may miss the best one: the evidence feels the square of it."""
+APART = 3.0
+"""Deviations by which torque and position of a sample may be apart where energy that is left is told."""
 REMEMBERED = 3
 """Systems of an axis that are remembered: of what stands there, and of the last trials."""
 WHITENED, FELT = 128, 64
@@ -302,12 +304,27 @@ class State:
     def energy(self, held: frozenset[int], extra: Sequence[Column] = (), less: Column | None = None) -> dict[str, float]:
         """Share of the gap's energy that is left on each axis, least squares; further columns and torque as they are felt."""
         whiten = self.plain.whiten
-        columns, torque = [whiten(each) for each in extra], whiten(less) if less is not None else None
-        return self._shares(self.plain, self.plain.residual(self.plain.fit(columns, torque, held, NEARBY), columns, torque))
+        return self._left(self.plain, held, [whiten(each) for each in extra], whiten(less) if less is not None else {})
 
     def energy_still(self, held: frozenset[int]) -> dict[str, float]:
         """The same, the effects where they are."""
-        return self._shares(self.still, self.still.residual(self.still.fit(held=held)))
+        return self._left(self.still, held, (), {})
+
+    def _left(self, system: System, held: frozenset[int], extra: Sequence[Column], less: Column) -> dict[str, float]:
+        """The same, of columns and torque as a system whitens them; torque and position no farther apart in time than is usual.
+
+        A wave in the position costs what torque costs that is read at another moment: it would have no energy of its own.
+        """
+        fit = system.fit(extra, less or None, held, NEARBY)
+        far = {}
+        for number in {self.bench.timing(axis) for axis in self.rows.axes} - held:
+            most = APART * self.bench.nominals[number].spread
+            if abs(fit.coefficients[number]) > most:
+                far[number] = float(np.clip(fit.coefficients[number], -most, most))
+        if far:
+            less = _sum_of([(1.0, less), *((apart, system.columns[number]) for number, apart in far.items())])
+            fit = system.fit(extra, less, held | far.keys(), NEARBY)
+        return self._shares(system, system.residual(fit, extra, less or None))
 
     def _shares(self, system: System, left: Mapping[str, Array]) -> dict[str, float]:
         """Of the gap's energy, by axis, of rows that are left as a system whitens them."""
@@ -397,6 +414,12 @@ def _colour(known: Colour | AxisSystem) -> Colour:
 
 def _of_one(column: Column, amount: float) -> Column:
     return {axis: rows / amount for axis, rows in column.items()}
+
+
+def _sum_of(parts: Sequence[tuple[float, Column]]) -> Column:
+    """Columns, each so many times, as one."""
+    axes = dict.fromkeys(axis for _, column in parts for axis in column)
+    return {axis: np.sum([times * column[axis] for times, column in parts if axis in column], axis=0) for axis in axes}
 
 
 def _later(ordered: Sequence[PlacedEffect], before: Sequence[AxisDynamics], number: int) -> Later:

@@ -65,3 +65,15 @@ def test_a_patch_reads_torque_when_it_leaves_least_wherever_the_search_had_read_
     assert ripple.amplitude == pytest.approx(COGGING, rel=0.01)
     likely = state.late["turn"] - float(state.fit.coefficients[bench.timing("turn")])
     assert abs(likely - best) > 1e-4
+
+
+@pytest.mark.parametrize("deviations", [2.0, 10.0])
+def test_energy_that_is_left_knows_no_torque_read_unusually_far_off(bench: Bench, deviations: float) -> None:
+    """A gap that is all timing: none of it is left up to three deviations, and beyond what these do not take."""
+    as_it_stands = state_of(bench, (), bench.white, {})
+    timing = bench.nominals[bench.timing("turn")]
+    off = deviations * timing.spread * timing.column["turn"]
+    state = replace(as_it_stands, target={"turn": off})
+    beyond = max(0.0, deviations - 3.0) * timing.spread * timing.column["turn"]
+    expected = float(beyond @ beyond) / bench.rows.gap_energy["turn"]
+    assert state.left["turn"] == pytest.approx(expected, rel=1e-3, abs=1e-3)
