@@ -27,6 +27,7 @@ from position_only import position_only
 from drivetwin.blind.with_and_without import recordings_of
 from drivetwin.diagnosis.prepare.asked_torque import completed
 from drivetwin.diagnosis.prepare.simulation import simulation
+from drivetwin.diagnosis.settings import Settings
 from drivetwin.foundation.files import write_json
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import Recording
@@ -174,7 +175,7 @@ def compared(folder: Path) -> dict[str, Any]:
     told = json.loads((folder / "without.json").read_text(encoding="utf-8"))
     path = folder / "model.xml"
     train, check = ([position_only(one) for one in recordings_of(folder, kind)] for kind in ("train", "validate"))
-    whole = completed(path, simulation(path, train[0].info.axes), train, check, 0.04)
+    whole = completed(path, simulation(path, train[0].info.axes), train, check, Settings())
     first = whole.training[0]
     joints = [info.joint for info in first.info.axes.values()]
     model = read_mjcf(path)

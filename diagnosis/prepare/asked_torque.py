@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import log
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
 
 from drivetwin.diagnosis.prepare.kinematics import Kinematics
 from drivetwin.diagnosis.prepare.simulation import Simulation
+from drivetwin.diagnosis.settings import Settings
 from drivetwin.motion.filtering import effective_cutoff, zero_phase
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import TORQUE, DriveLaw, Recording
@@ -27,10 +28,13 @@ SLOW_HZ = 10.0
 """What loops hold and when they take a rate is told below it: there a log of 30 rows a second says as much as any."""
 MOVING = 0.02
 """Share of the top speed from which friction has its sign."""
-LEADS = (0.0, 0.5, 1.0)
-"""Of the demand's rate before its backward difference, in servo periods: of the last one, of the moment, of the next."""
-OFF_BY = 3.0
-"""Standard deviations by which friction and inertia of the model may be off where such a lead is chosen."""
+LEADS = {0.0: 0.25, 0.5: 0.5, 1.0: 0.25}
+"""Of the demand's rate before its backward difference, in servo periods: of the last one, of the moment, of the next; and how
+probable each is beforehand."""
+BLOCK = 1.0
+"""Of what the model leaves, in which neighbours tell the same [s]."""
+ROUNDS = 30
+"""Of the least squares by which it is chosen."""
 
 
 @dataclass(frozen=True)
@@ -56,13 +60,12 @@ class Completed:
 
 
 def completed(
-    model: Path, simulation: Simulation, training: Sequence[Recording], validation: Sequence[Recording], spread: float
+    model: Path, simulation: Simulation, training: Sequence[Recording], validation: Sequence[Recording], settings: Settings
 ) -> Completed:
     """Torque that is missing is what the loops asked for, its constant such that the model's friction and weight leave no mean.
 
     It is listed in `derived`. When the loops take the demand's rate is chosen on `training`, where the recordings do not tell
-    it. `spread`: standard deviation of a nominal parameter, as a share. Raises UserError where no loops are known that follow
-    the demand.
+    it. Raises UserError where no loops are known that follow the demand.
     """
     every = (*training, *validation)
     if not any(_without_torque(recording) for recording in every):
@@ -71,7 +74,7 @@ def completed(
     slow = [_Slow.of(simulation, recording, compiled) for recording in every]
     fitted = slow[: len(training)]
     axes = dict.fromkeys(axis for one in slow for axis in one.laws)
-    leads = {axis: _lead(simulation, [one for one in fitted if axis in one.laws], axis, OFF_BY * spread) for axis in axes}
+    leads = {axis: _lead(simulation, [one for one in fitted if axis in one.laws], axis, settings) for axis in axes}
     how = {axis: _how([one for one in slow if axis in one.laws], axis) for axis in axes}
     led = [one.led(leads) for one in slow]
     done = [_completed(simulation, one) for one in led]
@@ -123,6 +126,11 @@ class _Slow:
         period = self.recording.info.sample_period
         return zero_phase(torque, period, effective_cutoff(period, SLOW_HZ))[:: _every(self.recording)]
 
+    @property
+    def period(self) -> float:
+        """Of its rows [s]."""
+        return _every(self.recording) * self.recording.info.sample_period
+
     def moving(self, k: int) -> NDArray[np.bool_]:
         """Where the k-th axis moves; everywhere where it never does."""
         speed = np.abs(self.kinematics.velocity[:, k])
@@ -139,21 +147,23 @@ def _how(slow: Sequence[_Slow], axis: str) -> AskedTorque:
     return AskedTorque(slow[0].laws[axis].told_by, any(one.laws[axis].integrates for one in slow), told)
 
 
-def _lead(simulation: Simulation, slow: Sequence[_Slow], axis: str, most: float) -> float:
-    """Lead of the demand's rate [s] with which the model leaves least, its friction and inertia off by a share up to `most`."""
+def _lead(simulation: Simulation, slow: Sequence[_Slow], axis: str, settings: Settings) -> float:
+    """The most probable lead of the demand's rate [s], friction and inertia of the model off as they usually are.
+
+    Hardly anything else tells it: half a servo period is some per cent of inertia, by a cascade's integral of viscous friction.
+    """
     if not any(one.laws[axis].velocity_feedforward * one.laws[axis].velocity_gain for one in slow):
         return 0.0
     period = float(np.median([grid_of(one.recording).period for one in slow]))
-    tried = [share * period for share in LEADS]
-    left = [_left(simulation, slow, axis, lead, most) for lead in tried]
-    return tried[int(np.argmin(left))]
+    worth = {share: _worth(simulation, slow, axis, share * period, settings) + log(prior) for share, prior in LEADS.items()}
+    return period * max(worth, key=worth.__getitem__)
 
 
-def _left(simulation: Simulation, slow: Sequence[_Slow], axis: str, lead: float, most: float) -> float:
-    """Energy that the model leaves of the asked torque."""
+def _worth(simulation: Simulation, slow: Sequence[_Slow], axis: str, lead: float, settings: Settings) -> float:
+    """Log density [nats] of what the model leaves of the asked torque, in independent values, and of its parameters."""
     k, inertia = simulation.axes.index(axis), simulation.home_inertia()[axis]
     friction = simulation.dynamics()[axis].friction
-    rows, columns = [], []
+    rows, columns, seconds = [], [], 0.0
     for one in slow:
         loops, moving, velocity = one.law(axis, lead), one.moving(k), one.kinematics.velocity[:, k]
         own = np.column_stack(
@@ -163,8 +173,25 @@ def _left(simulation: Simulation, slow: Sequence[_Slow], axis: str, lead: float,
         level = float(loops.integrates)
         rows.append(left[moving] - level * np.mean(left[moving]))
         columns.append(own[moving] - level * np.mean(own[moving], axis=0))
-    solved = lsq_linear(np.vstack(columns), np.concatenate(rows), bounds=(-most, most), method="bvls")
-    return float(2.0 * solved.cost)
+        seconds += np.count_nonzero(moving) * one.period
+    return _likeliest(np.vstack(columns), np.concatenate(rows), seconds / BLOCK, settings)
+
+
+def _likeliest(columns: Array, rows: Array, independent: float, settings: Settings) -> float:
+    """Log density [nats] of rows (m,) that hold so many independent values, with shares (p,) of columns (m, p) where it is
+    highest; the shares by the t distribution of nominal parameters, by reweighted least squares (Lange, Little and Taylor,
+    Journal of the American Statistical Association 84(408), 1989).
+    """
+    freedom, variance = settings.nominal_freedom, settings.nominal_spread**2
+    products, wanted = columns.T @ columns, columns.T @ rows
+    shares: Array = np.zeros_like(wanted)
+    left = 0.0
+    for _ in range(ROUNDS):
+        left = max(float(np.sum((rows - columns @ shares) ** 2)), np.finfo(float).tiny)
+        weights = np.diag((freedom + 1.0) / (freedom * variance + shares**2))
+        shares = np.asarray(np.linalg.solve(independent / left * products + weights, independent / left * wanted))
+    far = np.log1p(shares**2 / (freedom * variance))
+    return -0.5 * independent * log(left) - 0.5 * (freedom + 1.0) * float(far.sum())
 
 
 def _completed(simulation: Simulation, slow: _Slow) -> Recording:

@@ -77,7 +77,7 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     """Raises UserError where a recording's axes do not fit the model, or no axis moves in what is fitted."""
     held_back = not validation
     twin = simulation(model, training[0].info.axes)
-    whole = completed(model, twin, training, validation, settings.nominal_spread)
+    whole = completed(model, twin, training, validation, settings)
     training, validation, unrecorded = whole.training, whole.validation, whole.asked
     validation, slow = fast_enough(training, validation)
     cutoff = settings.cutoff_hz or chosen_cutoff([*training, *validation])

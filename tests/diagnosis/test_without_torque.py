@@ -10,7 +10,12 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from position_only import position_only
 
+from drivetwin.blind.wide.choice import choice
+from drivetwin.blind.wide.draw import drawn_case
+from drivetwin.blind.wide.record import record_wide
+from drivetwin.blind.with_and_without import recordings_of
 from drivetwin.diagnosis.diagnose import diagnose
 from drivetwin.diagnosis.prepare.inputs import read_inputs
 from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
@@ -57,7 +62,7 @@ def logged(
 
     With an integral beside it where the drive's `law` is PID.
     """
-    integral_gain = INTEGRAL if drive is not None and drive["law"] == "pid" else 0.0
+    integral = INTEGRAL if drive is not None and drive["law"] == "pid" else 0.0
     model = mujoco.MjModel.from_xml_string(mjcf(SERVO, **truth))
     data = mujoco.MjData(model)
     time: Array = np.arange(round(SECONDS / PERIOD), dtype=np.float64) * PERIOD
@@ -69,7 +74,7 @@ def logged(
         data.ctrl[0] = target
         if tick % rows == 0:
             position[tick // rows] = float(data.qpos[0])
-        data.qfrc_applied[0] += STEP * integral_gain * (target - data.qpos[0])
+        data.qfrc_applied[0] += STEP * integral * (target - data.qpos[0])
         mujoco.mj_step(model, data)
     count = 2.0 * np.pi / 4096.0
     columns = {"position": np.round(position / count) * count, "position_demand": fine[::rows]}
@@ -147,6 +152,16 @@ def test_a_torque_has_its_share_where_an_integral_hides_its_mean(tmp_path: Path)
     found = diagnose(written(tmp_path, MOTOR), [fitted], [held], Settings(), lambda _stage, _share: None)
     assert found.causes[0].effect in {"gravity", "payload"}
     assert found.causes[0].share > 0.8
+
+
+def test_the_rate_of_the_demand_is_taken_when_the_models_inertia_says_so(tmp_path: Path) -> None:
+    """A table of another simulator, whose PID loop takes the rate of the moment: half a period more would be 3 % of inertia."""
+    record_wide(drawn_case(0, 0, "single", ("coulomb",), choice(("rotary",), ())), tmp_path)
+    train, check = ([position_only(one) for one in recordings_of(tmp_path, kind)] for kind in ("train", "validate"))
+    assert train[0].info.axes["table"].drive.law == "pid"  # type: ignore[union-attr]
+    made = prepared(tmp_path / "model.xml", train, check, Settings())
+    drives = [run.recording.info.axes["table"].drive for run in made.runs]
+    assert [drive.velocity_feedforward_lead / drive.servo_period for drive in drives if drive] == [0.5] * len(drives)
 
 
 def test_a_log_without_known_loops_is_refused_in_one_line(tmp_path: Path) -> None:
