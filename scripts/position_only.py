@@ -97,12 +97,13 @@ def write(drawn: Iterator[WideCase], seed: int, out: Path) -> None:
 
 
 def ask(out: Path, ways: Sequence[str]) -> None:
-    """One line a case: the truth, the first cause with the recorded torque or without, and how many were right so far.
+    """One line a case: the truth, the first cause with the recorded torque or without, and how many were right so far: the true
+    one itself, and with those that the first cause says it may be as well.
 
     What was answered is kept as OUT/case_NNN/WAY.json, with the position errors of the replays of validation recordings, and
     not asked again.
     """
-    right = dict.fromkeys(ways, 0)
+    right, listed = dict.fromkeys(ways, 0), dict.fromkeys(ways, 0)
     for done, case in enumerate(json.loads((out / "key.json").read_text(encoding="utf-8"))["cases"], start=1):
         folder, (cause, *_) = out / f"case_{case['number']:03d}", case["causes"]
         truth = f"{cause['effect']}@{cause['axis']}"
@@ -113,7 +114,8 @@ def ask(out: Path, ways: Sequence[str]) -> None:
                 write_json(kept, answer(folder, WAYS[name]))
             told = json.loads(kept.read_text(encoding="utf-8"))
             right[name] += told["first"] == truth
-            line += f" {name} {told['first']} ({right[name]}/{done}, {told['cpu_seconds']:.0f} s)"
+            listed[name] += told["first"] == truth or truth in told["as_well"]
+            line += f" {name} {told['first']} ({right[name]}, {listed[name]} of {done}; {told['cpu_seconds']:.0f} s)"
         sys.stdout.write(line + "\n")
         sys.stdout.flush()
 
@@ -133,7 +135,14 @@ def answer(folder: Path, way: Callable[[Recording], Recording]) -> dict[str, Any
         for one in replayed.closed_loop
     }
     causes = [f"{one.effect}@{one.axis}" for one in found.causes]
-    return {"first": first_cause(found), "causes": causes, "cpu_seconds": seconds, "position_errors": errors}
+    as_well = [f"{name}@{one.axis}" for one in found.causes[:1] for name in one.indistinguishable_from]
+    return {
+        "first": first_cause(found),
+        "as_well": as_well,
+        "causes": causes,
+        "cpu_seconds": seconds,
+        "position_errors": errors,
+    }
 
 
 WAYS: dict[str, Callable[[Recording], Recording]] = {"with": lambda recording: recording, "without": position_only}
