@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+LEAST_OFF = 0.005
+"""Standard deviation of a parameter that a model has not, as the share of the axis's torque that it costs."""
+
 
 @dataclass(frozen=True)
 class Settings:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.kinematics import Kinematics
 from drivetwin.diagnosis.prepare.simulation import Simulation
-from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.settings import LEAST_OFF, Settings
 from drivetwin.motion.filtering import effective_cutoff, zero_phase
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import TORQUE, DriveLaw, Recording
@@ -29,12 +29,14 @@ SLOW_HZ = 10.0
 MOVING = 0.02
 """Share of the top speed from which friction has its sign."""
 LEADS = {0.0: 0.25, 0.5: 0.5, 1.0: 0.25}
-"""Of the demand's rate before its backward difference, in servo periods: of the last one, of the moment, of the next; and how
-probable each is beforehand."""
+"""Leads of the demand's rate that are tried, in servo periods, with their prior probability: its backward difference, the rate
+of the moment, that of the next period."""
 BLOCK = 1.0
-"""Of what the model leaves, in which neighbours tell the same [s]."""
+"""Length of motion that counts as one independent value [s]."""
 ROUNDS = 30
-"""Of the least squares by which it is chosen."""
+"""Iterations of the reweighted least squares."""
+TINY = 1e-12
+"""Torque or share of an energy that is none."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +76,8 @@ def completed(
     slow = [_Slow.of(simulation, recording, compiled) for recording in every]
     fitted = slow[: len(training)]
     axes = dict.fromkeys(axis for one in slow for axis in one.laws)
-    leads = {axis: _lead(simulation, [one for one in fitted if axis in one.laws], axis, settings) for axis in axes}
-    how = {axis: _how([one for one in slow if axis in one.laws], axis) for axis in axes}
+    leads = {axis: _lead(simulation, _with_loops(fitted, axis) or _with_loops(slow, axis), axis, settings) for axis in axes}
+    how = {axis: _how(_with_loops(slow, axis), axis) for axis in axes}
     led = [one.led(leads) for one in slow]
     done = [_completed(simulation, one) for one in led]
     return Completed(tuple(done[: len(training)]), tuple(done[len(training) :]), how)
@@ -137,6 +139,11 @@ class _Slow:
         return np.asarray((speed > MOVING * speed.max(initial=0.0)) | (speed.max(initial=0.0) == 0.0))
 
 
+def _with_loops(slow: Sequence[_Slow], axis: str) -> list[_Slow]:
+    """Those that lack the torque of an axis."""
+    return [one for one in slow if axis in one.laws]
+
+
 def _every(recording: Recording) -> int:
     return max(1, int(1.0 / (8.0 * SLOW_HZ * recording.info.sample_period)))
 
@@ -150,7 +157,8 @@ def _how(slow: Sequence[_Slow], axis: str) -> AskedTorque:
 def _lead(simulation: Simulation, slow: Sequence[_Slow], axis: str, settings: Settings) -> float:
     """The most probable lead of the demand's rate [s], friction and inertia of the model off as they usually are.
 
-    Hardly anything else tells it: half a servo period is some per cent of inertia, by a cascade's integral of viscous friction.
+    Little else distinguishes the leads: half a servo period looks like some per cent of inertia, and through a cascade's
+    integral also like viscous friction.
     """
     if not any(one.laws[axis].velocity_feedforward * one.laws[axis].velocity_gain for one in slow):
         return 0.0
@@ -163,35 +171,51 @@ def _worth(simulation: Simulation, slow: Sequence[_Slow], axis: str, lead: float
     """Log density [nats] of what the model leaves of the asked torque, in independent values, and of its parameters."""
     k, inertia = simulation.axes.index(axis), simulation.home_inertia()[axis]
     friction = simulation.dynamics()[axis].friction
-    rows, columns, seconds = [], [], 0.0
+    values = np.array([friction.coulomb, friction.viscous, inertia])
+    asked_for, rows, columns, seconds = [], [], [], 0.0
     for one in slow:
         loops, moving, velocity = one.law(axis, lead), one.moving(k), one.kinematics.velocity[:, k]
-        own = np.column_stack(
-            [friction.coulomb * np.sign(velocity), friction.viscous * velocity, inertia * one.kinematics.acceleration[:, k]]
-        )
-        left = one.filtered(asked(one.recording, axis, loops)) - one.rigid[:, k] - own[:, 0] - own[:, 1]
+        own = np.column_stack([np.sign(velocity), velocity, one.kinematics.acceleration[:, k]])
+        torque = one.filtered(asked(one.recording, axis, loops))
+        left = torque - one.rigid[:, k] - own[:, :2] @ values[:2]
         level = float(loops.integrates)
+        asked_for.append(torque[moving] - level * np.mean(torque[moving]))
         rows.append(left[moving] - level * np.mean(left[moving]))
         columns.append(own[moving] - level * np.mean(own[moving], axis=0))
         seconds += np.count_nonzero(moving) * one.period
-    return _likeliest(np.vstack(columns), np.concatenate(rows), seconds / BLOCK, settings)
+    whole = np.vstack(columns)
+    costs = _rms(np.concatenate(asked_for)) / np.maximum(np.sqrt(np.mean(whole**2, axis=0)), TINY)
+    spreads = np.hypot(settings.nominal_spread * values, LEAST_OFF * costs)
+    return likeliest(whole * spreads, np.concatenate(rows), seconds / BLOCK, settings.nominal_freedom)
 
 
-def _likeliest(columns: Array, rows: Array, independent: float, settings: Settings) -> float:
-    """Log density [nats] of rows (m,) that hold so many independent values, with shares (p,) of columns (m, p) where it is
-    highest; the shares by the t distribution of nominal parameters, by reweighted least squares (Lange, Little and Taylor,
-    Journal of the American Statistical Association 84(408), 1989).
+def likeliest(columns: Array, rows: Array, independent: float, freedom: float) -> float:
+    """The highest log density [nats] of rows (m,) that hold so many independent values, less some times columns (m, p).
+
+    The times have t distributions of scale 1; by reweighted least squares (Lange, Little and Taylor, Journal of the American
+    Statistical Association 84(408), 1989). From where the prior has them and from where the rows have them: either may be the
+    better of two maxima.
     """
-    freedom, variance = settings.nominal_freedom, settings.nominal_spread**2
+    floor = max(TINY, TINY * float(np.sum(rows**2)))
+    begun = (np.zeros(columns.shape[1]), np.linalg.lstsq(columns, rows, rcond=None)[0])
+    return max(_climbed(np.asarray(times), columns, rows, independent, freedom, floor) for times in begun)
+
+
+def _climbed(times: Array, columns: Array, rows: Array, independent: float, freedom: float, floor: float) -> float:
+    """The nearest maximum of that, where at least an energy `floor` is left."""
     products, wanted = columns.T @ columns, columns.T @ rows
-    shares: Array = np.zeros_like(wanted)
-    left = 0.0
+
+    def left() -> float:
+        return max(float(np.sum((rows - columns @ times) ** 2)), floor)
+
     for _ in range(ROUNDS):
-        left = max(float(np.sum((rows - columns @ shares) ** 2)), np.finfo(float).tiny)
-        weights = np.diag((freedom + 1.0) / (freedom * variance + shares**2))
-        shares = np.asarray(np.linalg.solve(independent / left * products + weights, independent / left * wanted))
-    far = np.log1p(shares**2 / (freedom * variance))
-    return -0.5 * independent * log(left) - 0.5 * (freedom + 1.0) * float(far.sum())
+        weights, share = np.diag((freedom + 1.0) / (freedom + times**2)), independent / left()
+        times = np.asarray(np.linalg.solve(share * products + weights, share * wanted))
+    return -0.5 * independent * log(left()) - 0.5 * (freedom + 1.0) * float(np.sum(np.log1p(times**2 / freedom)))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
 def _completed(simulation: Simulation, slow: _Slow) -> Recording:

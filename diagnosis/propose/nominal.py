@@ -13,7 +13,7 @@ from drivetwin.diagnosis.prepare.deflection import axis_of, centred, is_torque
 from drivetwin.diagnosis.prepare.positions import relative_axes
 from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.prepare.run import AxisRun, Run
-from drivetwin.diagnosis.settings import Settings
+from drivetwin.diagnosis.settings import LEAST_OFF, Settings
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import Effect, library
 from drivetwin.motion.filtering import fine_derivative
@@ -31,8 +31,6 @@ COSTS_NOTHING = 1e-9
 """Below which a torque is none [N·m or N]."""
 MOST_LACKING = 0.95
 """Share of a rotor's inertia that it may lack: MuJoCo compiles no model with less than none."""
-LEAST = 0.005
-"""Standard deviation of a parameter that the model has not, as the share of the axis's torque that it costs."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +52,9 @@ class Nominal:
     column: Column
     told: bool = True
     """Whether the model says anything of it."""
+
+    moment: bool = False
+    """Whether it is the time between two readings of one row [s]."""
 
     place: tuple[float, ...] = ()
     """Of a body, its centre of mass where a payload of its axis would be (3,) [m]."""
@@ -105,7 +106,7 @@ def _of_axes(rows: Rows, settings: Settings) -> list[Nominal]:
         for effect, value, column in columns:
             whole = rows.size[axis] / max(_rms(column), 1e-12)
             told = effect == "inertia" or law.coulomb > 0.0 or law.viscous > 0.0
-            spread = float(np.hypot(settings.nominal_spread * value, LEAST * whole)) if told else whole
+            spread = float(np.hypot(settings.nominal_spread * value, LEAST_OFF * whole)) if told else whole
             rotor = rows.motion[axis].rotor_inertia
             found.append(Nominal(effect, axis, axis, None, value, spread, {axis: column}, told, rotor=rotor))
     return found
@@ -157,10 +158,9 @@ def is_multiple(rows: Rows, axis: str, torque: Array, own: Array) -> bool:
 def _of_timing(rows: Rows, settings: Settings) -> list[Nominal]:
     """The moment at which each axis's position was counted, against its torque: known to a fraction of a sample."""
     dynamics = rows.simulation.dynamics()
-    return [
-        Nominal(None, axis, axis, None, 1.0, _late(rows, settings), {axis: rows.rows(axis, partial(_slope, dynamics[axis]))})
-        for axis in rows.axes
-    ]
+    late = _late(rows, settings)
+    columns = {axis: rows.rows(axis, partial(_slope, dynamics[axis])) for axis in rows.axes}
+    return [Nominal(None, axis, axis, None, 1.0, late, {axis: column}, moment=True) for axis, column in columns.items()]
 
 
 def _of_encoders(rows: Rows, settings: Settings) -> list[Nominal]:
@@ -170,7 +170,7 @@ def _of_encoders(rows: Rows, settings: Settings) -> list[Nominal]:
         if not is_torque(name):
             axis = axis_of(name)
             speed = centred(rows.rows(axis, lambda run, own: run.smooth(own.motion.velocity)), rows.of[axis].run)
-            found.append(Nominal(None, None, axis, None, 1.0, _late(rows, settings), {name: speed}))
+            found.append(Nominal(None, None, axis, None, 1.0, _late(rows, settings), {name: speed}, moment=True))
     return found
 
 

@@ -15,6 +15,7 @@ from drivetwin.diagnosis.report.gaps import Gaps
 from drivetwin.diagnosis.report.prediction import attributed, contributions, without_level
 from drivetwin.diagnosis.report.result import Share
 from drivetwin.diagnosis.report.shares import shares
+from drivetwin.diagnosis.weigh.bench import NO_TORQUE
 from drivetwin.emulator.effects import PlacedEffect
 
 Array = NDArray[np.float64]
@@ -80,17 +81,16 @@ def _together(several: Sequence[Share]) -> list[Share]:
 def _others(ready: Prepared, gaps: Gaps, axis: str) -> list[tuple[Acting, Part]]:
     """What acts on an axis and is not its own effect, with its torque there."""
     parts = [contributions(ready.simulation, run, gaps.patch) for run in ready.checks]
+    nothing = [np.zeros(len(run.recording.time)) for run in ready.checks]
     acting: Sequence[Acting] = (*gaps.patch.effects, *(gaps.patch.heavier or {}))
     found: list[tuple[Acting, Part]] = []
     for number, one in enumerate(acting):
         if isinstance(one, PlacedEffect) and one.axis == axis:
             continue
-        if any(axis in part[number] for part in parts):
-            none = [np.zeros(len(run.recording.time)) for run in ready.checks]
-            felt = [part[number].get(axis, zero) for part, zero in zip(parts, none, strict=True)]
-            here = [_felt(run, axis, torque) for run, torque in zip(ready.checks, felt, strict=True)]
-            if any(rows.any() for rows in here):
-                found.append((one, here))
+        felt = [part[number].get(axis, none) for part, none in zip(parts, nothing, strict=True)]
+        here = [_felt(run, axis, torque) for run, torque in zip(ready.checks, felt, strict=True)]
+        if any(np.any(np.abs(rows) > NO_TORQUE) for rows in here):
+            found.append((one, here))
     return found
 
 

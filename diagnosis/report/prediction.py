@@ -63,14 +63,16 @@ def predict(simulation: Simulation, run: Run, patch: Patch) -> Prediction:
 
 def _level(own: AxisRun, predicted: Array) -> Array:
     """A predicted torque (n,) as the drive's integral has it, where the torque is known but for a constant."""
-    return own.torque - without_level(own, own.torque - predicted)
+    return predicted + np.mean((own.torque - predicted)[own.used]) if _floats(own) else predicted
 
 
 def without_level(own: AxisRun, torque: Array) -> Array:
     """A torque (n,) less its mean over the samples in use, where the torque is known but for a constant: the gap has none."""
-    if own.asked is None or not own.asked.floats or not own.used.any():
-        return torque
-    return np.asarray(torque - np.mean(torque[own.used]))
+    return torque - np.mean(torque[own.used]) if _floats(own) else torque
+
+
+def _floats(own: AxisRun) -> bool:
+    return own.asked is not None and own.asked.floats and bool(own.used.any())
 
 
 def contributions(simulation: Simulation, run: Run, patch: Patch) -> list[dict[str, Array]]:

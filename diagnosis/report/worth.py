@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from drivetwin.diagnosis.prepare.prepared import Prepared
 from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.propose.placing import in_order
-from drivetwin.diagnosis.report.prediction import Patch, contributions, gap_rms, predict
+from drivetwin.diagnosis.report.prediction import Patch, contributions, gap_rms, predict, without_level
 from drivetwin.emulator.effects import DriveEffect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
@@ -90,7 +90,8 @@ def _torques(ready: Prepared, runs: Sequence[Run], patch: Patch) -> list[float]:
     parts = [contributions(ready.simulation, run, patch) for run in runs]
     found = []
     for number, one in enumerate(patch.effects):
-        rows = [part[number][one.axis][run.axes[one.axis].used] for part, run in zip(parts, runs, strict=True)]
+        own = [run.axes[one.axis] for run in runs]
+        rows = [without_level(axis, part[number][one.axis])[axis.used] for part, axis in zip(parts, own, strict=True)]
         squares = np.concatenate(rows) ** 2
         found.append(float(np.sqrt(np.mean(squares))) if squares.size else 0.0)
     return found

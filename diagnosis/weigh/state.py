@@ -311,20 +311,18 @@ class State:
         return self._left(self.still, held, (), {})
 
     def _left(self, system: System, held: frozenset[int], extra: Sequence[Column], less: Column) -> dict[str, float]:
-        """The same, of columns and torque as a system whitens them; torque and position no farther apart in time than is usual.
+        """The same, of columns and torque as a system whitens them; two readings of a row no farther apart than is usual.
 
         A wave in the position costs what torque costs that is read at another moment: it would have no energy of its own.
         """
-        fit = system.fit(extra, less or None, held, NEARBY)
-        far = {}
-        for number in {self.bench.timing(axis) for axis in self.rows.axes} - held:
-            most = APART * self.bench.nominals[number].spread
-            if abs(fit.coefficients[number]) > most:
-                far[number] = float(np.clip(fit.coefficients[number], -most, most))
-        if far:
-            less = _sum_of([(1.0, less), *((apart, system.columns[number]) for number, apart in far.items())])
-            fit = system.fit(extra, less, held | far.keys(), NEARBY)
-        return self._shares(system, system.residual(fit, extra, less or None))
+        moments = {number: APART * one.spread for number, one in enumerate(self.bench.nominals) if one.moment}
+        while True:
+            fit = system.fit(extra, less or None, held, NEARBY)
+            far = [number for number in moments.keys() - held if abs(fit.coefficients[number]) > moments[number]]
+            if not far:
+                return self._shares(system, system.residual(fit, extra, less or None))
+            apart = [(float(np.copysign(moments[number], fit.coefficients[number])), system.columns[number]) for number in far]
+            less, held = _sum_of([(1.0, less), *apart]), held.union(far)
 
     def _shares(self, system: System, left: Mapping[str, Array]) -> dict[str, float]:
         """Of the gap's energy, by axis, of rows that are left as a system whitens them."""

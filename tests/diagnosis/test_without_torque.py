@@ -10,13 +10,9 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from position_only import position_only
 
-from drivetwin.blind.wide.choice import choice
-from drivetwin.blind.wide.draw import drawn_case
-from drivetwin.blind.wide.record import record_wide
-from drivetwin.blind.with_and_without import recordings_of
 from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.prepare.asked_torque import likeliest
 from drivetwin.diagnosis.prepare.inputs import read_inputs
 from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
 from drivetwin.diagnosis.report.closed_loop import in_closed_loop
@@ -154,14 +150,61 @@ def test_a_torque_has_its_share_where_an_integral_hides_its_mean(tmp_path: Path)
     assert found.causes[0].share > 0.8
 
 
-def test_the_rate_of_the_demand_is_taken_when_the_models_inertia_says_so(tmp_path: Path) -> None:
-    """A table of another simulator, whose PID loop takes the rate of the moment: half a period more would be 3 % of inertia."""
-    record_wide(drawn_case(0, 0, "single", ("coulomb",), choice(("rotary",), ())), tmp_path)
-    train, check = ([position_only(one) for one in recordings_of(tmp_path, kind)] for kind in ("train", "validate"))
-    assert train[0].info.axes["table"].drive.law == "pid"  # type: ignore[union-attr]
-    made = prepared(tmp_path / "model.xml", train, check, Settings())
-    drives = [run.recording.info.axes["table"].drive for run in made.runs]
-    assert [drive.velocity_feedforward_lead / drive.servo_period for drive in drives if drive] == [0.5] * len(drives)
+SERVO_PERIOD = 0.002
+POSITION_GAIN, VELOCITY_GAIN, INTEGRAL_TIME = 20.0, 1.5, 0.05
+CASCADE = {
+    "law": "cascade",
+    "position_gain": POSITION_GAIN,
+    "velocity_gain": VELOCITY_GAIN,
+    "integral_time": INTEGRAL_TIME,
+    "servo_period": SERVO_PERIOD,
+}
+
+
+def by_cascade(lead: float, seed: int, armature: float) -> Recording:
+    """What a cascade of backward differences makes of the command, the demand's rate so many servo periods ahead of its own."""
+    model = mujoco.MjModel.from_xml_string(mjcf(MOTOR, armature=armature))
+    data = mujoco.MjData(model)
+    ticks = round(SECONDS / SERVO_PERIOD)
+    demand = commanded(seed, np.arange(-1, ticks + 1, dtype=np.float64) * SERVO_PERIOD)
+    steps = np.diff(demand) / SERVO_PERIOD
+    rate = (1.0 - lead) * steps[:-1] + lead * steps[1:]
+    data.qpos[0] = demand[1]
+    data.qvel[0] = rate[0]
+    position, held = np.empty(ticks), 0.0
+    before = demand[0]
+    for tick, target in enumerate(demand[1:-1]):
+        position[tick] = now = float(data.qpos[0])
+        wanted = POSITION_GAIN * (target - now) + rate[tick] - (now - before) / SERVO_PERIOD
+        held += wanted * SERVO_PERIOD / INTEGRAL_TIME
+        data.ctrl[0] = VELOCITY_GAIN * (wanted + held)
+        before = now
+        mujoco.mj_step(model, data, nstep=round(SERVO_PERIOD / STEP))
+    columns = {"position": position, "position_demand": demand[1:-1]}
+    axis = {"joint": "shoulder", "actuator": "shoulder", "position_resolution": 1e-7, "drive": CASCADE}
+    told = {"schema": "recording/2", "machine": "arm", "sample_period": SERVO_PERIOD, "axes": {"shoulder": axis}}
+    time: Array = np.arange(ticks, dtype=np.float64) * SERVO_PERIOD
+    return Recording("log", RecordingInfo.model_validate(told), time, {"shoulder": columns})
+
+
+@pytest.mark.parametrize("armature", [ARMATURE, 2.0 * ARMATURE], ids=["as modelled", "more inertia"])
+@pytest.mark.parametrize("lead", [0.0, 0.5, 1.0])
+def test_the_rate_of_the_demand_is_taken_when_the_drive_took_it(lead: float, armature: float, tmp_path: Path) -> None:
+    log = by_cascade(lead, 1, armature)
+    made = prepared(written(tmp_path, MOTOR), [log], [log], Settings())
+    drive = made.runs[0].recording.info.axes["shoulder"].drive
+    assert drive is not None
+    assert drive.velocity_feedforward_lead == pytest.approx(lead * SERVO_PERIOD)
+
+
+def test_a_share_that_is_large_is_found_where_the_prior_alone_would_hold_it_at_none() -> None:
+    """Of one column and twelve values, beside the best share of a fine grid."""
+    rng = np.random.default_rng(0)
+    column = rng.standard_normal(500)
+    rows, shares = 12.0 * column + 0.1 * rng.standard_normal(500), np.linspace(-2.0, 20.0, 200_001)
+    left = np.sum(rows**2) - 2.0 * shares * (column @ rows) + shares**2 * (column @ column)
+    best = np.max(-6.0 * np.log(left) - 2.5 * np.log1p(shares**2 / 4.0))
+    assert likeliest(column[:, None], rows, 12.0, 4.0) == pytest.approx(best, abs=1e-6)
 
 
 def test_a_log_without_known_loops_is_refused_in_one_line(tmp_path: Path) -> None:
