@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -46,8 +46,13 @@ class Placed:
     adrift: Mapping[str, tuple[str, ...]]
 
 
-def positions(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz: float) -> Placed:
-    """Leaves relative recordings out, or moves each relative axis to where the model needs the measured torque."""
+def positions(
+    simulation: Simulation, recordings: Sequence[Recording], cutoff_hz: float, floating: Collection[str] = ()
+) -> Placed:
+    """Leaves relative recordings out, or moves each relative axis to where the model needs the measured torque.
+
+    `floating`: axes whose torque is known but for a constant in each recording.
+    """
     relative = {recording.name: relative_axes(recording) for recording in recordings}
     absolute = [recording for recording in recordings if not relative[recording.name]]
     left_out = [recording.name for recording in recordings if relative[recording.name]]
@@ -58,7 +63,7 @@ def positions(simulation: Simulation, recordings: Sequence[Recording], cutoff_hz
         return Placed(tuple(absolute), (note,), {})
     placed, notes, adrift = [], [], {}
     for recording in recordings:
-        found = _zeros(simulation, recording, relative[recording.name], cutoff_hz)
+        found = _zeros(simulation, recording, relative[recording.name], cutoff_hz, floating)
         placed.append(moved(recording, found) if found else recording)
         adrift[recording.name] = tuple(axis for axis in relative[recording.name] if axis not in found)
         unit = {axis: "m" if simulation.slides(axis) else "rad" for axis in found}
@@ -85,12 +90,15 @@ def moved(recording: Recording, zeros: Mapping[str, float]) -> Recording:
     return replace(recording, columns=columns)
 
 
-def _zeros(simulation: Simulation, recording: Recording, axes: Sequence[str], cutoff_hz: float) -> dict[str, float]:
+def _zeros(
+    simulation: Simulation, recording: Recording, axes: Sequence[str], cutoff_hz: float, floating: Collection[str]
+) -> dict[str, float]:
     """Zero of each axis whose position the model's torque depends on: least squares over all axes, friction free.
 
-    Torque = model(q + zero) + coulomb sign(v) + viscous v on every axis, in shares of its rms.
+    Torque = model(q + zero) + coulomb sign(v) + viscous v on every axis, and a constant on those that are `floating`, in shares
+    of its rms.
     """
-    seen = _Seen.of(simulation, recording, min(SLOW_HZ, cutoff_hz))
+    seen = _Seen.of(simulation, recording, min(SLOW_HZ, cutoff_hz), floating)
     names = list(simulation.axes)
     told = [names.index(axis) for axis in axes]
     bounds = {k: zeros_within(simulation, names[k], seen.kinematics.position[:, k]) for k in told}
@@ -136,22 +144,23 @@ def zeros_within(simulation: Simulation, axis: str, position: Array) -> tuple[fl
 
 @dataclass(frozen=True)
 class _Seen:
-    """A recording's slow motion and torque (n, k) of all axes, and rms of each axis's torque (k,)."""
+    """A recording's slow motion and torque (n, k) of all axes, and rms of each axis's torque (k,); which know no constant."""
 
     simulation: Simulation
     kinematics: Kinematics
     torque: Array
     size: Array
+    floats: Sequence[bool]
 
     @classmethod
-    def of(cls, simulation: Simulation, recording: Recording, cutoff_hz: float) -> _Seen:
+    def of(cls, simulation: Simulation, recording: Recording, cutoff_hz: float, floating: Collection[str]) -> _Seen:
         period = recording.info.sample_period
         cutoff = effective_cutoff(period, cutoff_hz)
         every = max(1, len(recording.time) // SAMPLES)
         kinematics = Kinematics.of(recording, simulation.axes, cutoff).every(every)
         torque = np.column_stack([zero_phase(torque_of(recording, axis), period, cutoff) for axis in simulation.axes])
         size = np.maximum(np.sqrt(np.mean(torque**2, axis=0)), 1e-12)
-        return cls(simulation, kinematics, torque[::every], size)
+        return cls(simulation, kinematics, torque[::every], size, [axis in floating for axis in simulation.axes])
 
     def _model(self, zeros: Array) -> Array:
         own = self.kinematics
@@ -167,6 +176,6 @@ class _Seen:
         parts = []
         for k, rest in enumerate((self.torque - self._model(zeros)).T):
             velocity = self.kinematics.velocity[:, k]
-            free = np.column_stack([np.sign(velocity), velocity])
+            free = np.column_stack([np.sign(velocity), velocity, np.full(len(velocity), float(self.floats[k]))])
             parts.append((rest - free @ np.linalg.lstsq(free, rest, rcond=None)[0]) / self.size[k])
         return np.concatenate(parts)

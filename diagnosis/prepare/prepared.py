@@ -84,7 +84,8 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     steady = steadied(twin, training, validation, cutoff, settings.model_error)
     smooth = smoothed(twin, steady.training, steady.validation, cutoff, steady.by_velocity)
     training, validation = smooth.training, smooth.validation
-    fit_at, check_at = positions(twin, training, cutoff), positions(twin, validation, cutoff)
+    floating = [axis for axis, how in unrecorded.items() if how.floats]
+    fit_at, check_at = (positions(twin, part, cutoff, floating) for part in (training, validation))
     training, validation = fit_at.recordings, check_at.recordings
     recordings = [*training, *validation]
     motion = motion_cutoff(recordings, twin.home_inertia(), steady.by_velocity)

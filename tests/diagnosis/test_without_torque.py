@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -185,6 +186,20 @@ def by_cascade(lead: float, seed: int, armature: float) -> Recording:
     told = {"schema": "recording/2", "machine": "arm", "sample_period": SERVO_PERIOD, "axes": {"shoulder": axis}}
     time: Array = np.arange(ticks, dtype=np.float64) * SERVO_PERIOD
     return Recording("log", RecordingInfo.model_validate(told), time, {"shoulder": columns})
+
+
+ZERO = 0.8
+"""Of a position that counts from its own zero [rad]."""
+
+
+def test_a_zero_is_found_where_an_integral_holds_a_constant(tmp_path: Path) -> None:
+    log = by_cascade(0.5, 1, ARMATURE)
+    axes = {"shoulder": log.info.axes["shoulder"].model_copy(update={"position_relative": True})}
+    columns = {"shoulder": {name: values - ZERO for name, values in log.columns["shoulder"].items()}}
+    relative = replace(log, info=log.info.model_copy(update={"axes": axes}), columns=columns)
+    made = prepared(written(tmp_path, MOTOR), [relative], [relative], Settings())
+    moved_by = made.runs[0].recording.columns["shoulder"]["position"] - columns["shoulder"]["position"]
+    assert np.mean(moved_by) == pytest.approx(ZERO, abs=0.02)
 
 
 @pytest.mark.parametrize("armature", [ARMATURE, 2.0 * ARMATURE], ids=["as modelled", "more inertia"])
