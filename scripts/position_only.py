@@ -55,7 +55,7 @@ def cases(count: int, seed: int, only: Sequence[str] = (), without: Sequence[str
         drawn = (drawn_case(number, int(own), "single", (str(effects[number % len(effects)]),), allowed) for own in seeds)
         case = next((case for case in drawn if case.drive in LAWS and shows_most_of_its_cause(case)), None)
         if case is None:
-            raise SystemExit(f"no more seeds: of {20 * count} machines too few show most of their cause; draw another --seed")
+            raise SystemExit(f"of {20 * count} machines too few are told and show most of their cause: draw another --seed")
         yield case
 
 

@@ -144,13 +144,16 @@ def zeros_within(simulation: Simulation, axis: str, position: Array) -> tuple[fl
 
 @dataclass(frozen=True)
 class _Seen:
-    """A recording's slow motion and torque (n, k) of all axes, and rms of each axis's torque (k,); which know no constant."""
+    """A recording's slow motion and torque (n, k) of all axes, and rms of each axis's torque (k,).
+
+    `floats` (k,): whose torque is known but for a constant.
+    """
 
     simulation: Simulation
     kinematics: Kinematics
     torque: Array
     size: Array
-    floats: Sequence[bool]
+    floats: NDArray[np.bool_]
 
     @classmethod
     def of(cls, simulation: Simulation, recording: Recording, cutoff_hz: float, floating: Collection[str]) -> _Seen:
@@ -159,8 +162,9 @@ class _Seen:
         every = max(1, len(recording.time) // SAMPLES)
         kinematics = Kinematics.of(recording, simulation.axes, cutoff).every(every)
         torque = np.column_stack([zero_phase(torque_of(recording, axis), period, cutoff) for axis in simulation.axes])
-        size = np.maximum(np.sqrt(np.mean(torque**2, axis=0)), 1e-12)
-        return cls(simulation, kinematics, torque[::every], size, [axis in floating for axis in simulation.axes])
+        floats = np.array([axis in floating for axis in simulation.axes])
+        size = np.maximum(np.sqrt(np.mean((torque - floats * torque.mean(axis=0)) ** 2, axis=0)), 1e-12)
+        return cls(simulation, kinematics, torque[::every], size, floats)
 
     def _model(self, zeros: Array) -> Array:
         own = self.kinematics
@@ -169,7 +173,8 @@ class _Seen:
     def depends_on(self, k: int, span: tuple[float, float]) -> bool:
         """Whether any axis's torque changes with the zero of the k-th axis."""
         few = [self._model(_with(np.zeros(len(self.size)), k, value)) for value in np.linspace(*span, 5)]
-        return bool(np.any(np.sqrt(np.mean(np.ptp(few, axis=0) ** 2, axis=0)) > DEPENDS * self.size))
+        seen = [one - self.floats * one.mean(axis=0) for one in few]
+        return bool(np.any(np.sqrt(np.mean(np.ptp(seen, axis=0) ** 2, axis=0)) > DEPENDS * self.size))
 
     def left(self, zeros: Array) -> Array:
         """Torque that model and friction leave, in shares of each axis's rms; axes one after the other."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from drivetwin.diagnosis.prepare.asked_torque import completed, notes
+from drivetwin.diagnosis.prepare.asked_torque import completed, levelled, notes
 from drivetwin.diagnosis.prepare.cutoff import chosen_cutoff, motion_cutoff
 from drivetwin.diagnosis.prepare.drive_law import law_missing
 from drivetwin.diagnosis.prepare.hold_back import hold_back
@@ -86,7 +86,7 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     training, validation = smooth.training, smooth.validation
     floating = [axis for axis, how in unrecorded.items() if how.floats]
     fit_at, check_at = (positions(twin, part, cutoff, floating) for part in (training, validation))
-    training, validation = fit_at.recordings, check_at.recordings
+    training, validation = (levelled(twin, part.recordings, floating) for part in (fit_at, check_at))
     recordings = [*training, *validation]
     motion = motion_cutoff(recordings, twin.home_inertia(), steady.by_velocity)
     standstill = standstill_of(twin, recordings, min(cutoff, motion))

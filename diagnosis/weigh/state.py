@@ -39,7 +39,7 @@ what is left out at the ends of a recording at 48 Hz."""
 NEAR = 0.02
 """Of its deviation, by which a parameter may miss the best one: the evidence feels the square of it."""
 APART = 3.0
-"""Deviations by which torque and position of a sample may be apart where energy that is left is told."""
+"""Deviations by which two readings of a row may be apart in time where energy that is left is told."""
 REMEMBERED = 3
 """Systems of an axis that are remembered: of what stands there, and of the last trials."""
 WHITENED, FELT = 128, 64

@@ -68,6 +68,18 @@ def test_without_it_in_every_recording_or_with_a_hole_in_it_torque_alone_is_comp
     assert compared(tmp_path, made, strokes(2, 20.0, name="others")).compared == ("turn", "lift")
 
 
+@pytest.mark.parametrize("deviations", [2.0, 10.0])
+def test_energy_that_is_left_knows_no_encoder_read_unusually_far_off(deviations: float, tmp_path: Path) -> None:
+    """A deflection that is all timing: none of it is left up to three deviations, and beyond what these do not take."""
+    told = ready(tmp_path, uneven(1))
+    bench, name = bench_of(told.rows, Settings(), told.absolute), deflection_of("turn")
+    (moment,) = (one for one in bench.nominals if one.moment and name in one.column)
+    as_it_stands, late = state_of(bench, (), bench.white, {}), moment.spread * moment.column[name]
+    state = replace(as_it_stands, target={**as_it_stands.target, name: deviations * late})
+    expected = max(0.0, deviations - 3.0) ** 2 * float(late @ late) / bench.rows.gap_energy[name]
+    assert state.left[name] == pytest.approx(expected, rel=1e-3, abs=1e-3)
+
+
 def test_a_gear_error_is_found_by_it(tmp_path: Path) -> None:
     found = diagnosed(tmp_path, uneven)
     cause = found.causes[0]

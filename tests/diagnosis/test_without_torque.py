@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from drivetwin.diagnosis.diagnose import diagnose
-from drivetwin.diagnosis.prepare.asked_torque import likeliest
 from drivetwin.diagnosis.prepare.inputs import read_inputs
+from drivetwin.diagnosis.prepare.lead import likeliest
 from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
 from drivetwin.diagnosis.report.closed_loop import in_closed_loop
 from drivetwin.diagnosis.report.result import Array, Diagnosis
@@ -200,6 +200,9 @@ def test_a_zero_is_found_where_an_integral_holds_a_constant(tmp_path: Path) -> N
     made = prepared(written(tmp_path, MOTOR), [relative], [relative], Settings())
     moved_by = made.runs[0].recording.columns["shoulder"]["position"] - columns["shoulder"]["position"]
     assert np.mean(moved_by) == pytest.approx(ZERO, abs=0.02)
+    own = made.runs[0].axes["shoulder"]
+    left = (own.torque - own.base)[own.used]
+    assert abs(np.mean(left)) < 0.01 * np.std(own.torque)
 
 
 @pytest.mark.parametrize("armature", [ARMATURE, 2.0 * ARMATURE], ids=["as modelled", "more inertia"])
