@@ -24,11 +24,14 @@ from drivetwin.diagnosis.report.zeros import placed_by
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.averaging import preferred, weighed
 from drivetwin.diagnosis.weigh.bench import bench_of
+from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.moves import Search
 from drivetwin.diagnosis.weigh.named import named
 from drivetwin.diagnosis.weigh.off import heavier
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.refit import refitted
+from drivetwin.diagnosis.weigh.state import State, state_of
+from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import DriveEffect, Effect, ModelEffect
 from drivetwin.recording.recording import Recording
 
@@ -52,8 +55,8 @@ def proposer_of(ready: Prepared, settings: Settings) -> Proposer:
     """What every effect that can be asked for on an axis is sought with; on one without a gap, only those of bodies."""
     rows, gaps = ready.rows, axes_with_gap(ready, gaps_of(ready, Patch(), settings))
     without = frozenset(rows.axes) - gaps
-    whole = bench_of(rows, settings, ready.absolute, without)
-    part = whole if rows.part is rows else bench_of(rows.part, settings, ready.absolute, without)
+    whole = bench_of(rows.searched, settings, ready.absolute, without)
+    part = whole if rows.part is rows.searched else bench_of(rows.part, settings, ready.absolute, without)
     kinds = {
         axis: [kind for kind in each.kinds if not issubclass(kind, DriveEffect) and (axis in gaps or _is_felt(kind, gaps))]
         for axis, each in ready.testable.items()
@@ -62,6 +65,15 @@ def proposer_of(ready: Prepared, settings: Settings) -> Proposer:
     asked = {axis: ready.testable[axis] for axis in kinds}
     veiled = {axis: each.veiled if axis in gaps else () for axis, each in asked.items()}
     return Proposer(whole, part, kinds, {axis: each.askew for axis, each in asked.items()}, veiled)
+
+
+def on_every_row(state: State, ready: Prepared, settings: Settings) -> State:
+    """A set that was found on a part of the rows, moved to what all of them say, in the noise that it leaves there."""
+    if state.rows is ready.rows:
+        return state
+    bodies = [(one.axis, type(one.effect)) for one in state.effects if isinstance(one.effect, ModelEffect)]
+    every = bench_of(ready.rows, settings, ready.absolute, state.bench.without_gap, bodies)
+    return settled_on(coloured(state_of(every, state.effects, every.white, state.late), ()))
 
 
 def _is_felt(kind: type[Effect], gaps: Collection[str]) -> bool:
@@ -107,7 +119,7 @@ def diagnose(
     state, answers = named(state, answers, proposer, weigh)
     answers.append(weigh(found.beyond(state)))
     progress("gap, shares, shrink", 0.9)
-    values = refitted(state, heavier(state))
+    values = refitted(on_every_row(state, ready, settings), heavier(state))
     drives = _drives(ready, {**state.recorded_late(), **values.late}, proposer.kinds, settings)
     ready = placed_by(ready.aligned(values.late, values.state.apart()), Patch(in_order(values.effects), values.heavier))
     return build(ready, values, answers, drives, settings, tables)

@@ -191,6 +191,18 @@ class System:
             found[axis] = left - further.rows[:, :-1] @ fit.coefficients[further.index]
         return found
 
+    def left_within(
+        self, most: Mapping[int, float], extra: Sequence[Column], less: Column | None, held: frozenset[int], near: float
+    ) -> dict[str, Array]:
+        """`residual` of the fit with some of its own columns bounded, by number: their coefficients are at most so much."""
+        while True:
+            fit = self.fit(extra, less, held, near)
+            far = [number for number in most.keys() - held if abs(fit.coefficients[number]) > most[number]]
+            if not far:
+                return self.residual(fit, extra, less)
+            at_bounds = [(float(np.copysign(most[number], fit.coefficients[number])), self.columns[number]) for number in far]
+            less, held = _sum_of([(1.0, less or {}), *at_bounds]), held.union(far)
+
     def unknown_of(self, axis: str, left: Array, level: float) -> Array:
         """Mean of the unknown's torque (N,), whitened, given what else leaves of the rows."""
         own = self.axes[axis]
@@ -249,6 +261,12 @@ def _log_density(left: Array, unknown: Array, level: float, n: float) -> float:
     tail = gammaln(0.5 * (FREEDOM + n)) - gammaln(0.5 * FREEDOM) - 0.5 * n * np.log(0.5 * (FREEDOM - 2.0))
     tail -= 0.5 * (FREEDOM + n) * np.log1p(square / level**2 / (FREEDOM - 2.0))
     return float(tail - 0.5 * spread - n * np.log(level))
+
+
+def _sum_of(parts: Sequence[tuple[float, Column]]) -> Column:
+    """Columns, each so many times, as one."""
+    axes = dict.fromkeys(axis for _, column in parts for axis in column)
+    return {axis: np.sum([times * column[axis] for times, column in parts if axis in column], axis=0) for axis in axes}
 
 
 def _matrix(axis: str, columns: Sequence[Column], first: int, target: Array) -> Matrix:

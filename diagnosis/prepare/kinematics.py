@@ -35,6 +35,14 @@ class Kinematics:
         acceleration = np.column_stack([fine_derivative(samples, period) for samples in velocity.T])
         return cls(position, velocity, acceleration)
 
+    @classmethod
+    def joined(cls, parts: Sequence[Kinematics]) -> Kinematics:
+        """Several, one after the other."""
+        position, velocity, acceleration = (
+            np.concatenate([getattr(each, name) for each in parts]) for name in ("position", "velocity", "acceleration")
+        )
+        return cls(position, velocity, acceleration)
+
     def part(self, span: slice) -> Kinematics:
         """Some samples in a row."""
         return Kinematics(self.position[span], self.velocity[span], self.acceleration[span])

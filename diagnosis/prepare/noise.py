@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,8 @@ ABOVE = 3.0
 """Noise is read from the torque's spectrum above so many cut-offs, where no motion is."""
 TIMING = 0.1
 """Share of a sample period by which position and torque of a sample differ at most in time: what goes beyond is no noise."""
+ENOUGH = 100
+"""Stretches of motion, evenly over a recording, whose spectra tell a floor: their median is sought."""
 FEWEST = 50
 """Second differences that tell a level of noise."""
 LOWER_QUARTILE = 0.25
@@ -64,7 +67,7 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
     for run, rest in zip(runs, left, strict=True):
         torque = run.axes[axis].motion.torque
         quantum = max(quantum, run.recording.info.axes[axis].torque_resolution or 0.0)
-        density = min(_density(torque, run), _of_differences(rest, run))
+        density = min(float(run.kept(("density", axis), partial(_density, torque, run))), _of_differences(rest, run))
         powers.append(density * _bandwidth(run))
         floors.append(_floor(rest, run))
         weights.append(float(np.isfinite(rest).sum()) * run.period)
@@ -93,6 +96,7 @@ def _floor(left: Array, run: Run) -> float:
     stretches = [part for part in _stretches(left) if len(part) >= int(4.0 / (run.cutoff_hz * run.period)) + 16]
     if not stretches:
         return 0.0
+    stretches = stretches[:: -(-len(stretches) // ENOUGH)]
     length = min(256, min(len(part) for part in stretches) if len(stretches) < 4 else 128)
     densities = []
     for part in stretches:
@@ -102,9 +106,14 @@ def _floor(left: Array, run: Run) -> float:
         gain = 1.0 / (1.0 + (frequency[inside] / run.cutoff_hz) ** 8) ** 2
         if inside.any():
             averaged = max(2.0, 0.6 * 2.0 * (2.0 * len(part) / min(length, len(part)) - 1.0))
-            expected = stats.chi2.ppf(LOWER_QUARTILE, averaged) / averaged  # of white noise, a share of its density
-            densities.append(np.quantile(power[inside] / gain, LOWER_QUARTILE) / expected)
+            densities.append(np.quantile(power[inside] / gain, LOWER_QUARTILE) / _expected(averaged))
     return float(np.median(densities)) * _bandwidth(run) if densities else 0.0
+
+
+@cache
+def _expected(averaged: float) -> float:
+    """The lower quartile of the density of white noise over so many degrees of freedom, a share of the density."""
+    return float(stats.chi2.ppf(LOWER_QUARTILE, averaged) / averaged)
 
 
 def _stretches(left: Array) -> list[Array]:
@@ -114,13 +123,13 @@ def _stretches(left: Array) -> list[Array]:
     return [left[start:end] for start, end in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _density(torque: Array, run: Run) -> float:
+def _density(torque: Array, run: Run) -> Array:
     """Median one-sided power density [(N·m)²/Hz] above the motion's band, or of the upper fifth where the rate is too low."""
     rate = 1.0 / run.period
     frequency, power = signal.welch(torque, fs=rate, nperseg=min(1024, len(torque)))
     lowest = min(ABOVE * run.cutoff_hz, 0.4 * rate)
     high = power[(frequency >= lowest) & (frequency <= 0.48 * rate)]
-    return float(np.median(high))
+    return np.asarray(np.median(high))
 
 
 def _of_differences(left: Array, run: Run) -> float:

@@ -26,10 +26,13 @@ Column = Mapping[str, Array]
 
 ENOUGH = 30.0
 """Time of motion [s] on which a search begins where there is much more."""
-PIECES = 3
-"""Of each recording, in a part of it: where a piece begins, the state of play and bristles is not known."""
+SEARCHED = 50_000
+"""Samples of all recordings together on which a search decides what is there: what is found in ten minutes is seen in two."""
+PIECES, PIECE = 3, 10.0
+"""Of each recording, in a part of it, or as many as are so long [s]: where a piece begins, the state of play and bristles is
+not known."""
 MUCH = 1.5
-"""Times that, from which a part is worth while."""
+"""Times as much, from which a part is worth while."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +133,9 @@ class Rows:
 
     def rigid_rows(self, of_motion: Callable[[Kinematics], Array]) -> dict[str, Array]:
         """Torque (n, k) that a rigid model needs for a motion of all axes, on the rows of each axis."""
-        return self._thinned([of_motion(run.kinematics.every(run.stride)) for run in self.runs])
+        few = [run.kinematics.every(run.stride) for run in self.runs]
+        torque = of_motion(Kinematics.joined(few))
+        return self._thinned(np.split(torque, np.cumsum([len(each.position) for each in few])[:-1]))
 
     def _thinned(self, samples: Sequence[Array]) -> dict[str, Array]:
         """Torque (n, k) of all axes at every stride-th sample of each recording, on the rows of each axis."""
@@ -219,24 +224,38 @@ class Rows:
         return {axis: _joined([run.axes[axis] for run in self.runs]) for axis in self.axes}
 
     @cached_property
+    def searched(self) -> Rows:
+        """What a search decides on: a part of it, where recordings are so long that all of them would only take longer."""
+        return self._spread(self._searched)
+
+    @cached_property
     def part(self) -> Rows:
-        """A part of it, spread over all recordings, on which a search begins where there is much more."""
-        whole = sum(len(run.recording.time) * run.period for run in self.runs)
-        if whole <= MUCH * ENOUGH:
+        """What a search begins on: a smaller part of it; `searched` where that is hardly more."""
+        share = ENOUGH / sum(len(run.recording.time) * run.period for run in self.runs)
+        return self._spread(share) if share * MUCH < self._searched else self.searched
+
+    @property
+    def _searched(self) -> float:
+        share = SEARCHED / sum(len(run.recording.time) for run in self.runs)
+        return share if share * MUCH < 1.0 else 1.0
+
+    def _spread(self, share: float) -> Rows:
+        """A share of it, spread over all recordings; the whole where an axis hardly moves in that."""
+        if share == 1.0:
             return self
-        runs = [piece for run in self.runs for piece in _pieces(run, ENOUGH / whole)]
-        part = Rows(self.simulation, runs, self.blocks)
-        fair = all(part.count(axis) >= 0.4 * ENOUGH / whole * self.count(axis) for axis in self.axes)
+        part = Rows(self.simulation, [piece for run in self.runs for piece in _pieces(run, share)], self.blocks)
+        fair = all(part.count(axis) >= 0.4 * share * self.count(axis) for axis in self.axes)
         return part if fair else self
 
 
 def _pieces(run: Run, share: float) -> list[Run]:
     """Pieces of a recording, evenly over it."""
     whole = len(run.recording.time)
-    length = max(int(share * whole / PIECES), int(4.0 / (run.cutoff_hz * run.period)) * 4)
-    if length * PIECES >= whole:
+    count = max(PIECES, int(share * whole * run.period / PIECE))
+    length = max(int(share * whole / count), int(4.0 / (run.cutoff_hz * run.period)) * 4)
+    if length * count >= whole:
         return [run]
-    begins = np.linspace(0, whole - length, PIECES).astype(int)
+    begins = np.linspace(0, whole - length, count).astype(int)
     return [run.piece(slice(int(begin), int(begin) + length)) for begin in begins]
 
 

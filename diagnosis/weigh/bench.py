@@ -202,10 +202,19 @@ class Bench:
         return known.column(one.effect)
 
 
-def bench_of(rows: Rows, settings: Settings, absolute: Mapping[str, bool], without_gap: frozenset[str] = frozenset()) -> Bench:
-    """`absolute`: axes whose position means the same in all recordings."""
-    kinds = [kind for kind in library().values() if issubclass(kind, ModelEffect)]
-    asked = by_key(lambda one: polynomial(rows, *one), [(axis, kind) for axis in rows.axes for kind in kinds])
+def bench_of(
+    rows: Rows,
+    settings: Settings,
+    absolute: Mapping[str, bool],
+    without_gap: frozenset[str] = frozenset(),
+    bodies: Sequence[tuple[str, type[ModelEffect]]] | None = None,
+) -> Bench:
+    """`absolute`: axes whose position means the same in all recordings. `bodies`: effects of bodies that may be asked for, by
+    axis; all of the library on all axes, if not told."""
+    if bodies is None:
+        kinds = [kind for kind in library().values() if issubclass(kind, ModelEffect)]
+        bodies = [(axis, kind) for axis in rows.axes for kind in kinds]
+    asked = by_key(lambda one: polynomial(rows, *one), bodies)
     told = {(axis, kind.name): found for (axis, kind), found in asked.items() if found is not None}
     nominals = tuple(nominal_parameters(rows, settings))
 

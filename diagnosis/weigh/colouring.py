@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from drivetwin.diagnosis.model.colour import Colour
 from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.weigh.alignment import aligned
+from drivetwin.diagnosis.weigh.explained import colours_of
 from drivetwin.diagnosis.weigh.proposal import Proposal
-from drivetwin.diagnosis.weigh.state import State, colours_of, state_of
+from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import STEPS, settled_on
 from drivetwin.foundation.errors import UserError
 

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from drivetwin.diagnosis.model.solve import Fit, inverse_of
 from drivetwin.diagnosis.propose.placing import alike
 from drivetwin.diagnosis.weigh.alignment import LEAST, best_moment
-from drivetwin.diagnosis.weigh.state import State, moved_by_fit
-from drivetwin.diagnosis.weigh.yielding import DAMPINGS
+from drivetwin.diagnosis.weigh.state import State
+from drivetwin.diagnosis.weigh.yielding import DAMPINGS, moved_by_fit
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.foundation.errors import UserError
 

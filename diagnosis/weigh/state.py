@@ -11,17 +11,17 @@ from math import log
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.diagnosis.model.axis_system import AxisSystem, axis_system
-from drivetwin.diagnosis.model.colour import Colour, colour_of
+from drivetwin.diagnosis.model.axis_system import AxisSystem
+from drivetwin.diagnosis.model.colour import Colour
 from drivetwin.diagnosis.model.solve import Fit
 from drivetwin.diagnosis.model.system import System, system_of
 from drivetwin.diagnosis.prepare.deflection import axis_of
 from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.propose.nominal import Nominal
-from drivetwin.diagnosis.propose.placing import in_order, placed
+from drivetwin.diagnosis.propose.placing import in_order
 from drivetwin.diagnosis.propose.search import Field, Predict, movable_fields
-from drivetwin.diagnosis.propose.side_by_side import by_key
-from drivetwin.diagnosis.weigh.bench import NO_TORQUE, Bench, Felt, Later
+from drivetwin.diagnosis.weigh.bench import Bench, Felt, Later
+from drivetwin.diagnosis.weigh.explained import colour_in, explained, plain_axis
 from drivetwin.emulator.dynamics import AxisDynamics
 from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, PlacedEffect
 from drivetwin.foundation.cached import cached_property
@@ -36,8 +36,6 @@ NEARBY = 1.0 / FARTHEST**2
 LATEST = 0.03
 """By which a torque is recorded at most after its motion [s]: filters and buses of drives, a low-pass of 5 Hz. No more than
 what is left out at the ends of a recording at 48 Hz."""
-NEAR = 0.02
-"""Of its deviation, by which a parameter may miss the best one: the evidence feels the square of it."""
 APART = 3.0
 """Deviations by which two readings of a row may be apart in time where energy that is left is told."""
 REMEMBERED = 3
@@ -234,7 +232,7 @@ class State:
     def _plain(self, columns: Sequence[Column], spreads: Array, near: Array) -> System:
         bench, white = self.bench, self.bench.white
         bare = {
-            axis: bench.plain.get((white[axis], target), partial(_plain_axis, bench, axis, target), REMEMBERED * len(white))
+            axis: bench.plain.get((white[axis], target), partial(plain_axis, bench, axis, target), REMEMBERED * len(white))
             for axis, target in self.target.items()
         }
         flat = [
@@ -304,32 +302,25 @@ class State:
     def energy(self, held: frozenset[int], extra: Sequence[Column] = (), less: Column | None = None) -> dict[str, float]:
         """Share of the gap's energy that is left on each axis, least squares; further columns and torque as they are felt."""
         whiten = self.plain.whiten
-        return self._left(self.plain, held, [whiten(each) for each in extra], whiten(less) if less is not None else {})
+        return self._shares(self.plain, held, [whiten(each) for each in extra], whiten(less) if less is not None else None)
 
     def energy_still(self, held: frozenset[int]) -> dict[str, float]:
         """The same, the effects where they are."""
-        return self._left(self.still, held, (), {})
+        return self._shares(self.still, held)
 
-    def _left(self, system: System, held: frozenset[int], extra: Sequence[Column], less: Column) -> dict[str, float]:
-        """The same, of columns and torque as a system whitens them; two readings of a row no farther apart than is usual.
+    def _shares(
+        self, system: System, held: frozenset[int], extra: Sequence[Column] = (), less: Column | None = None
+    ) -> dict[str, float]:
+        """Of the gap's energy, by axis, what a system leaves beside columns and torque that it has whitened.
 
-        A wave in the position costs what torque costs that is read at another moment: it would have no energy of its own.
+        Two readings of a row are no farther apart than is usual: a wave in the position costs what torque costs that is read at
+        another moment, and would have no energy of its own.
         """
         moments = {number: APART * one.spread for number, one in enumerate(self.bench.nominals) if one.moment}
-        while True:
-            fit = system.fit(extra, less or None, held, NEARBY)
-            far = [number for number in moments.keys() - held if abs(fit.coefficients[number]) > moments[number]]
-            if not far:
-                return self._shares(system, system.residual(fit, extra, less or None))
-            apart = [(float(np.copysign(moments[number], fit.coefficients[number])), system.columns[number]) for number in far]
-            less, held = _sum_of([(1.0, less), *apart]), held.union(far)
-
-    def _shares(self, system: System, left: Mapping[str, Array]) -> dict[str, float]:
-        """Of the gap's energy, by axis, of rows that are left as a system whitens them."""
         gap = self.bench.rows.gap_energy
         return {
             axis: float(rows @ rows) * system.axes[axis].colour.level ** 2 / max(gap[axis], 1e-300)
-            for axis, rows in left.items()
+            for axis, rows in system.left_within(moments, extra, less, held, NEARBY).items()
         }
 
     @cached_property
@@ -390,34 +381,14 @@ def state_of(
     for axis in bench.rows.compared:
         needed = bench.target(axis, late.get(axis, 0.0))
         costs = tuple(felt.cost[axis] for felt in felts if axis in felt.cost)
-        same = _colour(colours[axis]), needed, *costs
-        made = partial(_explained, bench, axis, colours[axis], needed, costs)
+        same = colour_in(colours[axis]), needed, *costs
+        made = partial(explained, bench, axis, colours[axis], needed, costs)
         target[axis], axes[axis] = bench.explained.get(same, made, REMEMBERED * len(bench.rows.compared))
     return State(bench, ordered, tuple(felts), axes, target, late, exact)
 
 
-def _explained(
-    bench: Bench, axis: str, known: Colour | AxisSystem, needed: Array, costs: Sequence[Array]
-) -> tuple[Array, AxisSystem]:
-    """What effects leave of a torque, and the system of the axis with it."""
-    target = needed.copy()
-    for rows in costs:
-        target -= rows
-    return target, _axis_system(bench, axis, known, target)
-
-
-def _colour(known: Colour | AxisSystem) -> Colour:
-    return known.colour if isinstance(known, AxisSystem) else known
-
-
 def _of_one(column: Column, amount: float) -> Column:
     return {axis: rows / amount for axis, rows in column.items()}
-
-
-def _sum_of(parts: Sequence[tuple[float, Column]]) -> Column:
-    """Columns, each so many times, as one."""
-    axes = dict.fromkeys(axis for _, column in parts for axis in column)
-    return {axis: np.sum([times * column[axis] for times, column in parts if axis in column], axis=0) for axis in axes}
 
 
 def _later(ordered: Sequence[PlacedEffect], before: Sequence[AxisDynamics], number: int) -> Later:
@@ -435,50 +406,3 @@ def _later(ordered: Sequence[PlacedEffect], before: Sequence[AxisDynamics], numb
 
 def _bends(effect: AxisEffect) -> bool:
     return effect.on_friction or not effect.scales
-
-
-def _axis_system(bench: Bench, axis: str, known: Colour | AxisSystem, target: Array) -> AxisSystem:
-    if isinstance(known, AxisSystem):
-        return replace(known, target=known.colour.whiten(target))
-    parts = [component.columns for component in bench.unknown[axis_of(axis)]]
-    component = np.repeat(np.arange(len(parts)), [part.shape[1] for part in parts])
-    misfit = max(bench.settings.misfit * bench.rows.size[axis], NO_TORQUE)
-    return axis_system(known, np.column_stack(parts), component, misfit, target, bench.rows.of[axis].block)
-
-
-def _plain_axis(bench: Bench, axis: str, target: Array) -> AxisSystem:
-    """An axis without colour and unknown."""
-    rows = bench.rows.of[axis]
-    return axis_system(bench.white[axis], np.zeros((len(rows), 0)), np.zeros(0, dtype=np.intp), 1.0, target, rows.block)
-
-
-def colours_of(bench: Bench, residual: Mapping[str, Array]) -> dict[str, Colour]:
-    """The colour of what everything that could be asked leaves (N,) of each axis [N·m or N]."""
-
-    def colour(axis: str) -> Colour:
-        rows, order = bench.rows.of[axis], bench.settings.colour_order
-        return colour_of(rows, bench.intervals, residual[axis], order, bench.noise_floor(axis))
-
-    return by_key(colour, residual)
-
-
-def moved_by_fit(state: State, fit: Fit, share: float, axis: str | None = None) -> tuple[PlacedEffect, ...]:
-    """The effects, their parameters by a share of the way to where a linear fit about them has them, within their bounds.
-
-    An effect whose every parameter is there already, by its deviation, stays as it is. `axis`: only those of one axis move.
-    """
-    found, first = [], len(state.bench.nominals)
-    deviations = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
-    for number, one in enumerate(state.effects):
-        at = [first + k for k, owner in enumerate(state.owners) if owner == number]
-        there = all(abs(fit.coefficients[k]) <= NEAR * deviations[k] for k in at)
-        if there or axis not in (None, one.axis):
-            found.append(one)
-            continue
-        values = {}
-        for movable, k in zip(state.moving(number), at, strict=True):
-            value = float(getattr(one.effect, movable.name))
-            step = share * float(np.clip(fit.coefficients[k], -FARTHEST, FARTHEST)) * movable.size
-            values[movable.name] = float(np.clip(value + step, movable.low, movable.high))
-        found.append(placed(state.rows, one.axis, replace(one.effect, **values)))
-    return tuple(found)

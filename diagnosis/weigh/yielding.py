@@ -7,13 +7,15 @@ the second is then never found beside the first; two at a time, moved together, 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from drivetwin.diagnosis.model.solve import Fit
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.alignment import aligned
-from drivetwin.diagnosis.weigh.state import State, moved_by_fit
+from drivetwin.diagnosis.weigh.state import FARTHEST, State
 from drivetwin.emulator.effects import AxisEffect, Effect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
@@ -29,6 +31,8 @@ GOOD = 0.25
 """Of what a straight line promises, that a step must bring, or another one is tried as well: the same."""
 ENOUGH = 0.5
 """Nats that a further step must bring."""
+NEAR = 0.02
+"""Of its deviation, by which a parameter may miss the best one: the evidence feels the square of it."""
 
 
 def yields(kind: type[Effect]) -> bool:
@@ -143,3 +147,25 @@ def tried_set(state: State, effects: Sequence[PlacedEffect]) -> State | None:
         return state.of(effects)
     except UserError:
         return None
+
+
+def moved_by_fit(state: State, fit: Fit, share: float, axis: str | None = None) -> tuple[PlacedEffect, ...]:
+    """The effects, their parameters by a share of the way to where a linear fit about them has them, within their bounds.
+
+    An effect whose every parameter is there already, by its deviation, stays as it is. `axis`: only those of one axis move.
+    """
+    found, first = [], len(state.bench.nominals)
+    deviations = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    for number, one in enumerate(state.effects):
+        at = [first + k for k, owner in enumerate(state.owners) if owner == number]
+        there = all(abs(fit.coefficients[k]) <= NEAR * deviations[k] for k in at)
+        if there or axis not in (None, one.axis):
+            found.append(one)
+            continue
+        values = {}
+        for movable, k in zip(state.moving(number), at, strict=True):
+            value = float(getattr(one.effect, movable.name))
+            step = share * float(np.clip(fit.coefficients[k], -FARTHEST, FARTHEST)) * movable.size
+            values[movable.name] = float(np.clip(value + step, movable.low, movable.high))
+        found.append(placed(state.rows, one.axis, replace(one.effect, **values)))
+    return tuple(found)

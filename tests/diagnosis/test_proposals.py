@@ -19,11 +19,12 @@ from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh import moves
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.exchange import Exchange
+from drivetwin.diagnosis.weigh.explained import colours_of
 from drivetwin.diagnosis.weigh.moves import Search
 from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposal import Family, Found
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.state import State, colours_of, state_of
+from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import reduced
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect
 from drivetwin.emulator.effects.backlash import Backlash

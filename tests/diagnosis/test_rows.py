@@ -10,6 +10,7 @@ import pytest
 from rig_bench import PERIOD, compared, ready, strokes
 from scipy.interpolate import CubicSpline
 
+from drivetwin.diagnosis.prepare import rows as of_rows
 from drivetwin.diagnosis.prepare.rows import ENOUGH, MUCH, Rows
 from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.report.result import Array
@@ -89,7 +90,34 @@ def test_motion_of_all_recordings_stands_one_after_the_other(rows: Rows) -> None
 
 
 def test_what_is_short_is_searched_whole(rows: Rows) -> None:
+    assert rows.searched is rows
     assert rows.part is rows
+
+
+def samples(rows: Rows) -> int:
+    return sum(len(run.recording.time) for run in rows.runs)
+
+
+def test_of_much_more_than_enough_samples_a_search_decides_on_pieces_of_ten_seconds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    long = compared(tmp_path, strokes(1, 100.0), strokes(2, 25.0, name="short"))
+    assert long.searched is long
+    monkeypatch.setattr(of_rows, "SEARCHED", samples(long) // 2)
+    found = replace(long).searched
+    assert samples(found) == pytest.approx(samples(long) / 2, rel=0.05)
+    names = [run.recording.name for run in found.runs]
+    assert (names.count("strokes"), names.count("short")) == (5, 3)
+    for name, run in (("strokes", long.runs[0]), ("short", long.runs[1])):
+        own = [each.recording.time for each in found.runs if each.recording.name == name]
+        assert (own[0][0], own[-1][-1]) == (run.recording.time[0], run.recording.time[-1])
+
+
+def test_what_a_search_decides_on_is_no_less_than_what_it_begins_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    long = compared(tmp_path, strokes(1, 100.0))
+    monkeypatch.setattr(of_rows, "SEARCHED", int(20.0 / PERIOD))  # less than the 30 s on which a search begins
+    found = replace(long)
+    assert found.part is found.searched
 
 
 def test_a_part_is_pieces_spread_over_a_long_recording(tmp_path: Path) -> None:
