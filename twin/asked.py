@@ -26,7 +26,7 @@ def loops_by_position(recording: Recording, axis: str, model: mujoco.MjModel) ->
 
     Raises UserError where no loops are known, or they are moved by something else.
     """
-    where = f"{recording.files[-1] if recording.files else recording.name}: axis {axis}: no torque was recorded, so that"
+    where = f"{recording.files[0] if recording.files else recording.name}: axis {axis}: no torque was recorded, so that"
     loops = loops_of(f"{where} the demanded torque has to come from the drive's loops", recording.info.axes[axis], model)
     if loops.loop is not Loop.POSITION:
         raise UserError(

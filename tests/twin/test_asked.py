@@ -13,7 +13,9 @@ from replay_bench import KI, KP, KV, MOTOR, PERIOD, PID, SERVO, STEP, Array, dem
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.filtering import zero_phase
 from drivetwin.motion.inverse_dynamics import read_mjcf
+from drivetwin.recording.reader import read_recording
 from drivetwin.recording.recording import Recording
+from drivetwin.recording.writer import write_recording
 from drivetwin.twin.asked import asked, loops_by_position
 
 COUNT = 3000
@@ -81,3 +83,11 @@ def test_loops_that_nobody_tells_are_asked_for(tmp_path: Path) -> None:
     log = without_torque(by_a_smooth_demand(write_model(tmp_path, SERVO)), None)
     with pytest.raises(UserError, match=r"axis turn: no torque was recorded.*: no loop is known"):
         loops_by_position(log, "turn", read_mjcf(write_model(tmp_path, MOTOR)))
+
+
+def test_a_gain_that_is_missing_is_missed_in_the_file_where_it_belongs(tmp_path: Path) -> None:
+    log = without_torque(by_a_smooth_demand(write_model(tmp_path, SERVO)), {"law": "cascade", "position_gain": 30.0})
+    write_recording(log, tmp_path / "log")
+    [read] = read_recording(tmp_path / "log")
+    with pytest.raises(UserError, match=r"^\S*recording\.json: axis turn: no torque was recorded.*velocity_gain"):
+        loops_by_position(read, "turn", read_mjcf(write_model(tmp_path, MOTOR)))
