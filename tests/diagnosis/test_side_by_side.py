@@ -89,29 +89,15 @@ def test_one_thread_is_the_callers_own(monkeypatch: pytest.MonkeyPatch) -> None:
     assert set(side_by_side(lambda _: threading.get_ident(), range(4))) == {threading.get_ident()}
 
 
-def test_what_is_asked_for_within_an_item_is_shared_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The second of two items is long: a thread that has made the first helps with it."""
+def test_within_one_of_its_threads_it_stays_there(monkeypatch: pytest.MonkeyPatch) -> None:
     with_threads(monkeypatch, 2)
-    both = threading.Barrier(2)
 
-    def inner(_: int) -> int:
-        both.wait(10.0)  # nobody passes alone
-        return threading.get_ident()
+    def inner(_: int) -> tuple[int, set[int]]:
+        return threading.get_ident(), set(side_by_side(lambda _: threading.get_ident(), range(4)))
 
-    def outer(number: int) -> list[int]:
-        return side_by_side(inner, range(2)) if number else []
-
-    _, used = side_by_side(outer, range(2))
-    assert len(set(used)) == 2
-
-
-def test_items_that_ask_for_more_do_not_wait_for_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    with_threads(monkeypatch, 3)
-
-    def asked(number: int, depth: int) -> int:
-        return number + sum(side_by_side(lambda more: asked(more, depth - 1), range(4))) if depth else number
-
-    assert side_by_side(lambda number: asked(number, 4), range(4)) == [number + 6 * (1 + 4 + 16 + 64) for number in range(4)]
+    outer = side_by_side(inner, range(8))  # would wait for itself for ever with a pool of two that it fills
+    assert all(used == {own} for own, used in outer)
+    assert threading.get_ident() not in {own for own, _ in outer}
 
 
 def test_a_single_item_needs_no_thread(monkeypatch: pytest.MonkeyPatch) -> None:
