@@ -18,8 +18,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
+from drivetwin.blind.alike import Material, checked
 from drivetwin.blind.case import Cause
+from drivetwin.blind.claims import claims
+from drivetwin.blind.told import read_told
 from drivetwin.blind.wide.case import WideCase
 from drivetwin.blind.wide.choice import choice
 from drivetwin.blind.wide.draw import drawn_case, world_of
@@ -29,9 +33,12 @@ from drivetwin.blind.wide.weighing import Recorded
 from drivetwin.blind.with_and_without import first_cause, no_progress, recordings_of, write_or_ask
 from drivetwin.diagnosis.diagnose import diagnose
 from drivetwin.diagnosis.report.closed_loop import in_closed_loop
+from drivetwin.diagnosis.report.result import Diagnosis
+from drivetwin.diagnosis.report.write import write_diagnosis
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.foundation.files import write_json
 from drivetwin.recording.recording import TORQUE, Recording
+from drivetwin.recording.writer import write_recording
 
 LAWS = ("cascade", "pi_p", "pid")
 """Of drives that move by a demand of the position and whose gains are told."""
@@ -100,52 +107,69 @@ def write(drawn: Iterator[WideCase], seed: int, out: Path) -> None:
 
 
 def ask(out: Path, ways: Sequence[str]) -> None:
-    """One line a case: the truth, the first cause with the recorded torque or without, and how many were right so far: the true
-    one itself, and with those that the first cause says it may be as well.
+    """One line a case: the truth, the first cause with the recorded torque or without, and how many were right so far.
 
-    What was answered is kept as OUT/case_NNN/WAY.json, with the position errors of the replays of validation recordings, and
-    not asked again.
+    A first cause that names the true one among what it cannot be distinguished from is right where the fit says so as well.
+    What was answered is kept as OUT/case_NNN/WAY, with answer.json and the diagnosis, and not asked again.
     """
-    right, listed = dict.fromkeys(ways, 0), dict.fromkeys(ways, 0)
-    for done, case in enumerate(json.loads((out / "key.json").read_text(encoding="utf-8"))["cases"], start=1):
-        folder, (cause, *_) = out / f"case_{case['number']:03d}", case["causes"]
-        truth = f"{cause['effect']}@{cause['axis']}"
-        line = f"{case['number']:03d} {case['machine']} {case['drive']} {truth}, {cause['size']:.3f} of the torque:"
+    right, alike = dict.fromkeys(ways, 0), dict.fromkeys(ways, 0)
+    key = json.loads((out / "key.json").read_text(encoding="utf-8"))
+    for done, drawn in enumerate(key["cases"], start=1):
+        case = TypeAdapter(WideCase).validate_python(drawn)
+        folder, (cause, *_) = out / f"case_{case.number:03d}", case.causes
+        truth = f"{cause.effect}@{cause.axis}"
+        line = f"{case.number:03d} {case.machine} {case.drive} {truth}, {drawn['causes'][0]['size']:.3f} of the torque:"
         for name in ways:
-            kept = folder / f"{name}.json"
+            kept = folder / name / "answer.json"
             if not kept.is_file():
-                write_json(kept, answer(folder, WAYS[name]))
+                write_json(kept, answer(folder, name, case))
             told = json.loads(kept.read_text(encoding="utf-8"))
             right[name] += told["first"] == truth
-            listed[name] += told["first"] == truth or truth in told.get("as_well", ())
-            line += f" {name} {told['first']} ({right[name]}, {listed[name]} of {done}; {told['cpu_seconds']:.0f} s)"
+            alike[name] += told["alike"]
+            first = f"{told['first']}, the true one as well" if told["alike"] else told["first"]
+            line += f" {name} {first} ({right[name]} and {alike[name]} of {done}; {told['cpu_seconds']:.0f} s)"
         sys.stdout.write(line + "\n")
         sys.stdout.flush()
 
 
-def answer(folder: Path, way: Callable[[Recording], Recording]) -> dict[str, Any]:
-    """First cause, processor time [s], and by validation recording and axis the rms error of the replayed position without and
-    with the effects [rad or m]."""
-    train, check = ([way(one) for one in recordings_of(folder, kind)] for kind in ("train", "validate"))
+def answer(folder: Path, name: str, case: WideCase) -> dict[str, Any]:
+    """First cause, whether the true one is alike, processor time [s], and by validation recording and axis the rms error of the
+    replayed position without and with the effects [rad or m]."""
+    train, check = ([WAYS[name](one) for one in recordings_of(folder, kind)] for kind in ("train", "validate"))
     begin = time.process_time()
     found = diagnose(folder / "model.xml", train, check, Settings(), no_progress)
     seconds = time.process_time() - begin
     replayed = in_closed_loop(found, folder / "model.xml")
     errors = {
         one.recording: {
-            axis: {name: float(run.apart["position"].rms) for name, run in own.runs.items()} for axis, own in one.axes.items()
+            axis: {which: float(run.apart["position"].rms) for which, run in own.runs.items()} for axis, own in one.axes.items()
         }
         for one in replayed.closed_loop
     }
-    causes = [f"{one.effect}@{one.axis}" for one in found.causes]
-    as_well = [f"{name}@{one.axis}" for one in found.causes[:1] for name in one.indistinguishable_from]
     return {
         "first": first_cause(found),
-        "as_well": as_well,
-        "causes": causes,
+        "alike": _alike(found, case, [*train, *check], folder / name),
+        "causes": [f"{one.effect}@{one.axis}" for one in found.causes],
         "cpu_seconds": seconds,
         "position_errors": errors,
     }
+
+
+def _alike(found: Diagnosis, case: WideCase, recordings: Sequence[Recording], out: Path) -> bool:
+    """Whether the first cause is not the true one but says that it may be, and fits as well in its place (`drivetwin blind`).
+
+    `out` gets the diagnosis and the recordings as they were told.
+    """
+    out.mkdir()
+    for one in recordings:
+        write_recording(one, out / one.name)
+    write_diagnosis(found, [], out, html=False)
+    report = read_told(out / "report.json")
+    first = report.first
+    asked = [one for one in claims(case, report) if first is not None and (one.effect, one.axis) == (first.effect, first.axis)]
+    train, check = ([out / one.name for one in recordings if one.name.startswith(kind)] for kind in ("train", "validate"))
+    material = Material(out / "patched.xml", train, check, out / "effects.json", out / "report.json")
+    return any(one.holds for one in checked(case, asked, material))
 
 
 WAYS: dict[str, Callable[[Recording], Recording]] = {"with": lambda recording: recording, "without": position_only}

@@ -97,11 +97,12 @@ def settled_on(state: State, steps: int = STEPS, axis: str | None = None) -> Sta
     """The set a few Gauss-Newton steps on, all parameters together, as far as the evidence gains; its torque read anew where
     these have come to an end.
 
+    Not to where more of a gap is left than in the beginning: the unknown would take over what the effects explain.
     `axis`: only effects of one axis move, and only its torque is read anew; nominal parameters are free everywhere.
     """
-    state = aligned(state, axis=axis)
+    state = begun = aligned(state, axis=axis)
     for _ in range(steps):
-        ahead = step_ahead(state) if axis is None else _best_step(state, axis)
+        ahead = step_ahead(state, begun) if axis is None else _best_step(state, begun, axis)
         gained = ahead.reached - state.reached if ahead is not None else 0.0
         state = ahead if ahead is not None else state
         if gained < ENOUGH:
@@ -112,21 +113,22 @@ def settled_on(state: State, steps: int = STEPS, axis: str | None = None) -> Sta
     return state
 
 
-def step_ahead(state: State) -> State | None:
+def step_ahead(state: State, begun: State) -> State | None:
     """One damped Gauss-Newton step on, of all axes, or else of one; None where none is better.
 
     Where one axis's effects bend too much for a straight line, the others still move.
     """
     axes = state.axes_of(state.effects)
     for axis in (None, *(axes if len(axes) > 1 else ())):
-        best = _best_step(state, axis)
+        best = _best_step(state, begun, axis)
         if best is not None:
             return best
     return None
 
 
-def _best_step(state: State, axis: str | None) -> State | None:
-    """The first step that brings a good part of what it promises, or else the best."""
+def _best_step(state: State, begun: State, axis: str | None) -> State | None:
+    """The first step that brings a good part of what it promises, or else the best, of those that leave no more of a gap than
+    the set did with which the steps have `begun`."""
     best: State | None = None
     for damping in DAMPINGS:
         told = state.ahead(damping)
@@ -134,7 +136,7 @@ def _best_step(state: State, axis: str | None) -> State | None:
             ahead = state.of(moved_by_fit(state, told, 1.0, axis))
         except UserError:
             continue
-        if ahead.reached > (best or state).reached:
+        if ahead.reached > (best or state).reached and not ahead.leaves_more_than(begun):
             best = ahead
         if best is not None and best.reached - state.reached > GOOD * (told.evidence - state.unlikely - state.reached):
             break

@@ -15,6 +15,8 @@ from drivetwin.emulator.effects.waves import top_speed
 
 _FASTEST = 0.3
 """Of the top speed, by which friction has fallen."""
+_MOST = 2.0
+"""Times the largest torque beyond that of the bodies, which static friction may be: an axis that moves was torn off."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +55,10 @@ class Stribeck(FrictionEffect):
         """Exponents that were measured lie between 0.5 and 2 (Armstrong-Helouvry et al. 1994, sec. 3.2); friction that still
         falls at the top speed is another level, not a fall, and one that rises is none."""
         usual = super().bounds(motion, axis)
-        slowest, most = usual["stribeck_velocity"][0], usual["static_torque"][1]
+        slowest = usual["stribeck_velocity"][0]
+        seen = _MOST * float(np.abs(motion.torque - motion.rigid_torque).max(initial=0.0))
         return usual | {
-            "static_torque": (axis.friction.coulomb, most),
+            "static_torque": (axis.friction.coulomb, max(seen, 2.0 * axis.friction.coulomb)),
             "stribeck_velocity": (slowest, max(_FASTEST * top_speed(motion), 2.0 * slowest)),
             "exponent": (0.5, 3.0),
         }
