@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 from drivetwin.blind.case import Case, Cause
 from drivetwin.blind.claims import Claim
 from drivetwin.blind.told import Told, read_told
-from drivetwin.diagnosis.diagnose import proposer_of
+from drivetwin.diagnosis.diagnose import on_every_row, proposer_of
 from drivetwin.diagnosis.prepare.inputs import read_inputs
 from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
 from drivetwin.diagnosis.propose.placing import in_order, placed
@@ -127,7 +127,7 @@ def _checked(
             return replace(nothing, why=str(error))
         if fitted is None:
             return replace(nothing, why=f"{claim.truth} can follow these recordings from no start")
-        values = refitted(fitted, ())
+        values = refitted(on_every_row(fitted, ready, settings), ())
         now = _left(ready.aligned(values.late, values.state.apart()), before, Patch(in_order([*values.effects, *drives])))
     worst = max(before, key=lambda axis: abs(now[axis] - left[axis]), default=claim.axis)
     return replace(nothing, chosen_leaves=left.get(worst, 1.0), truth_leaves=now.get(worst, 1.0))

@@ -71,8 +71,9 @@ def on_every_row(state: State, ready: Prepared, settings: Settings) -> State:
     """A set that was found on a part of the rows, moved to what all of them say, in the noise that it leaves there."""
     if state.rows is ready.rows:
         return state
-    bodies = [(one.axis, type(one.effect)) for one in state.effects if isinstance(one.effect, ModelEffect)]
-    every = bench_of(ready.rows, settings, ready.absolute, state.bench.without_gap, bodies)
+    assert not state.exact, "nominal parameters have other numbers on other rows"
+    asked = [(one.axis, type(one.effect)) for one in state.effects if isinstance(one.effect, ModelEffect)]
+    every = bench_of(ready.rows, settings, ready.absolute, state.bench.without_gap, asked)
     return settled_on(coloured(state_of(every, state.effects, every.white, state.late), ()))
 
 
@@ -119,7 +120,8 @@ def diagnose(
     state, answers = named(state, answers, proposer, weigh)
     answers.append(weigh(found.beyond(state)))
     progress("gap, shares, shrink", 0.9)
-    values = refitted(on_every_row(state, ready, settings), heavier(state))
+    state = on_every_row(state, ready, settings)
+    values = refitted(state, heavier(state))
     drives = _drives(ready, {**state.recorded_late(), **values.late}, proposer.kinds, settings)
     ready = placed_by(ready.aligned(values.late, values.state.apart()), Patch(in_order(values.effects), values.heavier))
     return build(ready, values, answers, drives, settings, tables)

@@ -9,6 +9,7 @@ The second asks the diagnosis with the recorded torque and without it, and print
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -160,16 +161,22 @@ def _alike(found: Diagnosis, case: WideCase, recordings: Sequence[Recording], ou
 
     `out` gets the diagnosis and the recordings as they were told.
     """
+    shutil.rmtree(out, ignore_errors=True)  # of an answer that was broken off
     out.mkdir()
     for one in recordings:
         write_recording(one, out / one.name)
     write_diagnosis(found, [], out, html=False)
     report = read_told(out / "report.json")
     first = report.first
-    asked = [one for one in claims(case, report) if first is not None and (one.effect, one.axis) == (first.effect, first.axis)]
+    causes = {(one.effect, one.axis) for one in case.causes}
+    asked = [
+        one
+        for one in claims(case, report)
+        if first is not None and (one.effect, one.axis) == (first.effect, first.axis) and (one.truth, one.axis) in causes
+    ]
     train, check = ([out / one.name for one in recordings if one.name.startswith(kind)] for kind in ("train", "validate"))
     material = Material(out / "patched.xml", train, check, out / "effects.json", out / "report.json")
-    return any(one.holds for one in checked(case, asked, material))
+    return bool(asked) and any(one.holds for one in checked(case, asked, material))
 
 
 WAYS: dict[str, Callable[[Recording], Recording]] = {"with": lambda recording: recording, "without": position_only}

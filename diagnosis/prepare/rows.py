@@ -27,10 +27,10 @@ Column = Mapping[str, Array]
 ENOUGH = 30.0
 """Time of motion [s] on which a search begins where there is much more."""
 SEARCHED = 50_000
-"""Samples of all recordings together on which a search decides what is there: what is found in ten minutes is seen in two."""
+"""Samples of all recordings together, thinned, on which a search decides what is there: two minutes at a cut-off of 48 Hz."""
 PIECES, PIECE = 3, 10.0
-"""Of each recording, in a part of it, or as many as are so long [s]: where a piece begins, the state of play and bristles is
-not known."""
+"""Of each recording, in a small part of it, and how long one is that is not cut further [s]: where a piece begins, the state of
+play and bristles is not known."""
 MUCH = 1.5
 """Times as much, from which a part is worth while."""
 
@@ -226,32 +226,32 @@ class Rows:
     @cached_property
     def searched(self) -> Rows:
         """What a search decides on: a part of it, where recordings are so long that all of them would only take longer."""
-        return self._spread(self._searched)
+        return self._spread(self._searched, self, 1)
 
     @cached_property
     def part(self) -> Rows:
         """What a search begins on: a smaller part of it; `searched` where that is hardly more."""
         share = ENOUGH / sum(len(run.recording.time) * run.period for run in self.runs)
-        return self._spread(share) if share * MUCH < self._searched else self.searched
+        return self._spread(share, self.searched, PIECES) if share * MUCH < self._searched else self.searched
 
     @property
     def _searched(self) -> float:
         share = SEARCHED / sum(len(run.recording.time) for run in self.runs)
         return share if share * MUCH < 1.0 else 1.0
 
-    def _spread(self, share: float) -> Rows:
-        """A share of it, spread over all recordings; the whole where an axis hardly moves in that."""
+    def _spread(self, share: float, instead: Rows, pieces: int) -> Rows:
+        """A share of it, spread over all recordings; something else `instead` where an axis hardly moves in that."""
         if share == 1.0:
             return self
-        part = Rows(self.simulation, [piece for run in self.runs for piece in _pieces(run, share)], self.blocks)
+        part = Rows(self.simulation, [piece for run in self.runs for piece in _pieces(run, share, pieces)], self.blocks)
         fair = all(part.count(axis) >= 0.4 * share * self.count(axis) for axis in self.axes)
-        return part if fair else self
+        return part if fair else instead
 
 
-def _pieces(run: Run, share: float) -> list[Run]:
-    """Pieces of a recording, evenly over it."""
+def _pieces(run: Run, share: float, least: int) -> list[Run]:
+    """Pieces of a recording, evenly over it: as many as are long, and no fewer than the `least`."""
     whole = len(run.recording.time)
-    count = max(PIECES, int(share * whole * run.period / PIECE))
+    count = max(least, int(share * whole * run.period / PIECE))
     length = max(int(share * whole / count), int(4.0 / (run.cutoff_hz * run.period)) * 4)
     if length * count >= whole:
         return [run]

@@ -129,7 +129,7 @@ class Run:
     _kept: dict[Hashable, Array] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def kept(self, key: Hashable, made: Callable[[], Array]) -> Array:
-        """What is made of this recording for a key, made once: torque of changed rigid bodies, which takes its time."""
+        """What is made of this recording for a key, made once: torque of changed rigid bodies, say, which takes its time."""
         if key not in self._kept:
             self._kept[key] = made()
         return self._kept[key]

@@ -175,13 +175,14 @@ def _of_encoders(rows: Rows, settings: Settings) -> list[Nominal]:
 
 
 def _of_loops(rows: Rows, settings: Settings) -> list[Nominal]:
-    """Of a torque that loops asked for and nobody recorded: what the integral held at each start, and its scale."""
+    """Of a torque that loops asked for and nobody recorded: what the integral held as each recording began, and its scale."""
     found = []
+    of_each = {run.recording.name: run for run in rows.runs}
     for axis in rows.axes:
-        for number, one in enumerate(rows.runs):
+        for number, (name, one) in enumerate(of_each.items()):
             asked = one.axes[axis].asked
             if asked is not None and asked.floats:
-                column = rows.rows(axis, partial(_held_in, one))
+                column = rows.rows(axis, partial(_held_in, name))
                 found.append(Nominal(None, None, axis, None, 1.0, _rms(rows.measured[axis]), {axis: column}))
             if asked is not None and not asked.scale_told and number == 0:
                 scale = {axis: rows.rows(axis, lambda _, own: own.base)}
@@ -204,9 +205,9 @@ def _of_zeros(rows: Rows) -> list[Nominal]:
     return found
 
 
-def _held_in(one: Run, run: Run, own: AxisRun) -> Array:
-    """What a torque 1 that acts in one recording is compared as."""
-    return run.moves(own) * float(run is one)
+def _held_in(recording: str, run: Run, own: AxisRun) -> Array:
+    """What a torque 1 that acts in one recording, by its name, is compared as."""
+    return run.moves(own) * float(run.recording.name == recording)
 
 
 def _late(rows: Rows, settings: Settings) -> float:

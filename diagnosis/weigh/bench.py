@@ -207,15 +207,15 @@ def bench_of(
     settings: Settings,
     absolute: Mapping[str, bool],
     without_gap: frozenset[str] = frozenset(),
-    bodies: Sequence[tuple[str, type[ModelEffect]]] | None = None,
+    asked: Sequence[tuple[str, type[ModelEffect]]] | None = None,
 ) -> Bench:
-    """`absolute`: axes whose position means the same in all recordings. `bodies`: effects of bodies that may be asked for, by
+    """`absolute`: axes whose position means the same in all recordings. `asked`: effects of bodies that a set may have, by
     axis; all of the library on all axes, if not told."""
-    if bodies is None:
+    if asked is None:
         kinds = [kind for kind in library().values() if issubclass(kind, ModelEffect)]
-        bodies = [(axis, kind) for axis in rows.axes for kind in kinds]
-    asked = by_key(lambda one: polynomial(rows, *one), bodies)
-    told = {(axis, kind.name): found for (axis, kind), found in asked.items() if found is not None}
+        asked = [(axis, kind) for axis in rows.axes for kind in kinds]
+    made = by_key(lambda one: polynomial(rows, *one), asked)
+    told = {(axis, kind.name): found for (axis, kind), found in made.items() if found is not None}
     nominals = tuple(nominal_parameters(rows, settings))
 
     def unknown(axis: str) -> tuple[Component, ...]:

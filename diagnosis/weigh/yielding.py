@@ -97,7 +97,7 @@ def settled_on(state: State, steps: int = STEPS, axis: str | None = None) -> Sta
     """The set a few Gauss-Newton steps on, all parameters together, as far as the evidence gains; its torque read anew where
     these have come to an end.
 
-    Not to where more of a gap is left than in the beginning: the unknown would take over what the effects explain.
+    Not to where a straight line leaves more of a gap than in the beginning: the unknown would take over what effects explain.
     `axis`: only effects of one axis move, and only its torque is read anew; nominal parameters are free everywhere.
     """
     state = begun = aligned(state, axis=axis)

@@ -40,6 +40,7 @@ def test_values_and_intervals_are_those_of_the_whole_recording(
     monkeypatch.setattr(of_rows, "SEARCHED", int(25.0 / PERIOD))
     found = diagnosed(tmp_path, recorded)
     assert {(one.axis, one.effect.name) for one in whole.selected} == {("turn", "torque_ripple"), ("lift", "coulomb")}
+    assert {(one.axis, one.effect.name) for one in found.selected} == {(one.axis, one.effect.name) for one in whole.selected}
     expected = {(one.axis, one.effect): one for one in whole.causes}
     for one in found.causes:
         for name, value in one.parameters.items():
@@ -47,4 +48,3 @@ def test_values_and_intervals_are_those_of_the_whole_recording(
             half = np.ptp(other.ci90) / 2.0
             assert value.value == pytest.approx(other.value, abs=0.1 * half)
             assert np.ptp(value.ci90) / 2.0 == pytest.approx(half, rel=0.1)
-    assert {(one.axis, one.effect.name) for one in found.selected} == {(one.axis, one.effect.name) for one in whole.selected}

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from rig_bench import CARRIAGE, CUTOFF, GRAVITY, PERIOD, RESOLUTION, moved, ready, recording
 
+from drivetwin.diagnosis.prepare import noise as of_noise
 from drivetwin.diagnosis.prepare.noise import TIMING, Noise, noise_of
 from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.report.result import Array
@@ -111,3 +112,18 @@ def test_a_torque_that_steps_is_no_noise(tmp_path: Path) -> None:
     white = run.recording.columns["turn"]["torque"] - steps
     told = noise_of("turn", [run], [zero_phase(white, PERIOD, CUTOFF)], MODEL_ERROR, 0.0)
     assert told.rms == pytest.approx(float(np.std(zero_phase(white, PERIOD, CUTOFF))), rel=0.25)
+
+
+def test_of_many_strokes_both_ways_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is left is three times as loud one way as the other: a floor of every second stroke would be of one way."""
+    run = run_of(tmp_path, 0.0 * TIME, noise=25.0)
+    strokes = np.arange(len(TIME)) // (len(TIME) // 150)
+    left = zero_phase(np.random.default_rng(5).standard_normal(len(TIME)), PERIOD, CUTOFF) * np.where(strokes % 2, 3.0, 1.0)
+    left[np.diff(strokes, prepend=-1) > 0] = np.nan
+
+    def floor() -> float:
+        return noise_of("turn", [run], [left], 0.0, 0.0).rms
+
+    of_some = floor()
+    monkeypatch.setattr(of_noise, "STRETCHES", 1000)
+    assert of_some == pytest.approx(floor(), rel=0.25)

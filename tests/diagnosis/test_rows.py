@@ -27,6 +27,7 @@ from drivetwin.motion.moving import widen
 from drivetwin.recording.recording import Recording
 
 AXES = ("turn", "lift")
+PIECES_OF = of_rows._pieces
 
 
 @pytest.fixture(scope="module")
@@ -107,10 +108,34 @@ def test_of_much_more_than_enough_samples_a_search_decides_on_pieces_of_ten_seco
     found = replace(long).searched
     assert samples(found) == pytest.approx(samples(long) / 2, rel=0.05)
     names = [run.recording.name for run in found.runs]
-    assert (names.count("strokes"), names.count("short")) == (5, 3)
+    assert (names.count("strokes"), names.count("short")) == (5, 1)
+    lengths = [len(run.recording.time) * run.period for run in found.runs]
+    assert lengths == pytest.approx([10.0] * 5 + [12.5], rel=0.01)
     for name, run in (("strokes", long.runs[0]), ("short", long.runs[1])):
         own = [each.recording.time for each in found.runs if each.recording.name == name]
-        assert (own[0][0], own[-1][-1]) == (run.recording.time[0], run.recording.time[-1])
+        assert own[0][0] == run.recording.time[0]
+        assert own[-1][-1] == run.recording.time[-1] or len(own) == 1
+
+
+def test_where_an_axis_hardly_moves_in_a_small_part_a_search_begins_on_what_it_decides_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    long = compared(tmp_path, strokes(1, 150.0))
+    monkeypatch.setattr(of_rows, "SEARCHED", samples(long) // 2)
+    assert replace(long).part is not replace(long).searched
+    monkeypatch.setattr(of_rows, "_pieces", _still)
+    found = replace(long)
+    assert found.part is found.searched
+    assert samples(found.searched) < samples(long)
+
+
+def _still(run: Run, share: float, least: int) -> list[Run]:
+    """Pieces, of which the small ones have no motion of the lift."""
+    found = PIECES_OF(run, share, least)
+    none = np.zeros(len(found[0].recording.time), dtype=np.bool_)
+    if least == 1:
+        return found
+    return [replace(one, axes={**one.axes, "lift": one.axes["lift"].counting(none, none)}) for one in found]
 
 
 def test_what_a_search_decides_on_is_no_less_than_what_it_begins_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

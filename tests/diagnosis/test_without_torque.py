@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 
 from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.prepare import rows as of_rows
 from drivetwin.diagnosis.prepare.inputs import read_inputs
 from drivetwin.diagnosis.prepare.lead import likeliest
 from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
+from drivetwin.diagnosis.propose.nominal import nominal_parameters
 from drivetwin.diagnosis.report.closed_loop import in_closed_loop
 from drivetwin.diagnosis.report.result import Array, Diagnosis
 from drivetwin.diagnosis.settings import Settings
@@ -223,6 +225,17 @@ def test_a_share_that_is_large_is_found_where_the_prior_alone_would_hold_it_at_n
     left = np.sum(rows**2) - 2.0 * shares * (column @ rows) + shares**2 * (column @ column)
     best = np.max(-6.0 * np.log(left) - 2.5 * np.log1p(shares**2 / 4.0))
     assert likeliest(column[:, None], rows, 12.0, 4.0) == pytest.approx(best, abs=1e-6)
+
+
+def test_what_an_integral_held_is_one_constant_of_a_recording_however_many_pieces_of_it_are_searched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = ready(tmp_path, PID, MOTOR).rows
+    monkeypatch.setattr(of_rows, "SEARCHED", sum(len(run.recording.time) for run in rows.runs) // 2)
+    monkeypatch.setattr(of_rows, "PIECE", 2.0)
+    pieces = replace(rows).searched
+    assert len(pieces.runs) > len(rows.runs)
+    assert len(nominal_parameters(pieces, Settings())) == len(nominal_parameters(rows, Settings()))
 
 
 def test_a_log_without_known_loops_is_refused_in_one_line(tmp_path: Path) -> None:
