@@ -40,6 +40,9 @@ NEWTON = 6
 TICK = 0.00025
 """Period of the servo loops [s]."""
 
+LEANS = 100
+"""Steps to where a transmission bears a joint at rest: of a gap, each as long as its flank would give way."""
+
 SUBSTEPS = 2
 """Steps of the integration a servo period."""
 
@@ -332,21 +335,34 @@ def _asked(axis: Record, demand: Array, k: int, i: int, read: float, speed: floa
 
 
 @compiled
+def _lean(model: int, data: int, qpos: Any, qvel: Any, mass: Any, bias: Any, axes: Any, motor: Any, q: Any) -> None:
+    """Put joints where their motors have them at rest, those behind springs and gaps where these bear what weighs on them."""
+    for i in range(len(axes)):
+        q[i] = _ratio(axes[i], motor[i])[0]
+    for _ in range(LEANS):
+        qpos[:], qvel[:] = q, 0.0
+        mass_and_bias(model, data, mass, bias)
+        for i in range(len(axes)):
+            axis = axes[i]
+            if _is_elastic(axis):
+                place = _ratio(axis, motor[i])[0]
+                left = _transmitted(axis, place - q[i], 0.0) - bias[i] - _held(axis, q[i])
+                q[i] += left / max(axis.flank, axis.elasticity)
+
+
+@compiled
 def _move(
     model: int, data: int, qpos: Any, qvel: Any, mass: Any, bias: Any, axes: Any, demand: Any, outside: Any,
     start_time: float, settled: Any, out: Any,
 ) -> None:
     n, count, step = len(axes), demand.shape[1], TICK / SUBSTEPS
-    motor, motor_v, q, v = demand[0, 0].copy(), np.zeros(n), demand[0, 0].copy(), np.zeros(n)
+    motor, motor_v, q, v = demand[0, 0].copy(), np.zeros(n), np.zeros(n), np.zeros(n)
     bristles, after, inner = np.zeros((n, ELEMENTS)), np.zeros((n, ELEMENTS)), np.zeros((n, 2))
     rubs, ahead = np.zeros((n, ELEMENTS)), np.zeros((n, ELEMENTS))
     matrix, right, slopes, ratios = np.zeros((n, n)), np.zeros(n), np.zeros(n), np.zeros((n, 2))
     integral, given, asked, shaft, acceleration = settled.copy(), settled.copy(), settled.copy(), settled.copy(), np.zeros(n)
     last, speed = demand[0, 0].copy(), np.zeros(n)
-    for i in range(n):
-        motor[i] = demand[0, 0, i]
-        if not _is_elastic(axes[i]):
-            q[i] = _ratio(axes[i], motor[i])[0]
+    _lean(model, data, qpos, qvel, mass, bias, axes, motor, q)
     for k in range(count):
         series = outside[:, k]
         out[0, k], out[1, k], out[5, k] = motor, motor_v, q
@@ -407,12 +423,13 @@ def _needed(
         any_elastic = any_elastic or _is_elastic(axes[i])
     parts = SUBSTEPS * int(np.round(tick / TICK)) if any_elastic else 1
     step = tick / parts
-    q, v, motor, motor_v = motion[0, 0].copy(), np.zeros(n), np.zeros(n), np.zeros(n)
+    q, v, motor, motor_v = np.zeros(n), np.zeros(n), motion[0, 0].copy(), np.zeros(n)
     bristles, after, inner = np.zeros((n, ELEMENTS)), np.zeros((n, ELEMENTS)), np.zeros((n, 2))
     rubs, ahead = np.zeros((n, ELEMENTS)), np.zeros((n, ELEMENTS))
     matrix, right, slopes, ratios = np.zeros((n, n)), np.zeros(n), np.zeros(n), np.zeros((n, 2))
     shaft, none, rate, acceleration = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     rows, known = np.zeros((n, n)), np.zeros(n)
+    _lean(model, data, qpos, qvel, mass, bias, axes, motor, q)
     for k in range(count):
         series = outside[:, k]
         for part in range(parts):

@@ -17,7 +17,7 @@ from drivetwin.blind.wide.friction import ELEMENTS, level, presliding
 from drivetwin.blind.wide.machines import AxisLimits, Link, Machine, Nominal
 from drivetwin.blind.wide.rigid import rigid_bodies
 from drivetwin.blind.wide.simulator import TICK, Demand, Motion, Outside, Run, _unsaturated, move, needed, quiet
-from drivetwin.blind.wide.truth import COULOMB, LAWS, LUGRE, PID, Axes, blank
+from drivetwin.blind.wide.truth import COULOMB, LAWS, LUGRE, PID, TORQUE, Axes, blank
 
 Array = NDArray[np.float64]
 
@@ -71,6 +71,23 @@ def test_a_pulled_link_in_its_gap_feels_only_its_own_share_of_friction(share: fl
     way = pull / 2.0 * (0.5 * time**2 if rate == 0.0 else (time - (1.0 - np.exp(-rate * time)) / rate) / rate)
     assert np.abs(run.joint[:, 0] - way).max() < 0.002 * way[-1]
     assert np.abs(run.position).max() == 0.0
+
+
+@pytest.mark.parametrize(("gap", "bears"), [(0.0, {"elasticity": 14000.0}), (2e-3, {"flank": 5e4})], ids=["spring", "play"])
+def test_a_hanging_load_begins_where_its_transmission_bears_it(gap: float, bears: dict[str, float]) -> None:
+    """Weight over stiffness below its motor, and half a gap; a motor at rest then needs the weight and nothing that swings."""
+    link = Link("axis", -1, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), True, 25.0, (0.0, 0.0, 0.0), (1e-6, 1e-6, 1e-6))
+    machine = Machine("test", (link,), (LIMIT,), (Nominal(1.0, 0.1, 30.0, 10.0),))
+    axes, weight = axes_of(machine), 25.0 * 9.81
+    ((name, stiffness),) = bears.items()
+    axes[name], axes["gap"] = stiffness, gap
+    still = np.zeros((4000, 1))
+    torque = needed(rigid_bodies(machine.xml()), axes, Motion(still, still, still), quiet(*still.shape), 0.0)
+    assert np.abs(torque - weight).max() < 1e-3 * weight
+    held = Demand(still, still, still, still + weight)
+    axes["drive"] = TORQUE
+    run = move(rigid_bodies(machine.xml()), axes, held, quiet(*still.shape), 0.0, np.zeros(1))
+    assert np.abs(run.joint - run.position + weight / stiffness + gap / 2.0).max() < 1e-3 * weight / stiffness
 
 
 def test_pendulum_swings_with_the_period_of_the_elliptic_integral() -> None:
