@@ -40,8 +40,10 @@ NEWTON = 6
 TICK = 0.00025
 """Period of the servo loops [s]."""
 
-LEANS = 100
-"""Steps to where a transmission bears a joint at rest: of a gap, each as long as its flank would give way."""
+LEANS = 20
+"""Newton's steps to where a transmission bears a joint at rest: the weight of an arm changes little over what gives way."""
+NOTHING = 1e-9
+"""Torque that leans a joint on no flank [N·m or N]."""
 
 SUBSTEPS = 2
 """Steps of the integration a servo period."""
@@ -335,6 +337,13 @@ def _asked(axis: Record, demand: Array, k: int, i: int, read: float, speed: floa
 
 
 @compiled
+def _gives_way(axis: Record) -> float:
+    """How far a spring, a flank, or both in series give way to a torque [rad/(N·m) or m/N]."""
+    spring = 1.0 / axis.elasticity if axis.elasticity > 0.0 else 0.0
+    return float(spring + (1.0 / axis.flank if axis.flank > 0.0 else 0.0))
+
+
+@compiled
 def _lean(model: int, data: int, qpos: Any, qvel: Any, mass: Any, bias: Any, axes: Any, motor: Any, q: Any) -> None:
     """Put joints where their motors have them at rest, those behind springs and gaps where these bear what weighs on them."""
     for i in range(len(axes)):
@@ -347,7 +356,10 @@ def _lean(model: int, data: int, qpos: Any, qvel: Any, mass: Any, bias: Any, axe
             if _is_elastic(axis):
                 place = _ratio(axis, motor[i])[0]
                 left = _transmitted(axis, place - q[i], 0.0) - bias[i] - _held(axis, q[i])
-                q[i] += left / max(axis.flank, axis.elasticity)
+                if abs(left) > NOTHING and abs(place - q[i]) < axis.gap / 2.0:
+                    q[i] = place + copysign(axis.gap / 2.0, left)
+                else:
+                    q[i] += left * _gives_way(axis)
 
 
 @compiled

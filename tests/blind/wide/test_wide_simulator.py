@@ -73,21 +73,32 @@ def test_a_pulled_link_in_its_gap_feels_only_its_own_share_of_friction(share: fl
     assert np.abs(run.position).max() == 0.0
 
 
-@pytest.mark.parametrize(("gap", "bears"), [(0.0, {"elasticity": 14000.0}), (2e-3, {"flank": 5e4})], ids=["spring", "play"])
+@pytest.mark.parametrize(
+    ("gap", "bears"),
+    [
+        (0.0, {"elasticity": 14e3}),
+        (2e-3, {"flank": 5e4}),
+        (4e-3, {"flank": 2.2e7}),
+        (1e-3, {"elasticity": 14e3, "flank": 1.4e7}),
+    ],
+    ids=["spring", "play", "stiff play", "both"],
+)
 def test_a_hanging_load_begins_where_its_transmission_bears_it(gap: float, bears: dict[str, float]) -> None:
     """Weight over stiffness below its motor, and half a gap; a motor at rest then needs the weight and nothing that swings."""
     link = Link("axis", -1, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), True, 25.0, (0.0, 0.0, 0.0), (1e-6, 1e-6, 1e-6))
     machine = Machine("test", (link,), (LIMIT,), (Nominal(1.0, 0.1, 30.0, 10.0),))
     axes, weight = axes_of(machine), 25.0 * 9.81
-    ((name, stiffness),) = bears.items()
-    axes[name], axes["gap"] = stiffness, gap
+    sags = sum(weight / stiffness for stiffness in bears.values())
+    axes["gap"] = gap
+    for name, stiffness in bears.items():
+        axes[name] = stiffness
     still = np.zeros((4000, 1))
     torque = needed(rigid_bodies(machine.xml()), axes, Motion(still, still, still), quiet(*still.shape), 0.0)
     assert np.abs(torque - weight).max() < 1e-3 * weight
     held = Demand(still, still, still, still + weight)
     axes["drive"] = TORQUE
     run = move(rigid_bodies(machine.xml()), axes, held, quiet(*still.shape), 0.0, np.zeros(1))
-    assert np.abs(run.joint - run.position + weight / stiffness + gap / 2.0).max() < 1e-3 * weight / stiffness
+    assert np.abs(run.joint - run.position + sags + gap / 2.0).max() < 1e-3 * sags
 
 
 def test_pendulum_swings_with_the_period_of_the_elliptic_integral() -> None:
