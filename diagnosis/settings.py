@@ -20,10 +20,12 @@ class Settings:
     timing_spread, timing_share: standard deviation of the time by which torque and position of a sample differ [s]: half a bus
         cycle, and a share of the sample period.
     misfit: rms of each component of the smooth unknown, as a share of the axis's torque: the discrepancy of a calibrated
-        simulator (Kennedy and O'Hagan, J. R. Stat. Soc. B 63(3), 2001).
+        simulator (Kennedy and O'Hagan, J. R. Stat. Soc. B 63(3), 2001). A gap that is no larger is none,
+        whatever explains it.
     misfit_waves: number of waves that a component of the unknown may have over its range.
     colour_order: order of the autoregression that describes the noise.
-    model_error: share of the torque less the weight by which the comparison itself errs (filters, derivatives, resampling).
+    model_error: share of the torque less the weight by which the comparison itself errs (filters, derivatives, resampling),
+        with what a model is expected to miss: what is no larger and has no name is no gap.
     least_share: share of an axis's gap energy that an effect must take to be named; `model_error` of the torque is enough.
     askew: probability that a hinge that is vertical in the model feels a weight: a tilted base, an unbalanced load.
     reversal: time around a reversal within which no gap is counted [s]: it would show at what instant friction changed its

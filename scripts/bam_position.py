@@ -4,7 +4,7 @@
 
 RAW is bam/data.bak/raw of github.com/Rhoban/bam at af2260462471 (Apache-2.0): its logs have the goal position, as the case of
 ../shared/data/measured has not. OUT gets model.xml, the recordings without torque, what the diagnosis answers to them
-(without.json), and mujoco.sysid beside it (sysid.json).
+(without/), and mujoco.sysid beside it (sysid.json).
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from typing import Any
 import numpy as np
 from beside_sysid import compared, ratio
 from numpy.typing import NDArray
-from position_only import answer, position_only
+from position_only import asked, position_only
 
+from drivetwin.blind.with_and_without import recordings_of
 from drivetwin.foundation.files import write_json
 from drivetwin.recording.reader import read_recording
 from drivetwin.recording.recording import Recording
@@ -71,13 +72,14 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
     parser.add_argument("--raw", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
-    asked = parser.parse_args()
-    write(asked.data / "measured" / "bam_xl330", asked.raw, asked.out)
-    told = answer(asked.out, lambda recording: recording)
-    write_json(asked.out / "without.json", told)
+    given = parser.parse_args()
+    write(given.data / "measured" / "bam_xl330", given.raw, given.out)
+    train, check = (recordings_of(given.out, kind) for kind in ("train", "validate"))
+    told = asked(given.out / "model.xml", train, check, given.out / "without")
+    write_json(given.out / "without" / "answer.json", told)
     sys.stdout.write(f"causes: {', '.join(told['causes'])}; {told['cpu_seconds']:.0f} s\n")
-    found = compared(asked.out)
-    write_json(asked.out / "sysid.json", found)
+    found = compared(given.out)
+    write_json(given.out / "sysid.json", found)
     for row in found["rows"]:
         sys.stdout.write(f"{row}\n")
     sys.stdout.write(f"{ratio(found, 'sysid', 'diagnosis'):.2f} times smaller; mujoco.sysid {found['sysid_seconds']:.0f} s\n")

@@ -3,8 +3,9 @@
     python scripts/position_only.py ask --way without --out out/position_only
     python scripts/beside_sysid.py --out out/position_only
 
-Each case of `position_only` is fitted by output error in MuJoCo: the same model and gains, as its own PID
-actuators, the same recordings. Both are measured on the validation recordings by the rms of simulated less recorded position.
+Each case of `position_only` is fitted by the optimiser of mujoco.sysid to the position errors of `drivetwin replay`: the same
+model, recordings and drive's loops that the diagnosis has. MuJoCo's own PID actuators have no filter of the velocity, and what
+they leave out is more than most causes are. What is found is measured by the same replay of the validation recordings.
 """
 
 from __future__ import annotations
@@ -13,12 +14,11 @@ import json
 import sys
 import time
 from argparse import ArgumentParser
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-import mujoco
 import numpy as np
 from mujoco import sysid
 from numpy.typing import NDArray
@@ -28,180 +28,105 @@ from drivetwin.blind.with_and_without import recordings_of
 from drivetwin.diagnosis.prepare.asked_torque import completed
 from drivetwin.diagnosis.prepare.simulation import simulation
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.files import write_json
+from drivetwin.foundation.scratch import scratch
 from drivetwin.motion.inverse_dynamics import read_mjcf
 from drivetwin.recording.recording import Recording
 from drivetwin.twin.comparison import MODEL, WITH_EFFECTS
-from drivetwin.twin.course import course_of, curve, grid_of, without_integral
-from drivetwin.twin.loops import Loops, loops_of
+from drivetwin.twin.comparison import compared as replayed
+from drivetwin.twin.replay import replay
 
 Array = NDArray[np.float64]
 
-STEP = 0.001
-"""Of the simulation that fits and of the one that is measured [s]."""
-FITTED = ("damping", "frictionloss", "armature")
+FITTED = {"damping": "dof_damping", "frictionloss": "dof_frictionloss", "armature": "dof_armature"}
+"""Attributes of a joint, and what MuJoCo calls them in a model."""
 MOST = 5.0
-"""Times the model's value, up to which one is sought."""
+"""Times the model's value, up to which one is sought; the optimiser moves such multiples."""
 ITERATIONS = 30
+STEP = 1e-3
+"""Of the model's value, for differences: friction switches at samples, and a smaller one sees only that."""
+LEAST, UNSTABLE = 1e-9, 100.0
+"""Position error of a model that is exact [rad or m], and errors of one that is unstable, in those of the model."""
 
 
-@dataclass(frozen=True)
-class Log:
-    """A recording as mujoco.sysid takes it: what its actuators are told, and where the joints were, (n, axes) each."""
-
-    name: str
-    time: Array
-    control: Array
-    position: Array
-    velocity: Array
-
-
-def pid_gains(loops: Loops) -> dict[str, float]:
-    """Of MuJoCo's `pid` actuator: a PI velocity loop in a P position loop is a PID loop beside a known feed-forward."""
-    return {
-        "kp": loops.velocity_gain * (loops.position_gain + loops.integral_rate) + loops.position_stiffness,
-        "ki": loops.velocity_gain * loops.position_gain * loops.integral_rate + loops.position_integral,
-        "kv": loops.velocity_gain,
-    }
-
-
-def with_pid(path: Path, joints: list[str], loops: list[Loops]) -> str:
-    """The model, its joints moved by PID actuators with these gains, its positions sensed."""
+def with_values(path: Path, values: Mapping[str, Mapping[str, float]], out: Path) -> Path:
+    """The model of a file with these damping, friction and armature of its joints, as a file `out`."""
     root = ElementTree.parse(path).getroot()
-    for old in root.findall("actuator"):
-        root.remove(old)
-    option = root.find("option")
-    assert option is not None
-    option.attrib |= {"timestep": str(STEP), "integrator": "implicitfast"}
-    actuators, sensors = ElementTree.SubElement(root, "actuator"), ElementTree.SubElement(root, "sensor")
-    for joint, own in zip(joints, loops, strict=True):
-        gains = {name: repr(gain) for name, gain in pid_gains(own).items()}
-        ElementTree.SubElement(actuators, "pid", {"name": joint, "joint": joint, "input": "pos", **gains})
-        ElementTree.SubElement(actuators, "motor", {"name": f"{joint}_ahead", "joint": joint})
-        ElementTree.SubElement(sensors, "jointpos", {"name": f"{joint}_position", "joint": joint})
     for joint in root.iter("joint"):
-        joint.attrib.pop("range", None)  # no axis reaches its stops
-    return ElementTree.tostring(root, encoding="unicode")
+        joint.attrib |= {name: repr(value) for name, value in values.get(joint.get("name", ""), {}).items()}
+    ElementTree.ElementTree(root).write(out, encoding="unicode")
+    return out
 
 
-def log_of(recording: Recording, path: Path) -> Log:
-    """`recording` has the torque that its loops asked for: what they held at its start goes to the feed-forward."""
-    grid, rows = grid_of(recording), np.arange(len(recording.time))
-    at = grid.rows(len(rows))
-    fine = at * recording.info.sample_period
-    told, velocities, model = [], [], read_mjcf(path)
-    for axis, info in recording.info.axes.items():
-        loops = loops_of(axis, info, model)
-        course = course_of(axis, recording, axis, loops, grid, curve)
-        position, velocity, _, offset = course.demand.T
-        gain, rate = loops.velocity_gain, loops.integral_rate
-        held = course.torque - without_integral(course) if loops.integrates and course.torque is not None else 0.0
-        less = loops.velocity_feedforward - 1.0
-        start = position[0] - course.position
-        ahead = gain * (loops.velocity_feedforward * velocity + less * rate * (position - position[0]))
-        told += [position, ahead - gain * rate * start + held + offset]
-        velocities.append(course.velocity)
-    steps = np.arange(0.0, fine[-1], STEP)
-    control = np.column_stack([np.interp(steps, fine, one) for one in told])
-    positions = np.column_stack([own["position"] for own in recording.columns.values()])
-    return Log(recording.name, rows * recording.info.sample_period, control, positions, np.array(velocities))
+def fitted(path: Path, training: Sequence[Recording], scene: Path) -> dict[str, dict[str, float]]:
+    """Damping, friction and armature of every joint by mujoco.sysid.
 
-
-def fitted(models: list[str], joints: list[str], logs: list[Log]) -> dict[str, dict[str, float]]:
-    """Damping, friction and armature of every joint by mujoco.sysid, from logs each of which has a model with its gains.
-
-    Positions are weighed by how far the model is off before, and parameters scaled by what they do: without that it ends before
-    its first step, for errors of a micrometre have a small gradient.
+    `training` has the torque that its loops asked for. Positions are weighed by how far the model is off before. `scene`: a
+    folder for models.
     """
-    specs = [mujoco.MjSpec.from_string(xml) for xml in models]
-    spec, model = specs[0], specs[0].compile()
-    parameters = sysid.ParameterDict()
+    model = read_mjcf(path)
+    joints = [info.joint for info in training[0].info.axes.values()]
+    parameters, values = sysid.ParameterDict(), list[float]()
     for joint in joints:
-        for name in FITTED:
-            value = float(np.ravel(getattr(spec.joint(joint), name))[0])
-            parameters.add(sysid.Parameter(f"{joint} {name}", value, 0.0, MOST * value + 1e-6, modifier=_sets(joint, name)))
-    control = sysid.TimeSeries.compute_all_control_mapping(model)
-    sensors = sysid.TimeSeries.compute_all_sensor_mapping(model)
-    sequences = [
-        sysid.ModelSequences(
-            log.name,
-            own,
-            log.name,
-            sysid.create_initial_state(model, log.position[0], log.velocity),
-            sysid.TimeSeries(np.arange(len(log.control)) * STEP, log.control, control),
-            sysid.TimeSeries(log.time, log.position, sensors),
-        )
-        for own, log in zip(specs, logs, strict=True)
-    ]
-    sizes = np.mean([errors(xml, {}, log) for xml, log in zip(models, logs, strict=True)], axis=0)
-    weights = {f"{joint}_position": 1.0 / float(size) for joint, size in zip(joints, sizes, strict=True)}
-    residual = sysid.build_residual_fn(models_sequences=sequences, n_threads=1, sensor_weights=weights)
-    found, _ = sysid.optimize(parameters, residual, verbose=False, max_iters=ITERATIONS, x_scale="jac")
-    return {joint: {name: float(found[f"{joint} {name}"].value[0]) for name in FITTED} for joint in joints}
+        (dof,) = model.joint(joint).dofadr
+        for name, own in FITTED.items():
+            parameters.add(sysid.Parameter(f"{joint} {name}", 1.0, 0.0, MOST))
+            values.append(float(getattr(model, own)[dof]))
 
+    def told(multiples: Array) -> dict[str, dict[str, float]]:
+        shaped = (multiples * values).reshape(len(joints), len(FITTED))
+        return {joint: dict(zip(FITTED, map(float, own), strict=True)) for joint, own in zip(joints, shaped, strict=True)}
 
-def _sets(joint: str, name: str) -> Any:
-    def modifier(spec: Any, parameter: Any) -> None:
-        value = parameter.value[0]
-        current = getattr(spec.joint(joint), name)
-        setattr(spec.joint(joint), name, value if np.ndim(current) == 0 else np.r_[value, np.ravel(current)[1:]])
+    def left(multiples: Array) -> list[Array]:
+        changed = with_values(path, told(multiples), scene / "fitted.xml")
+        return [
+            run.position - recording.columns[axis]["position"]
+            for recording in training
+            for axis, run in replay(changed, recording, ()).items()
+        ]
 
-    return modifier
+    before = left(parameters.as_vector())
+    sizes = [max(float(np.sqrt(np.mean(one**2))), LEAST) for one in before]
 
+    def weighed(multiples: Array) -> Array:
+        try:
+            return np.concatenate([one / size for one, size in zip(left(multiples), sizes, strict=True)])
+        except UserError:  # unstable with these values
+            return np.full(sum(map(len, before)), UNSTABLE)
 
-def errors(xml: str, values: dict[str, dict[str, float]], log: Log) -> Array:
-    """Rms of simulated less recorded position, by axis [rad or m]."""
-    spec = mujoco.MjSpec.from_string(xml)
-    for joint, own in values.items():
-        for name, value in own.items():
-            current = getattr(spec.joint(joint), name)
-            setattr(spec.joint(joint), name, value if np.ndim(current) == 0 else np.r_[value, np.ravel(current)[1:]])
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = log.position[0], log.velocity
-    simulated = np.empty((len(log.control), model.nq))
-    for k, control in enumerate(log.control):
-        data.ctrl[:] = control
-        simulated[k] = data.qpos
-        mujoco.mj_step(model, data)
-    steps = np.arange(len(log.control)) * STEP
-    within = log.time <= steps[-1]
-    left = [np.interp(log.time[within], steps, own) for own in simulated.T]
-    return np.asarray(np.sqrt(np.mean((np.column_stack(left) - log.position[within]) ** 2, axis=0)))
+    def residual(multiples: Array, _: Any) -> tuple[list[Array], None, None]:
+        if multiples.ndim == 1:
+            return [weighed(multiples)], None, None
+        return [np.column_stack([weighed(own) for own in multiples.T])], None, None
+
+    found, _ = sysid.optimize(parameters, residual, verbose=False, max_iters=ITERATIONS, eps=STEP)
+    return told(np.asarray(found.as_vector()))
 
 
 def compared(folder: Path) -> dict[str, Any]:
     """Position errors of one case: as the model stands, by mujoco.sysid, and by the diagnosis, and what each took [s]."""
-    told = json.loads((folder / "without.json").read_text(encoding="utf-8"))
+    told = json.loads((folder / "without" / "answer.json").read_text(encoding="utf-8"))
+    report = json.loads((folder / "without" / "report.json").read_text(encoding="utf-8"))
+    cutoff_hz = max(own["cutoff_hz"] for own in report["axes"].values())
     path = folder / "model.xml"
     train, check = ([position_only(one) for one in recordings_of(folder, kind)] for kind in ("train", "validate"))
     whole = completed(path, simulation(path, train[0].info.axes), train, check, Settings())
-    first = whole.training[0]
-    joints = [info.joint for info in first.info.axes.values()]
-    model = read_mjcf(path)
-
-    def moved(one: Recording) -> str:
-        return with_pid(path, joints, [loops_of(axis, info, model) for axis, info in one.info.axes.items()])
-
-    used = [one for one in whole.training if not any(info.position_relative for info in one.info.axes.values())] or [first]
-    logs = [log_of(one, path) for one in used]
-    begin = time.process_time()
-    values = fitted([moved(one) for one in used], joints, logs)
-    seconds = time.process_time() - begin
-    rows = []
-    for one in whole.validation:
-        if one.name not in told["position_errors"]:
-            continue
-        log = log_of(one, path)
-        before, after = errors(moved(one), {}, log), errors(moved(one), values, log)
-        for k, axis in enumerate(one.info.axes):
-            ours = told["position_errors"][one.name][axis]
-            rows.append(
-                {
-                    "recording": one.name, "axis": axis, "model": float(before[k]), "sysid": float(after[k]),
-                    "replayed": ours[MODEL], "diagnosis": ours[WITH_EFFECTS],
-                }
-            )  # fmt: skip
+    used = [one for one in whole.training if not any(info.position_relative for info in one.info.axes.values())]
+    with scratch() as scene:
+        begin = time.process_time()
+        values = fitted(path, used or whole.training[:1], scene)
+        seconds = time.process_time() - begin
+        changed = with_values(path, values, scene / "sysid.xml")
+        kept = [one for one in whole.validation if one.name in told["position_errors"]]
+        moved = {one.name: replayed(changed, one, None, cutoff_hz).axes for one in kept}
+    rows = [
+        {
+            "recording": name, "axis": axis, "model": ours[MODEL], "diagnosis": ours[WITH_EFFECTS],
+            "sysid": moved[name][axis].runs[MODEL].apart["position"].rms,
+        }
+        for name, axes in told["position_errors"].items() for axis, ours in axes.items()
+    ]  # fmt: skip
     return {"rows": rows, "sysid_seconds": seconds, "diagnosis_seconds": told["cpu_seconds"], "values": values}
 
 
@@ -217,9 +142,9 @@ def main() -> None:
     out = parser.parse_args().out
     found = []
     for folder in sorted(out.glob("case_*")):
-        if not (folder / "without.json").is_file():
+        if not (folder / "without" / "answer.json").is_file():
             continue
-        kept = folder / "sysid.json"
+        kept = folder / "beside_sysid.json"
         if not kept.is_file():
             write_json(kept, compared(folder))
         case = json.loads(kept.read_text(encoding="utf-8"))

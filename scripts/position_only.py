@@ -34,7 +34,6 @@ from drivetwin.blind.wide.weighing import Recorded
 from drivetwin.blind.with_and_without import first_cause, no_progress, recordings_of, write_or_ask
 from drivetwin.diagnosis.diagnose import diagnose
 from drivetwin.diagnosis.report.closed_loop import in_closed_loop
-from drivetwin.diagnosis.report.result import Diagnosis
 from drivetwin.diagnosis.report.write import write_diagnosis
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.foundation.files import write_json
@@ -134,49 +133,51 @@ def ask(out: Path, ways: Sequence[str]) -> None:
 
 
 def answer(folder: Path, name: str, case: WideCase) -> dict[str, Any]:
-    """First cause, whether the true one is alike, processor time [s], and by validation recording and axis the rms error of the
-    replayed position without and with the effects [rad or m]."""
+    """What `asked` tells of a case, and whether the first cause is not the true one but alike."""
     train, check = ([WAYS[name](one) for one in recordings_of(folder, kind)] for kind in ("train", "validate"))
+    told = asked(folder / "model.xml", train, check, folder / name)
+    return {**told, "alike": _alike(case, folder / name)}
+
+
+def asked(model: Path, train: Sequence[Recording], check: Sequence[Recording], out: Path) -> dict[str, Any]:
+    """First cause, all causes, processor time [s], and by validation recording and axis the rms error of the replayed position
+    without and with the effects [rad or m]. `out` gets the diagnosis and the recordings as they were told.
+    """
     begin = time.process_time()
-    found = diagnose(folder / "model.xml", train, check, Settings(), no_progress)
+    found = diagnose(model, train, check, Settings(), no_progress)
     seconds = time.process_time() - begin
-    replayed = in_closed_loop(found, folder / "model.xml")
+    shutil.rmtree(out, ignore_errors=True)  # of an answer that was broken off
+    out.mkdir()
+    for one in (*train, *check):
+        write_recording(one, out / one.name)
+    write_diagnosis(found, [], out, html=False)
     errors = {
         one.recording: {
             axis: {which: float(run.apart["position"].rms) for which, run in own.runs.items()} for axis, own in one.axes.items()
         }
-        for one in replayed.closed_loop
+        for one in in_closed_loop(found, model).closed_loop
     }
     return {
         "first": first_cause(found),
-        "alike": _alike(found, case, [*train, *check], folder / name),
         "causes": [f"{one.effect}@{one.axis}" for one in found.causes],
         "cpu_seconds": seconds,
         "position_errors": errors,
     }
 
 
-def _alike(found: Diagnosis, case: WideCase, recordings: Sequence[Recording], out: Path) -> bool:
-    """Whether the first cause is not the true one but says that it may be, and fits as well in its place (`drivetwin blind`).
-
-    `out` gets the diagnosis and the recordings as they were told.
-    """
-    shutil.rmtree(out, ignore_errors=True)  # of an answer that was broken off
-    out.mkdir()
-    for one in recordings:
-        write_recording(one, out / one.name)
-    write_diagnosis(found, [], out, html=False)
+def _alike(case: WideCase, out: Path) -> bool:
+    """Whether a first cause that is not the true one says that it may be that, and fits as well (as of `drivetwin blind`)."""
     report = read_told(out / "report.json")
     first = report.first
     causes = {(one.effect, one.axis) for one in case.causes}
-    asked = [
+    claimed = [
         one
         for one in claims(case, report)
         if first is not None and (one.effect, one.axis) == (first.effect, first.axis) and (one.truth, one.axis) in causes
     ]
-    train, check = ([out / one.name for one in recordings if one.name.startswith(kind)] for kind in ("train", "validate"))
+    train, check = (sorted(out.glob(f"{kind}_*")) for kind in ("train", "validate"))
     material = Material(out / "patched.xml", train, check, out / "effects.json", out / "report.json")
-    return bool(asked) and any(one.holds for one in checked(case, asked, material))
+    return bool(claimed) and any(one.holds for one in checked(case, claimed, material))
 
 
 WAYS: dict[str, Callable[[Recording], Recording]] = {"with": lambda recording: recording, "without": position_only}
@@ -187,11 +188,11 @@ def main() -> None:
     """Write the cases, or ask for those that are written."""
     parser = write_or_ask(__doc__, WAYS)
     parser.add_argument("--without", action="append", default=[], help="as of drivetwin blind")
-    asked = parser.parse_args()
-    if asked.what == "write":
-        write(cases(asked.count, asked.seed, asked.family, asked.without), asked.seed, asked.out)
+    told = parser.parse_args()
+    if told.what == "write":
+        write(cases(told.count, told.seed, told.family, told.without), told.seed, told.out)
     else:
-        ask(asked.out, asked.way or tuple(WAYS))
+        ask(told.out, told.way or tuple(WAYS))
 
 
 if __name__ == "__main__":

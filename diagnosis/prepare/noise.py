@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import signal, stats
 
 from drivetwin.diagnosis.prepare.run import Run
+from drivetwin.diagnosis.settings import Settings
 from drivetwin.motion.filtering import derivative
 
 Array = NDArray[np.float64]
@@ -32,35 +33,32 @@ class Noise:
     """Of one axis, rms in the compared band [N·m or N]: noise alone, how it was found, and what a model is expected to miss.
 
     `by_torque`: the noise that the torque shows by itself. `rms` may be more, the floor of what a set of effects leaves, which
-    with too few of them is no noise.
+    with too few of them is no noise. `misfit`: what a calibrated model is allowed to miss. `is_named`: effects
+    explain a gap that is no larger than what a model is expected to miss.
     """
 
     rms: float
     found_by: str
     model_error: float
     by_torque: float
+    misfit: float
+    is_named: bool = False
 
     @property
     def floor(self) -> float:
-        """Both together: what no cause explains."""
-        return float(np.hypot(self.rms, self.model_error))
-
-    @property
-    def floor_by_torque(self) -> float:
-        """The same with the noise that the torque shows by itself."""
-        return float(np.hypot(self.by_torque, self.model_error))
+        """Both together: what no cause explains; of a small gap with a name, noise alone."""
+        return self.rms if self.is_named else float(np.hypot(self.rms, self.model_error))
 
 
-def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error: float, apart: float) -> Noise:
+def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], settings: Settings, apart: float) -> Noise:
     """The largest of three: the torque's white noise, its resolution, and the floor of what is left.
 
     Two figures bound the white noise from above: the torque above the motion's band, in which slow sampling leaves motion, and
     how much what is left changes from sample to sample.
 
     `left` (n,) is what stays of each run's torque with everything that was found, NaN where it does not count; the floor of its
-    density in the compared band is what no cause makes, for none is spread evenly over frequency. `model_error`: share of the
-    torque less the weight that the comparison errs by. `apart`: time [s] by which torque and position of a sample still differ,
-    by the fit.
+    density in the compared band is what no cause makes, for none is spread evenly over frequency. `apart`: time [s] by which
+    torque and position of a sample still differ, by the fit.
     """
     powers, floors, weights, timing = [], [], [], []
     quantum = 0.0
@@ -87,8 +85,8 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], model_error:
         f"resolution: {np.sqrt(resolution):.3g}; {apart * 1e3:.2g} ms between position and torque: {np.sqrt(of_time):.3g}"
     )
     moves = np.concatenate([run.axes[axis].of_motion[run.axes[axis].used] for run in runs])
-    error = model_error * float(np.sqrt(np.mean(moves**2))) if moves.size else 0.0
-    return Noise(rms, found_by, error, alone)
+    size = float(np.sqrt(np.mean(moves**2))) if moves.size else 0.0
+    return Noise(rms, found_by, settings.model_error * size, alone, settings.misfit * size)
 
 
 def _floor(left: Array, run: Run) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +26,7 @@ from drivetwin.diagnosis.report.patterns import patterns
 from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
 from drivetwin.diagnosis.report.residual import with_residual
 from drivetwin.diagnosis.report.result import (
+    NOISE,
     TWO_SIDED_90,
     UNKNOWN,
     AxisGap,
@@ -33,6 +34,7 @@ from drivetwin.diagnosis.report.result import (
     Diagnosis,
     Estimate,
     Prediction,
+    Share,
     Shrink,
     Unknown,
     Verdict,
@@ -75,11 +77,11 @@ def build(
     units = placed_drives(ready.rows, strong)
     patch = Patch(in_order([*values.effects, *units]), values.heavier)
     gaps = gaps_of(ready, worth_a_name(ready, patch, settings.least_share), settings)
-    tests = {
-        axis: gap_of(gaps.unseen, gaps.fitted, axis, gaps.noise[axis].floor, ready.cutoff_hz) for axis in ready.simulation.axes
-    }
-    open_axes = [axis for axis in ready.simulation.axes if tests[axis].significant]
     parts = {axis: divided(ready, gaps, axis, settings.seed) for axis in ready.simulation.axes}
+    named = {axis for axis in ready.simulation.axes if _is_small_and_named(ready, gaps, axis, parts[axis], settings)}
+    gaps = _with_names(gaps, named)
+    tests = {axis: _tested(ready, gaps, axis) for axis in ready.simulation.axes}
+    open_axes = [axis for axis in ready.simulation.axes if tests[axis].significant]
     felt = [
         one
         for one in gaps.patch.effects
@@ -87,7 +89,7 @@ def build(
     ]
     kept = Patch(tuple(felt), gaps.patch.heavier if open_axes else None)
     if kept != gaps.patch:
-        gaps = gaps_of(ready, kept, settings)
+        gaps = _with_names(gaps_of(ready, kept, settings), named)
         parts = {axis: divided(ready, gaps, axis, settings.seed) for axis in ready.simulation.axes}
     axes = {axis: _axis(ready, gaps, axis, tests[axis], parts[axis]) for axis in ready.simulation.axes}
     weights = _weights(gaps, open_axes)
@@ -111,6 +113,25 @@ def build(
         residual=residual,
         with_residual=told,
     )
+
+
+def _is_small_and_named(ready: Prepared, gaps: Gaps, axis: str, parts: Divided, settings: Settings) -> bool:
+    """Whether effects explain an axis's gap that is no larger than what a model is expected to miss."""
+    told = 1.0 - parts.of(UNKNOWN) - parts.of(NOISE)
+    explained = told >= settings.least_share and _unexplained(parts.shares) <= EXPLAINED
+    return explained and not _tested(ready, gaps, axis).significant
+
+
+def _with_names(gaps: Gaps, named: Collection[str]) -> Gaps:
+    return replace(gaps, noise={axis: replace(own, is_named=axis in named) for axis, own in gaps.noise.items()})
+
+
+def _tested(ready: Prepared, gaps: Gaps, axis: str) -> GapFound:
+    """Whether an axis has a gap: more than a model is expected to miss; or where effects explain it, more than its misfit."""
+    noise = gaps.noise[axis]
+    if noise.is_named:
+        return gap_of(gaps.unseen, gaps.fitted, axis, noise.rms, ready.cutoff_hz, noise.misfit)
+    return gap_of(gaps.unseen, gaps.fitted, axis, noise.floor, ready.cutoff_hz)
 
 
 def placed_drives(rows: Rows, drives: Sequence[DriveFound]) -> list[PlacedEffect]:
@@ -378,12 +399,14 @@ def _as_it_stands(prediction: Prediction, axis: str) -> Prediction:
 
 def _verdict(axes: Mapping[str, AxisGap]) -> Verdict:
     """By what is unknown of the gap above noise, on the axis on which that is most."""
-    left = []
-    for gap in axes.values():
-        if gap.significant:
-            noise = next((one.share for one in gap.shares if one.of == "noise"), 0.0)
-            left.append(gap.unknown.share / max(1.0 - noise, 1e-9))
+    left = [_unexplained(gap.shares) for gap in axes.values() if gap.significant]
     if not left:
         return Verdict.NO_GAP
     worst = max(left)
     return Verdict.EXPLAINED if worst <= EXPLAINED else Verdict.PARTLY_EXPLAINED if worst <= PARTLY else Verdict.UNEXPLAINED
+
+
+def _unexplained(shares: Sequence[Share]) -> float:
+    """What is unknown of a gap above noise, by the gap's shares."""
+    told = {one.of: one.share for one in shares if one.of in (UNKNOWN, NOISE)}
+    return told.get(UNKNOWN, 0.0) / max(1.0 - told.get(NOISE, 0.0), 1e-9)

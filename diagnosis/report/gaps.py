@@ -38,13 +38,13 @@ class Gaps:
 def axes_with_gap(ready: Prepared, gaps: Gaps) -> frozenset[str]:
     """Axes on which something is to be found: the simulation as it stands has a gap there, or a second encoder shows a motion.
 
-    More than the noise that the torque shows by itself and what the comparison errs by, by the test of the report.
+    More than the noise that the torque shows by itself and the misfit of a calibrated model, by the test of the report.
     """
     return frozenset(
         axis
         for axis, noise in gaps.noise.items()
         if ready.rows.deflects(axis)
-        or gap_of(gaps.unseen, gaps.fitted, axis, noise.floor_by_torque, ready.cutoff_hz).significant
+        or gap_of(gaps.unseen, gaps.fitted, axis, noise.by_torque, ready.cutoff_hz, noise.misfit).significant
     )
 
 
@@ -61,6 +61,6 @@ def gaps_of(ready: Prepared, patch: Patch, settings: Settings) -> Gaps:
     def noise(axis: str) -> Noise:
         parts = [each.axes[axis] for each in (*fitted, *unseen)]
         left = [np.where(part.used, part.measured - part.after, np.nan) for part in parts]
-        return noise_of(axis, [*ready.runs, *ready.checks], left, settings.model_error, ready.apart.get(axis, 0.0))
+        return noise_of(axis, [*ready.runs, *ready.checks], left, settings, ready.apart.get(axis, 0.0))
 
     return Gaps(patch, unseen, fitted, by_key(noise, ready.simulation.axes))

@@ -4,7 +4,7 @@ Pseudo-Bayesian model averaging with the Bayesian bootstrap: Yao, Vehtari, Simps
 3.4. Blocks of contiguous time are drawn instead of samples, for neighbours tell the same. So it is decided which effects
 predict best. How probable they are is another question: a model of the wrong form errs alike in all blocks. What the blocks of
 an axis scatter by is enlarged by the design effect of a cluster (Kish, Survey Sampling, 1965, sec. 5.4), 1 + (blocks - 1) rho,
-whose intraclass correlation rho is the share of what is left that is neither noise nor what the comparison errs by.
+whose intraclass correlation rho is the share of what is left that is neither noise nor what a model misses.
 
 A density with an unknown that is large predicts anything, and then decides nothing. So an effect also counts as one that
 predicts where it leaves less energy of motion that was held out, without an unknown: what a patch is judged by. It is then at
@@ -91,7 +91,7 @@ class Answer:
 @dataclass(frozen=True)
 class Unexplained:
     """Of the energy that a patch leaves on each axis, the share that is not noise, and the share that is `systematic`: neither
-    noise nor what the comparison errs by.
+    noise nor what a model misses.
     """
 
     no_noise: Mapping[str, float]
@@ -141,7 +141,7 @@ def weighed(family: Family, unexplained: Unexplained, settings: Settings) -> Ans
 def _no_imitation(one: Proposal, family: Family, no_noise: Mapping[str, float], settings: Settings) -> float:
     """Probability that a member does not imitate a part of what is left, by the rows on which it takes most of a gap.
 
-    Some effect always takes a part of a torque that has no name, unknown or what the comparison errs by, usually `imitated` of
+    Some effect always takes a part of a torque that has no name, unknown or what a model misses, usually `imitated` of
     it: one that takes as much is as likely there as not, and the odds grow with the square of what it takes. What nominal
     parameters explain has a name. `no_noise`: of what is left on each axis, the share that is not noise.
     """

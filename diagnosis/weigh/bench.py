@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from drivetwin.diagnosis.model.colour import Colour, white
 from drivetwin.diagnosis.model.unknown import Component, components
-from drivetwin.diagnosis.prepare.deflection import deflection_of
+from drivetwin.diagnosis.prepare.deflection import axis_of, deflection_of
 from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.propose.nominal import Nominal, is_multiple, nominal_parameters
 from drivetwin.diagnosis.propose.rigid import Polynomial, polynomial
@@ -186,6 +186,16 @@ class Bench:
         errs = energy / max(self.rows.gap_energy[one.axis], 1e-300)
         alike = one.effect.like_errors and deflection_of(one.axis) not in self.rows.compared
         return max(self.settings.least_share, errs) if alike else min(self.settings.least_share, errs)
+
+    def tolerated(self, name: str, before: float) -> float:
+        """Share of the gap energy of some rows that may be left where `before` was: no more, to the least share; where there is
+        no gap, up to that and what a calibrated model misses.
+        """
+        most = before + self.settings.least_share
+        if axis_of(name) not in self.without_gap:
+            return most
+        energy = (self.settings.misfit * self.rows.size[name]) ** 2 * len(self.rows.of[name])
+        return max(most, 1.0 + energy / max(self.rows.gap_energy[name], 1e-300))
 
     def timing(self, axis: str) -> int:
         """Number of the nominal parameter of the moment at which an axis's torque was read."""

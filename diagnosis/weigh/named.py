@@ -119,5 +119,4 @@ def _left(state: State) -> dict[str, float]:
 
 
 def _leaves_more(state: State, first: Mapping[str, float]) -> bool:
-    least = state.bench.settings.least_share
-    return any(left > first[axis] + least for axis, left in _left(state).items())
+    return any(left > state.bench.tolerated(axis, first[axis]) for axis, left in _left(state).items())

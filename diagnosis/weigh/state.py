@@ -340,17 +340,17 @@ class State:
 
     @cached_property
     def within_error(self) -> frozenset[str]:
-        """Axes of which it leaves no more, with the model's parameters where least is left, than what the comparison errs by.
+        """Axes of which it leaves no more, with the model's parameters where least is left, than a calibrated model's misfit.
 
         Not with a timing that nothing reads earlier: that would hide a delay. Nor with what the model says nothing of.
         """
         untold = frozenset(number for number, one in enumerate(self.bench.nominals) if not one.told)
         left = self.energy_still(self.held() | self.as_recorded | untold)
-        rows, error = self.rows, self.bench.settings.model_error
+        rows, misfit = self.rows, self.bench.settings.misfit
         beyond = {
             axis_of(name)
             for name, share in left.items()
-            if share * rows.gap_energy[name] > (error * rows.size[name]) ** 2 * len(rows.of[name])
+            if share * rows.gap_energy[name] > (misfit * rows.size[name]) ** 2 * len(rows.of[name])
         }
         return frozenset(rows.axes) - beyond
 
@@ -359,8 +359,9 @@ class State:
 
         `rows`: those that are compared; all, if not told.
         """
-        least = self.bench.settings.least_share
-        return any(left > other.left[name] + least for name, left in self.left.items() if rows is None or name in rows)
+        bench = self.bench
+        asked = [name for name in self.left if rows is None or name in rows]
+        return any(self.left[name] > bench.tolerated(name, other.left[name]) for name in asked)
 
 
 def state_of(

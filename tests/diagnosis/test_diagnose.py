@@ -194,6 +194,28 @@ def test_a_small_effect_that_is_most_of_a_clear_gap_is_named(case: Case, tmp_pat
     assert (found.causes[0].effect, found.causes[0].axis) == (case.effect, case.axis)
 
 
+@pytest.mark.parametrize(
+    ("more", "expected"),
+    [
+        (lambda at: -0.12 * np.sin(2.0 * GEAR * at.position + 0.7), {("torque_ripple", "turn")}),
+        (lambda at: 0.12 * np.sin(2.0 * np.pi * 3.7 * at.time), set()),
+    ],
+    ids=["ripple", "no name"],
+)
+def test_a_gap_smaller_than_a_model_is_expected_to_miss_is_one_where_an_effect_explains_it(
+    more: Callable[[Swing], Array], expected: set[tuple[str, str]], tmp_path: Path
+) -> None:
+    """Both are 1.1 % of the torque, in a fifth of the usual noise."""
+    found = diagnosed(tmp_path, lambda seed, name: strokes(seed, SECONDS, {"turn": more}, name, noise=3.0))
+    gap = found.axes["turn"]
+    assert 3.0 * gap.noise_rms < gap.gap_rms < gap.model_error_rms
+    assert names(found) == expected
+    assert found.verdict is (Verdict.EXPLAINED if expected else Verdict.NO_GAP)
+    closed = [one.gap_closed.of_explainable for one in found.causes if one.gap_closed is not None]
+    assert all(one is not None and one > 0.9 for one in closed)
+    sound(found)
+
+
 @pytest.mark.parametrize("case", OFF, ids=lambda case: case.effect)
 def test_a_parameter_of_the_model_that_is_off_is_named_as_what_it_is(case: Case, tmp_path: Path) -> None:
     found = diagnosed(tmp_path, case.record)

@@ -96,6 +96,25 @@ def test_what_the_unseen_motion_shows_as_no_gap_is_none_on_the_fitted_motion() -
     assert not found.significant
 
 
+@pytest.mark.parametrize(("unseen", "fitted"), [(0.098, 0.18), (0.02, 0.18), (0.18, 0.02), (0.18, 0.18)])
+def test_a_gap_that_exceeds_what_a_model_is_expected_to_miss_exceeds_its_misfit(unseen: float, fitted: float) -> None:
+    """Noise 0.01, misfit 0.1, model error 0.12. On either motion, or on the fitted one only."""
+    rng = np.random.default_rng(10)
+    seen = of_noise(rng, unseen), of_noise(rng, fitted)
+    expected = gap_of(*seen, "rotate", float(np.hypot(0.01, 0.12)), CUTOFF)
+    found = gap_of(*seen, "rotate", 0.01, CUTOFF, 0.1)
+    assert expected.significant
+    assert (found.significant, found.on_unseen) == (True, expected.on_unseen)
+
+
+@pytest.mark.parametrize(("gap", "significant"), [(0.095, False), (0.11, True)])
+def test_a_misfit_is_what_it_is_said_to_be(gap: float, significant: bool) -> None:
+    """Noise is taken 25 % larger, the misfit is not."""
+    rng = np.random.default_rng(11)
+    found = gap_of(of_noise(rng, gap), of_noise(rng, gap), "rotate", 0.01, CUTOFF, 0.1)
+    assert found.significant is significant
+
+
 def test_two_looks_call_noise_a_gap_no_more_often_than_one() -> None:
     rng = np.random.default_rng(9)
     edge = (1.0 + NOISE_KNOWN_TO) * 0.05

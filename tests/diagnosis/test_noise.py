@@ -12,13 +12,14 @@ from drivetwin.diagnosis.prepare import noise as of_noise
 from drivetwin.diagnosis.prepare.noise import TIMING, Noise, noise_of
 from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.report.result import Array
+from drivetwin.diagnosis.settings import Settings
 from drivetwin.motion.filtering import zero_phase
 
 SECONDS = 60.0
 TIME = np.arange(round(SECONDS / PERIOD), dtype=np.float64) * PERIOD
 SHARE = float(2.0 * CUTOFF * PERIOD * 0.875 * (np.pi / 8.0) / np.sin(np.pi / 8.0))
 """Of white noise's power that passes: integral of 1 / (1 + x^8)^2, Butterworth of 4th order twice, over half the rate."""
-MODEL_ERROR = 0.012
+SETTINGS = Settings()
 SLOW = 9.0
 """Above every swing of these torques [Hz]."""
 
@@ -32,7 +33,7 @@ def run_of(folder: Path, torque: Array, noise: float) -> Run:
 
 def told_of(*runs: Run, apart: float = 0.0) -> Noise:
     """Where a model explains the torque but for its noise."""
-    return noise_of("turn", runs, [noise_in(run) for run in runs], MODEL_ERROR, apart)
+    return noise_of("turn", runs, [noise_in(run) for run in runs], SETTINGS, apart)
 
 
 def noise_in(run: Run) -> Array:
@@ -68,7 +69,7 @@ def test_what_is_left_evenly_over_the_band_is_noise_and_a_line_in_it_is_none(tmp
     run = run_of(tmp_path, 0.0 * TIME, noise=0.0)
     white = zero_phase(0.3 * np.random.default_rng(2).standard_normal(len(TIME)), PERIOD, CUTOFF)
     lines = 2.0 * np.sin(2.0 * np.pi * 11.0 * TIME)
-    plain, lined = (noise_of("turn", [run], [left], MODEL_ERROR, 0.0).rms for left in (white, white + lines))
+    plain, lined = (noise_of("turn", [run], [left], SETTINGS, 0.0).rms for left in (white, white + lines))
     assert plain == pytest.approx(float(np.std(white)), rel=0.25)
     assert lined == pytest.approx(plain, rel=0.25)
 
@@ -91,7 +92,7 @@ def test_what_a_model_misses_is_a_share_of_the_torque_and_stands_apart(tmp_path:
     run = run_of(tmp_path, 3.0 * np.sin(2.0 * np.pi * 7.0 * TIME), noise=5.0)
     told = told_of(run)
     used = run.axes["turn"].torque[run.axes["turn"].used]
-    assert told.model_error == pytest.approx(MODEL_ERROR * float(np.sqrt(np.mean(used**2))))
+    assert told.model_error == pytest.approx(SETTINGS.model_error * float(np.sqrt(np.mean(used**2))))
     assert told.floor == pytest.approx(float(np.hypot(told.rms, told.model_error)))
 
 
@@ -101,7 +102,7 @@ def test_the_weight_that_an_axis_holds_makes_no_share_of_that(tmp_path: Path) ->
     both = moved(1, SECONDS)
     torques = {"turn": moving, "lift": CARRIAGE * GRAVITY + moving}
     run = ready(tmp_path, recording(torques, {axis: at.position for axis, at in both.items()}, noise=0.0)).runs[0]
-    quiet = [noise_of(axis, [run], [np.zeros(len(moving))], MODEL_ERROR, 0.0) for axis in ("turn", "lift")]
+    quiet = [noise_of(axis, [run], [np.zeros(len(moving))], SETTINGS, 0.0) for axis in ("turn", "lift")]
     assert quiet[1].model_error == pytest.approx(quiet[0].model_error, rel=0.02)
 
 
@@ -110,7 +111,7 @@ def test_a_torque_that_steps_is_no_noise(tmp_path: Path) -> None:
     steps = 3.0 * np.sign(np.sin(2.0 * np.pi * 7.0 * TIME))
     run = run_of(tmp_path, steps, noise=5.0)
     white = run.recording.columns["turn"]["torque"] - steps
-    told = noise_of("turn", [run], [zero_phase(white, PERIOD, CUTOFF)], MODEL_ERROR, 0.0)
+    told = noise_of("turn", [run], [zero_phase(white, PERIOD, CUTOFF)], SETTINGS, 0.0)
     assert told.rms == pytest.approx(float(np.std(zero_phase(white, PERIOD, CUTOFF))), rel=0.25)
 
 
@@ -122,7 +123,7 @@ def test_of_many_strokes_both_ways_count(tmp_path: Path, monkeypatch: pytest.Mon
     left[np.diff(strokes, prepend=-1) > 0] = np.nan
 
     def floor() -> float:
-        return noise_of("turn", [run], [left], 0.0, 0.0).rms
+        return noise_of("turn", [run], [left], SETTINGS, 0.0).rms
 
     of_some = floor()
     monkeypatch.setattr(of_noise, "STRETCHES", 1000)

@@ -155,9 +155,9 @@ def test_an_axis_without_a_gap_is_asked_only_for_what_others_feel(tmp_path: Path
     assert proposer_of(clean, Settings()).kinds == {"turn": [], "lift": []}
 
 
-def test_where_no_more_is_left_than_the_comparison_errs_by_nothing_further_is_asked(tmp_path: Path) -> None:
-    """A wave of 0.4 N·m on the turn is a gap; that of a tenth of it on the lift is below 1.2 % of its torque."""
-    little = {"turn": ripple, "lift": lambda at: 0.1 * ripple(at)}
+def test_where_no_more_is_left_than_a_calibrated_model_misses_nothing_further_is_asked(tmp_path: Path) -> None:
+    """A wave of 0.4 N·m on the turn is a gap; that of a twelfth of it on the lift is below 1 % of its torque."""
+    little = {"turn": ripple, "lift": lambda at: ripple(at) / 12.0}
     made = ready(tmp_path, *(strokes(seed, seconds, little) for seed, seconds in ((1, 20.0), (2, 4.0))))
     bench = bench_of(made.rows, Settings(), made.absolute)
     proposer = Proposer(bench, bench, {axis: [TorqueRipple] for axis in ("turn", "lift")}, {})

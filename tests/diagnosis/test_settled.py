@@ -145,3 +145,17 @@ def test_where_the_others_make_no_mechanism_without_what_was_added_that_stays(be
     ahead = state(bench, Viscous(3.0), Coulomb(1.2 * COULOMB), ViscousNonlinear(-0.8, 0.1))
     search = Search(Proposer(bench, bench, {"turn": [Coulomb, Presliding]}, {}), lambda _stage, _share: None)
     assert search.with_yielding_friction(Pair(before, before), ahead, (), ["turn"]) is ahead
+
+
+def test_an_axis_without_a_gap_may_be_left_with_what_a_model_misses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """1 % of its torque, as a share of the noise that is all it has; where there is a gap, 1 % of that."""
+    rows = compared(tmp_path, strokes(1, 20.0))
+    bench = bench_of(rows, Settings(), dict.fromkeys(rows.axes, True), frozenset({"lift"}))
+    noise, misses = (float(np.sqrt(np.mean(one**2))) for one in (rows.target["lift"], 0.01 * rows.size["lift"]))
+    may = (misses / noise) ** 2
+    assert bench.tolerated("turn", 0.5) == 0.5 + bench.settings.least_share
+    assert bench.tolerated("lift", 0.5) == pytest.approx(1.0 + may, rel=1e-6)
+    before, after = state_of(bench, (), bench.white, {}), state_of(bench, (), bench.white, {})
+    for more, worse in ((0.9 * may, False), (1.1 * may, True)):
+        monkeypatch.setitem(after.__dict__, "left", {**before.left, "lift": 1.0 + more})
+        assert after.leaves_more_than(before) is worse
