@@ -47,7 +47,12 @@ class Noise:
     @property
     def floor(self) -> float:
         """Both together: what no cause explains; of a small gap with a name, noise alone."""
-        return self.rms if self.is_named else float(np.hypot(self.rms, self.model_error))
+        return self.rms if self.is_named else self.unasked
+
+    @property
+    def unasked(self) -> float:
+        """Both together: what is left that nobody asks a name for."""
+        return float(np.hypot(self.rms, self.model_error))
 
 
 def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], settings: Settings, apart: float) -> Noise:

@@ -376,7 +376,7 @@ def _repeats(ready: Prepared, gaps: Gaps, axis: str) -> float:
     """Share of what is left that goes with something, cross-validated: noise goes with nothing."""
     left = [_as_it_stands(each, axis) for each in gaps.unseen]
     unit = "N" if ready.simulation.slides(axis) else "N·m"
-    return min(1.0, sum(one.share for one in patterns(left, axis, gaps.noise[axis].floor, ready.cutoff_hz, unit)))
+    return min(1.0, sum(one.share for one in patterns(left, axis, gaps.noise[axis].unasked, ready.cutoff_hz, unit)))
 
 
 def _is_in(one: PlacedEffect, patch: Patch) -> bool:
@@ -386,7 +386,7 @@ def _is_in(one: PlacedEffect, patch: Patch) -> bool:
 def _unknown_cause(gaps: Gaps, axis: str, share: float, cutoff_hz: float, repeats: float, named: bool) -> Cause:
     """What is left: how surely it is more than noise. Half of that is doubted of what does not repeat."""
     left = [_as_it_stands(each, axis) for each in gaps.unseen]
-    p_value = significance(left, axis, gaps.noise[axis].floor, cutoff_hz)
+    p_value = significance(left, axis, gaps.noise[axis].unasked, cutoff_hz)
     probability = float(np.clip((1.0 - p_value) * (0.5 + 0.5 * repeats), 0.01, 0.99))
     return Cause(UNKNOWN, axis, probability if named else max(probability, LEAST_ALONE), share, {}, None)
 

@@ -211,6 +211,7 @@ def test_a_gap_smaller_than_a_model_is_expected_to_miss_is_one_where_an_effect_e
     assert 3.0 * gap.noise_rms < gap.gap_rms < gap.model_error_rms
     assert names(found) == expected
     assert found.verdict is (Verdict.EXPLAINED if expected else Verdict.NO_GAP)
+    assert all(one.probability < 0.5 for one in found.causes if one.effect == "unknown")
     closed = [one.gap_closed.of_explainable for one in found.causes if one.gap_closed is not None]
     assert all(one is not None and one > 0.9 for one in closed)
     sound(found)
