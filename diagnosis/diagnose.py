@@ -85,8 +85,11 @@ def _is_felt(kind: type[Effect], gaps: Collection[str]) -> bool:
 def _drives(ready: Prepared, late: Mapping[str, float], axes: Iterable[str], settings: Settings) -> list[DriveFound]:
     """Effects between the torque that the loops asked for and what was recorded, that read as `late` [s] as it is."""
     runs = ready.aligned(late, {}).runs
-    asked = {axis: ready.testable[axis].kinds for axis in axes}
-    found = side_by_side(lambda one: drive_effects(runs, *one, settings.least_share), asked.items())
+
+    def of_axis(axis: str) -> list[DriveFound]:
+        return drive_effects(runs, axis, ready.testable[axis].kinds, settings, late.get(axis, 0.0))
+
+    found = side_by_side(of_axis, list(axes))
     return [one for each in found for one in each]
 
 

@@ -59,7 +59,8 @@ def positions(
     if not left_out:
         return Placed(tuple(recordings), (), {})
     if seconds(absolute) >= ENOUGH * seconds(recordings):
-        note = f"{', '.join(left_out)}: left out, for the position is relative; {len(absolute)} with an absolute one are used."
+        used = ", ".join(recording.name for recording in absolute)
+        note = f"{', '.join(left_out)}: left out, for the position is relative; that of {used} is absolute."
         return Placed(tuple(absolute), (note,), {})
     placed, notes, adrift = [], [], {}
     for recording in recordings:

@@ -10,11 +10,15 @@ from scipy.optimize import minimize_scalar
 
 from drivetwin.diagnosis.prepare.drive_law import Asked, asked_of, drive_candidates, law_holds, left_by
 from drivetwin.diagnosis.prepare.run import Run
+from drivetwin.diagnosis.propose.nominal import usually_late
+from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.effects import DriveEffect, Effect
 from drivetwin.emulator.effects.current_bandwidth import CurrentBandwidth
 
 USUAL_BANDWIDTHS = (200.0, 300.0, 450.0, 700.0, 1000.0)
 """Of a sound servo drive's current loop [Hz]."""
+LATEST = 6.0
+"""Standard deviations of how late a torque is, up to which a time to read it is sought."""
 SLOW = 0.8
 """Share of the least usual bandwidth below which a current loop is slow."""
 
@@ -31,19 +35,21 @@ class DriveFound:
 
     @property
     def gain(self) -> float:
-        """Nats that it brings: rows ten of which count as one, less half the logarithm of their number."""
-        count = max(self.rows / 10.0, 2.0)
-        return 0.5 * count * float(np.log(max(self.without, 1e-300) / max(self.left, 1e-300))) - 0.5 * float(np.log(count))
+        """Nats that its one parameter brings."""
+        return _nats(self.without, self.left, self.rows)
 
 
-def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]], least_share: float) -> list[DriveFound]:
+def drive_effects(
+    runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]], settings: Settings, late: float = 0.0
+) -> list[DriveFound]:
     """The best effect on an axis whose law holds, and after it the best of the others beside those that were found.
 
-    `least_share`: of what the law alone leaves, that an effect must take. With it the law has to give the recorded torque:
-    otherwise, at one constant speed, a limit far below the torque would fit as well. One that does not is asked again beside
-    the next: a limit behind a slow current loop.
+    It has to take a least share of what the law alone leaves. With it the law has to give the recorded torque: otherwise, at
+    one constant speed, a limit far below the torque would fit as well. One that does not is asked again beside the next: a
+    limit behind a slow current loop. Nor is a slow loop found where the torque is rather recorded late, by more than the
+    `late` [s] by which it is already read earlier: motion alone does not tell that where an unknown torque hides it.
     """
-    known = [(run, asked) for run in runs if (asked := asked_of(run, axis)) is not None and run.axes[axis].used.any()]
+    known = _known(runs, axis)
     tried = [effect for effect in (drive_candidates(known) if known else []) if type(effect) in kinds and not _usual(effect)]
     found: list[DriveFound] = []
     whole, count = min(_left(known, axis, usual) for usual in _as_commissioned()) if tried else (0.0, 0)
@@ -53,15 +59,44 @@ def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]],
         begun = min(open_ones, key=lambda effect: _left(known, axis, (*beside, effect))[0])
         best = _moved(known, axis, begun, beside)
         left = _left(known, axis, (*beside, best))[0]
-        if without - left < least_share * whole:
+        if without - left < settings.least_share * whole:
             break
+        one = DriveFound(axis, best, without, left, count)
         if not law_holds(known, axis, (*beside, best)):
             refused.append(begun)
             continue
-        found.append(DriveFound(axis, best, without, left, count))
+        if isinstance(best, CurrentBandwidth) and _gain_of_reading(runs, beside, one, settings, late) >= one.gain:
+            refused += [effect for effect in tried if isinstance(effect, CurrentBandwidth)]
+            continue
+        found.append(one)
         without, refused = left, []
         tried = [effect for effect in tried if type(effect) is not type(best)]
     return found
+
+
+def _known(runs: Sequence[Run], axis: str) -> list[tuple[Run, Asked]]:
+    """Runs in which an axis moves whose law is told, with what that asked for."""
+    return [(run, asked) for run in runs if (asked := asked_of(run, axis)) is not None and run.axes[axis].used.any()]
+
+
+def _nats(without: float, left: float, rows: int) -> float:
+    """Log evidence of one parameter by mean squares: ten rows count as one; half the logarithm of their number it costs."""
+    count = max(rows / 10.0, 2.0)
+    return 0.5 * count * float(np.log(max(without, 1e-300) / max(left, 1e-300))) - 0.5 * float(np.log(count))
+
+
+def _gain_of_reading(
+    runs: Sequence[Run], beside: Sequence[DriveEffect], one: DriveFound, settings: Settings, late: float
+) -> float:
+    """Nats that it brings instead of an effect to read the torque at another time, by how late a torque usually is."""
+    spread = usually_late(runs, settings)
+
+    def lost(shift: float) -> float:
+        left, rows = _left(_known([run.aligned({one.axis: shift}) for run in runs], one.axis), one.axis, beside)
+        return 0.5 * ((late + shift) / spread) ** 2 - _nats(one.without, left, rows)
+
+    most = LATEST * spread
+    return -float(minimize_scalar(lost, bounds=(-most, most), method="bounded", options={"xatol": 1e-2 * spread}).fun)
 
 
 def _usual(effect: DriveEffect) -> bool:

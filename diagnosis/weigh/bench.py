@@ -194,8 +194,12 @@ class Bench:
         most = before + self.settings.least_share
         if axis_of(name) not in self.without_gap:
             return most
+        return max(most, 1.0 + self.misfit(name))
+
+    def misfit(self, name: str) -> float:
+        """What a calibrated model misses of some rows, as a share of their gap energy."""
         energy = (self.settings.misfit * self.rows.size[name]) ** 2 * len(self.rows.of[name])
-        return max(most, 1.0 + energy / max(self.rows.gap_energy[name], 1e-300))
+        return energy / max(self.rows.gap_energy[name], 1e-300)
 
     def timing(self, axis: str) -> int:
         """Number of the nominal parameter of the moment at which an axis's torque was read."""

@@ -346,13 +346,7 @@ class State:
         """
         untold = frozenset(number for number, one in enumerate(self.bench.nominals) if not one.told)
         left = self.energy_still(self.held() | self.as_recorded | untold)
-        rows, misfit = self.rows, self.bench.settings.misfit
-        beyond = {
-            axis_of(name)
-            for name, share in left.items()
-            if share * rows.gap_energy[name] > (misfit * rows.size[name]) ** 2 * len(rows.of[name])
-        }
-        return frozenset(rows.axes) - beyond
+        return frozenset(self.rows.axes) - {axis_of(name) for name, share in left.items() if share > self.bench.misfit(name)}
 
     def leaves_more_than(self, other: State, rows: Collection[str] | None = None) -> bool:
         """Whether it leaves more of an axis's gap than another: noise with long tails has learned what that one explains.

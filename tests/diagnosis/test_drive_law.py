@@ -106,7 +106,7 @@ def rows_of(folder: Path, moved: Moved, drive: DriveLoops = DRIVE) -> Rows:
 
 def found_in(rows: Rows) -> dict[str, DriveFound]:
     """The best of each effect of a drive on the column."""
-    return {one.effect.name: one for one in drive_effects(rows.runs, "turn", (TorqueSaturation, CurrentBandwidth), 0.01)}
+    return {one.effect.name: one for one in drive_effects(rows.runs, "turn", (TorqueSaturation, CurrentBandwidth), Settings())}
 
 
 def test_what_is_asked_is_what_the_loop_asked(tmp_path: Path) -> None:
@@ -171,6 +171,13 @@ def test_a_slow_current_loop_is_found_with_its_bandwidth(tmp_path: Path) -> None
     assert list(found) == ["current_bandwidth"], "a saturation would leave more"
 
 
+def test_a_torque_that_is_recorded_late_is_no_slow_current_loop(tmp_path: Path) -> None:
+    """By a sample, which the motion may not tell: the law says as well at what time the torque is the one that it asked for."""
+    moved = closed_loop()
+    given = np.concatenate([moved.given[:1], moved.given[:-1]])
+    assert not found_in(rows_of(tmp_path, replace(moved, given=given)))
+
+
 def test_a_pid_is_asked_as_a_cascade_is(tmp_path: Path) -> None:
     """What is left of its following error and its rate, which the recording shows at each sample only."""
     moved = closed_loop(pid=True, motor=limited(15.0))
@@ -230,7 +237,7 @@ def test_no_limit_is_found_far_below_the_torque(tmp_path: Path) -> None:
         torque = level + 0.02 * rng.standard_normal(len(time))
         moved = Moved(torque, torque, position, position + (4.0 - 8.0 * np.exp(-time / 0.3)) / STIFF)
         runs.append(replace(recorded(moved), name=f"pass {number}"))
-    assert not drive_effects(compared(tmp_path, *runs).runs, "turn", (TorqueSaturation, CurrentBandwidth), 0.01)
+    assert not drive_effects(compared(tmp_path, *runs).runs, "turn", (TorqueSaturation, CurrentBandwidth), Settings())
 
 
 def test_a_drive_that_is_built_otherwise_is_not_asked(tmp_path: Path) -> None:

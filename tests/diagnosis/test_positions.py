@@ -60,7 +60,7 @@ def test_relative_recordings_are_left_out_where_others_are_enough(tmp_path: Path
     given = [swinging("one", None, 1), swinging("two", 0.7, 2), swinging("three", None, 3)]
     found = positions(simulation(model(tmp_path), given[0].info.axes), given, CUTOFF)
     assert [one.name for one in found.recordings] == ["one", "three"]
-    assert found.notes == ("two: left out, for the position is relative; 2 with an absolute one are used.",)
+    assert found.notes == ("two: left out, for the position is relative; that of one, three is absolute.",)
 
 
 @pytest.mark.parametrize("zero", [-1.2, 0.0, 0.7, 2.0])
