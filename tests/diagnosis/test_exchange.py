@@ -9,13 +9,17 @@ from dataclasses import replace
 from math import log
 from pathlib import Path
 
+import numpy as np
 import pytest
 from plain_bench import COGGING, COULOMB, ORDER, PHASE, SLIDES, STICKS, VISCOUS, Machine
+from rig_bench import VISCOUS as COLUMN_VISCOUS
+from rig_bench import compared, strokes
 
 from drivetwin.diagnosis.propose.placing import name_of, placed
 from drivetwin.diagnosis.propose.search import Begun
+from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.averaging import Unexplained, preferred, weighed
-from drivetwin.diagnosis.weigh.bench import Bench
+from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured, in_its_noise
 from drivetwin.diagnosis.weigh.exchange import Exchange
 from drivetwin.diagnosis.weigh.moves import Search
@@ -31,6 +35,7 @@ from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.emulator.effects.temperature_drift import TemperatureDrift
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
 from drivetwin.emulator.effects.viscous import Viscous
+from drivetwin.emulator.effects.viscous_asymmetry import ViscousAsymmetry
 
 KINDS: tuple[type[AxisEffect], ...] = (Coulomb, CoulombAsymmetry, Stribeck, Viscous)
 
@@ -208,3 +213,17 @@ def test_what_nothing_sets_apart_is_listed_and_does_not_take_the_name(bench: Ben
     _, (told,) = preferred(pair.whole, [answer])
     assert told.chosen is not None
     assert told.chosen.effect.name == "coulomb"
+
+
+def test_an_effect_of_a_set_is_weighed_also_if_it_would_push_beside_the_friction_that_a_step_leaves(tmp_path: Path) -> None:
+    """An asymmetry at its bound, the model's slope. The true slope is 5 % less, and an asymmetry beyond it pushes."""
+    slope = COLUMN_VISCOUS["turn"]
+    made = strokes(1, 20.0, {"turn": lambda at: 0.9 * slope * np.abs(at.velocity) - 0.05 * slope * at.velocity})
+    rows = compared(tmp_path, made)
+    own = bench_of(rows, Settings(), {"turn": True, "lift": True})
+    state = coloured(state_of(own, [placed(rows, "turn", ViscousAsymmetry(slope))], own.white, {}), ())
+    proposer = Proposer(own, own, {"turn": [ViscousAsymmetry]}, {})
+    (family,) = Exchange(proposer, {}, lambda *_: None).completed(Pair(state, state))
+    assert [one.effect.effect.name for one in family.proposals] == ["viscous_asymmetry"]
+    answer = weighed(family, Unexplained({"turn": 0.1, "lift": 0.1}, {"turn": 0.1, "lift": 0.1}), Settings())
+    assert answer.believed
