@@ -85,11 +85,7 @@ def _is_felt(kind: type[Effect], gaps: Collection[str]) -> bool:
 def _drives(ready: Prepared, late: Mapping[str, float], axes: Iterable[str], settings: Settings) -> list[DriveFound]:
     """Effects between the torque that the loops asked for and what was recorded, that read as `late` [s] as it is."""
     runs = ready.aligned(late, {}).runs
-
-    def of_axis(axis: str) -> list[DriveFound]:
-        return drive_effects(runs, axis, ready.testable[axis].kinds, settings, late.get(axis, 0.0))
-
-    found = side_by_side(of_axis, list(axes))
+    found = side_by_side(lambda axis: drive_effects(runs, axis, ready.testable[axis].kinds, settings), list(axes))
     return [one for each in found for one in each]
 
 

@@ -15,7 +15,6 @@ from drivetwin.diagnosis.prepare.positions import positions
 from drivetwin.diagnosis.prepare.rates import fast_enough
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.prepare.run import Run
-from drivetwin.diagnosis.prepare.shaken_joint import without_shaken
 from drivetwin.diagnosis.prepare.simulation import Simulation, simulation
 from drivetwin.diagnosis.prepare.smoothed import smoothed
 from drivetwin.diagnosis.prepare.started import started
@@ -93,7 +92,6 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     standstill = standstill_of(twin, recordings, min(cutoff, motion))
     each = zip(recordings, standstill, begins(recordings), strict=True)
     every = [prepare(twin, one, cutoff, motion, still, start, settings.reversal, unrecorded) for one, still, start in each]
-    every, shaken = without_shaken(every, cutoff, settings.model_error)
     given, fitted = ", ".join(one.name for one in training), every[: len(training)]
     absolute = {axis: is_absolute(fitted, axis) for axis in twin.axes}
     turned = placed_within_a_turn(twin, fitted, every[len(training) :], [axis for axis in twin.axes if not absolute[axis]])
@@ -122,5 +120,5 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     adrift = {name: tuple(axis for axis in axes if axis not in turned.axes) for name, axes in check_at.adrift.items()}
     middle = {axis: sorted(each[axis].velocity for each in standstill)[len(standstill) // 2] for axis in twin.axes}
     placed = (*fit_at.notes, *check_at.notes, *turned.notes, *clock.notes)
-    told = (*notes(unrecorded), *slow, *steady.notes, *smooth.notes, *shaken, *placed)
+    told = (*notes(unrecorded), *slow, *steady.notes, *smooth.notes, *placed)
     return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, told, adrift, turned.one_way)

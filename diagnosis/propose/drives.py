@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from drivetwin.diagnosis.prepare.drive_law import Asked, asked_of, drive_candidates, law_holds, left_by
 from drivetwin.diagnosis.prepare.run import Run
-from drivetwin.diagnosis.propose.nominal import usually_late
+from drivetwin.diagnosis.propose.nominal import timing_error
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.effects import DriveEffect, Effect
 from drivetwin.emulator.effects.current_bandwidth import CurrentBandwidth
@@ -18,7 +18,7 @@ from drivetwin.emulator.effects.current_bandwidth import CurrentBandwidth
 USUAL_BANDWIDTHS = (200.0, 300.0, 450.0, 700.0, 1000.0)
 """Of a sound servo drive's current loop [Hz]."""
 LATEST = 6.0
-"""Standard deviations of how late a torque is, up to which a time to read it is sought."""
+"""Deviations of the timing, up to which another time to read the torque is sought."""
 SLOW = 0.8
 """Share of the least usual bandwidth below which a current loop is slow."""
 
@@ -39,15 +39,13 @@ class DriveFound:
         return _nats(self.without, self.left, self.rows)
 
 
-def drive_effects(
-    runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]], settings: Settings, late: float = 0.0
-) -> list[DriveFound]:
+def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]], settings: Settings) -> list[DriveFound]:
     """The best effect on an axis whose law holds, and after it the best of the others beside those that were found.
 
     It has to take a least share of what the law alone leaves. With it the law has to give the recorded torque: otherwise, at
     one constant speed, a limit far below the torque would fit as well. One that does not is asked again beside the next: a
-    limit behind a slow current loop. Nor is a slow loop found where the torque is rather recorded late, by more than the
-    `late` [s] by which it is already read earlier: motion alone does not tell that where an unknown torque hides it.
+    limit behind a slow current loop. A slow loop is not reported where a torque that is recorded late is more probable: motion
+    alone does not show that where an unknown torque hides it.
     """
     known = _known(runs, axis)
     tried = [effect for effect in (drive_candidates(known) if known else []) if type(effect) in kinds and not _usual(effect)]
@@ -65,7 +63,7 @@ def drive_effects(
         if not law_holds(known, axis, (*beside, best)):
             refused.append(begun)
             continue
-        if isinstance(best, CurrentBandwidth) and _gain_of_reading(runs, beside, one, settings, late) >= one.gain:
+        if isinstance(best, CurrentBandwidth) and _gain_of_reading(runs, beside, one, settings) >= one.gain:
             refused += [effect for effect in tried if isinstance(effect, CurrentBandwidth)]
             continue
         found.append(one)
@@ -85,15 +83,13 @@ def _nats(without: float, left: float, rows: int) -> float:
     return 0.5 * count * float(np.log(max(without, 1e-300) / max(left, 1e-300))) - 0.5 * float(np.log(count))
 
 
-def _gain_of_reading(
-    runs: Sequence[Run], beside: Sequence[DriveEffect], one: DriveFound, settings: Settings, late: float
-) -> float:
-    """Nats that it brings instead of an effect to read the torque at another time, by how late a torque usually is."""
-    spread = usually_late(runs, settings)
+def _gain_of_reading(runs: Sequence[Run], beside: Sequence[DriveEffect], one: DriveFound, settings: Settings) -> float:
+    """Nats that it brings instead of an effect to read the torque at another time than by the motion, less what that costs."""
+    spread = timing_error(runs, settings)
 
     def lost(shift: float) -> float:
         left, rows = _left(_known([run.aligned({one.axis: shift}) for run in runs], one.axis), one.axis, beside)
-        return 0.5 * ((late + shift) / spread) ** 2 - _nats(one.without, left, rows)
+        return 0.5 * (shift / spread) ** 2 - _nats(one.without, left, rows)
 
     most = LATEST * spread
     return -float(minimize_scalar(lost, bounds=(-most, most), method="bounded", options={"xatol": 1e-2 * spread}).fun)

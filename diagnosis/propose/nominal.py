@@ -158,7 +158,7 @@ def is_multiple(rows: Rows, axis: str, torque: Array, own: Array) -> bool:
 def _of_timing(rows: Rows, settings: Settings) -> list[Nominal]:
     """The moment at which each axis's position was counted, against its torque: known to a fraction of a sample."""
     dynamics = rows.simulation.dynamics()
-    late = usually_late(rows.runs, settings)
+    late = timing_error(rows.runs, settings)
     columns = {axis: rows.rows(axis, partial(_slope, dynamics[axis])) for axis in rows.axes}
     return [Nominal(None, axis, axis, None, 1.0, late, {axis: column}, moment=True) for axis, column in columns.items()]
 
@@ -170,7 +170,7 @@ def _of_encoders(rows: Rows, settings: Settings) -> list[Nominal]:
         if not is_torque(name):
             axis = axis_of(name)
             speed = centred(rows.rows(axis, lambda run, own: run.smooth(own.motion.velocity)), rows.of[axis].run)
-            found.append(Nominal(None, None, axis, None, 1.0, usually_late(rows.runs, settings), {name: speed}, moment=True))
+            found.append(Nominal(None, None, axis, None, 1.0, timing_error(rows.runs, settings), {name: speed}, moment=True))
     return found
 
 
@@ -210,7 +210,7 @@ def _held_in(recording: str, run: Run, own: AxisRun) -> Array:
     return run.moves(own) * float(run.recording.name == recording)
 
 
-def usually_late(runs: Sequence[Run], settings: Settings) -> float:
+def timing_error(runs: Sequence[Run], settings: Settings) -> float:
     """Standard deviation of the time between two readings of one row [s]."""
     period = float(np.median([run.period for run in runs]))
     return float(np.hypot(settings.timing_spread, settings.timing_share * period))

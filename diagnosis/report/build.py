@@ -76,8 +76,7 @@ def build(
     strong = [one for one in drives if _drive_matters(ready.rows, one, settings)]
     units = placed_drives(ready.rows, strong)
     patch = Patch(in_order([*values.effects, *units]), values.heavier)
-    hidden = {axis: float(np.hypot(own.rms, own.misfit)) for axis, own in gaps_of(ready, patch, settings).noise.items()}
-    gaps = gaps_of(ready, worth_a_name(ready, patch, hidden, settings.least_share), settings)
+    gaps = gaps_of(ready, worth_a_name(ready, patch, settings.least_share), settings)
     parts = {axis: divided(ready, gaps, axis, settings.seed) for axis in ready.simulation.axes}
     named = {axis for axis in ready.simulation.axes if _is_small_and_named(ready, gaps, axis, parts[axis], settings)}
     gaps = _with_names(gaps, named)

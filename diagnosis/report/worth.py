@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,21 +18,18 @@ from drivetwin.foundation.errors import UserError
 Array = NDArray[np.float64]
 
 
-def worth_a_name(ready: Prepared, patch: Patch, hidden: Mapping[str, float], least_share: float) -> Patch:
+def worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
     """Without effects and bodies that close less than a share of the gap on motion that was not fitted, the worst first, each
     alone, two of an axis that undo each other, or all; and without those by which an axis has a gap that is larger by such a
     share: none pays for another.
 
-    An effect that this motion asks for much less than the fitted one must close that share there, and do no harm here beyond
-    what noise and the misfit of a calibrated model hide on an axis, `hidden` rms [N·m or N]. Those of the drive are no matter
-    of the motion, and the torque that they do not give hides no other.
+    An effect that this motion asks for much less than the fitted one must close that share there, and do no harm here. Those of
+    the drive are no matter of the motion, and the torque that they do not give hides no other.
     """
     drives = tuple(one for one in patch.effects if isinstance(one.effect, DriveEffect))
     patch = replace(patch, effects=tuple(one for one in patch.effects if not isinstance(one.effect, DriveEffect)))
     unseen, fitted = _left_of(ready, ready.checks), _left_of(ready, ready.runs)
     seldom, before = _seldom_asked_for(ready, patch), unseen(Patch())
-    as_is = [predict(ready.simulation, run, Patch()) for run in ready.checks]
-    unheard = np.array([(hidden[axis] / max(gap_rms(as_is, axis), 1e-300)) ** 2 for axis in ready.simulation.axes])
     while patch.effects or patch.heavier:
         rests: list[tuple[PlacedEffect | None, Patch]] = [
             (one, replace(patch, effects=tuple(each for each in patch.effects if each is not one))) for one in patch.effects
@@ -41,7 +38,7 @@ def worth_a_name(ready: Prepared, patch: Patch, hidden: Mapping[str, float], lea
         whole, without = unseen(patch), [unseen(rest) for _, rest in rests]
         losses = [float(np.sum(left) - np.sum(whole)) for left in without]
         for k, (one, rest) in enumerate(rests):
-            if one in seldom and np.all(whole - without[k] <= unheard):
+            if one in seldom and losses[k] >= 0.0:
                 losses[k] = float(np.sum(fitted(rest)) - np.sum(fitted(patch)))
         worst = int(np.argmin(losses))
         together = least_share if any(one not in seldom for one in patch.effects) else 0.0

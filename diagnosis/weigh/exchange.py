@@ -100,7 +100,7 @@ class Exchange:
         beside = pair.without(one)
         if beside is None:
             return None
-        known = self.proposer.evaluated(beside.whole, Begun(one.axis, one.effect, 0.0, 1), stood=True)
+        known = self.proposer.evaluated(beside.whole, Begun(one.axis, one.effect, 0.0, 1), in_set=True)
         rivals = self.rivals.get((one.effect.name, one.axis))
         others = [*self.proposer.instead(beside, one, rivals), *self._simpler(beside.whole, one)]
         own = [replace(known, settled=pair.whole)] if known is not None else []

@@ -111,24 +111,10 @@ class Search:
 
     def _with(self, pair: Pair, best: Sequence[Proposal], proposals: Sequence[Proposal]) -> Pair:
         """A set one step on, less what that makes needless."""
-        ahead = self._or_what_takes_more(pair, best, proposals)
+        ahead = pair.settled((*pair.whole.effects, *(one.effect for one in best)))
         ahead = self.with_yielding_friction(pair, ahead, proposals, pair.whole.axes_of([one.effect for one in best]))
         newest = [one for one in ahead.effects if not any(same_kind(one, each) for each in pair.whole.effects)]
         return self.dropped(pair.as_noise_is(ahead, proposals), newest)
-
-    def _or_what_takes_more(self, pair: Pair, best: Sequence[Proposal], proposals: Sequence[Proposal]) -> State:
-        """A set one step on; or with another that yields in the place of the best, which takes more and has gained less: that
-        was not at rest when the two were compared, for its replays take the time.
-        """
-        first, *others = best
-        rivals = [
-            one
-            for one in proposals
-            if yields(type(one.effect.effect)) and one.effect.axis == first.effect.axis and one is not first
-            if one.takes > first.takes and one.score > RIVAL * first.score and all(one is not each for each in others)
-        ]
-        begun = ([one.effect, *(each.effect for each in others)] for one in (first, *rivals))
-        return max((pair.settled((*pair.whole.effects, *some)) for some in begun), key=lambda state: state.reached)
 
     def best(self, proposals: Sequence[Proposal], state: State) -> list[Proposal]:
         """The proposal with the best score, if it gains anything and takes a share of the gap, or the best two together; and

@@ -193,12 +193,12 @@ class Proposer:
         effect = moved(state.frugal, state.frugal_fit, one.effect, fields, predict, held, *more)
         return replace(one, effect=effect)
 
-    def evaluated(self, state: State, one: Begun, free: int | None = None, *, stood: bool = False) -> Proposal | None:
+    def evaluated(self, state: State, one: Begun, free: int | None = None, *, in_set: bool = False) -> Proposal | None:
         """What a set gains by an effect; None if it makes no mechanism, as it stands or with the friction that its fit leaves,
         if it costs nothing, or if it is another axis's effect.
 
-        `free`: how many of its parameters are, the first ones; all, if not told. `stood`: it was in the set, as a mechanism,
-        and is asked what that lacks without it: to what a single step takes the friction beside it is not the question.
+        `free`: how many of its parameters are, the first ones; all, if not told. `in_set`: the effect was already in the
+        set, as a mechanism. The friction that one linear step leaves is then not checked.
         """
         try:
             felt = state.felt(one.axis, one.effect)
@@ -211,7 +211,7 @@ class Proposer:
         less, tangent = state.system.whiten(felt.added), [state.system.whiten(each) for each in tangents]
         held = state.held(one.effect.name, one.axis)
         fit = state.system.fit_tuned(tangent, less, held, NEARBY)
-        if not stood and not self._suits(state, one, fit):
+        if not in_set and not self._suits(state, one, fit):
             return None
         left = state.energy(state.patched, tangents, felt.added)
         taken = {axis: state.left[axis] - left[axis] for axis in felt.added}

@@ -171,11 +171,13 @@ def test_a_slow_current_loop_is_found_with_its_bandwidth(tmp_path: Path) -> None
     assert list(found) == ["current_bandwidth"], "a saturation would leave more"
 
 
-def test_a_torque_that_is_recorded_late_is_no_slow_current_loop(tmp_path: Path) -> None:
-    """By a sample, which the motion may not tell: the law says as well at what time the torque is the one that it asked for."""
-    moved = closed_loop()
-    given = np.concatenate([moved.given[:1], moved.given[:-1]])
-    assert not found_in(rows_of(tmp_path, replace(moved, given=given)))
+@pytest.mark.parametrize("known", [0, 1, 2])
+def test_a_torque_that_is_recorded_late_is_no_slow_current_loop(known: int, tmp_path: Path) -> None:
+    """By a sample more than the motion told: the law says as well at what time the torque is the one that it asked for."""
+    moved, samples = closed_loop(), known + 1
+    given = np.concatenate([np.full(samples, moved.given[0]), moved.given[:-samples]])
+    rows = rows_of(tmp_path, replace(moved, given=given))
+    assert not found_in(replace(rows, runs=[run.aligned({"turn": known * PERIOD}) for run in rows.runs]))
 
 
 def test_a_pid_is_asked_as_a_cascade_is(tmp_path: Path) -> None:

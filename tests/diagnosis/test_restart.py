@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -18,15 +17,13 @@ from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
-from drivetwin.diagnosis.weigh.moves import Search
-from drivetwin.diagnosis.weigh.pair import Pair, empty
+from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.restart import Restart
 from drivetwin.diagnosis.weigh.state import state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects.backlash import Backlash
 from drivetwin.emulator.effects.coulomb import Coulomb
-from drivetwin.emulator.effects.elasticity import Elasticity
 from drivetwin.emulator.effects.presliding import Presliding
 from drivetwin.emulator.effects.stribeck import Stribeck
 
@@ -35,8 +32,6 @@ FINER = 20
 """Steps of the integration a sample."""
 WIDE, MORE = Backlash(0.02, 3e3, 8.0, 0.0), 4.5
 """A play that takes all of the friction, and by how much that is higher than modelled [N·m]."""
-SPRING, BESIDE = Elasticity(2640.0, 7.1), Backlash(5e-3, 3e3, 40.0, 0.5)
-"""What explains the true play best without any, and a play that is not quite the true one."""
 WAY = 2e-3
 """On which friction gives way before it slides [rad], where it does."""
 
@@ -134,17 +129,3 @@ def test_play_that_was_bent_to_a_friction_that_yields_is_found_again_beside_it(t
     assert play.gap == pytest.approx(TRUE.gap, rel=0.1)
     assert COULOMB["turn"] / friction.stiffness == pytest.approx(WAY, rel=0.5)
     assert found.whole.left["turn"] < 0.1 * bent.left["turn"]
-
-
-def test_play_that_takes_more_comes_to_rest_before_a_spring_that_gains_more_stands_in_its_place(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    bench = bench_of_play(tmp_path, longest=8.0)
-    proposer, first = Proposer(bench, bench, {"turn": [Elasticity]}, {}), empty(bench, bench)  # nothing else is sought later
-    tried = [proposer.evaluated(first.whole, Begun("turn", effect, 0.0, 1)) for effect in (SPRING, BESIDE)]
-    spring, play = (one for one in tried if one is not None)
-    ahead = replace(spring, score=5.0 * play.score, taken={"turn": 0.9 * play.takes})  # it gains more than both together
-    monkeypatch.setattr(Proposer, "further", lambda _, pair, __: [] if pair.whole.effects else [ahead, play])
-    (found,) = Search(proposer, lambda *_: None).added(first)[0].whole.effects
-    assert isinstance(found.effect, Backlash)
-    assert found.effect.gap == pytest.approx(TRUE.gap, rel=0.1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -79,35 +78,6 @@ def test_energy_that_is_left_knows_no_encoder_read_unusually_far_off(deviations:
     state = replace(as_it_stands, target={**as_it_stands.target, name: deviations * late})
     expected = max(0.0, deviations - 3.0) ** 2 * float(late @ late) / bench.rows.gap_energy[name]
     assert state.left[name] == pytest.approx(expected, rel=1e-3, abs=1e-3)
-
-
-def every(made: Recording, step: int) -> Recording:
-    """Of its samples one in `step`."""
-    columns = {axis: {name: values[::step] for name, values in own.items()} for axis, own in made.columns.items()}
-    info = made.info.model_copy(update={"sample_period": step * made.info.sample_period})
-    return replace(made, info=info, time=made.time[::step], columns=columns)
-
-
-@pytest.mark.parametrize(
-    ("step", "ahead", "left_out"),
-    [
-        (10, lambda time: 0.01 * np.sign(time - 11.0), True),
-        (1, lambda time: 0.01 * np.sign(time - 11.0), False),
-        (10, lambda time: 0.01 * np.sin(time), False),
-    ],
-    ids=["impact between samples", "impact in a fast recording", "slow deflection"],
-)
-def test_an_impact_on_a_flank_is_not_compared_where_it_is_faster_than_the_samples(
-    step: int, ahead: Callable[[Array], Array], left_out: bool, tmp_path: Path
-) -> None:
-    plain = strokes(1, 20.0)
-    made = every(with_joint(plain, plain.columns["turn"]["position"] + ahead(plain.time)), step)
-    told, alone = ready(tmp_path, made), ready(tmp_path, every(plain, step))
-    lost = alone.runs[0].axes["turn"].used & ~told.runs[0].axes["turn"].used
-    at = made.time[lost]
-    assert lost.any() == any("shaken" in note for note in told.notes) == left_out
-    assert np.all(np.abs(at - 11.0) < 0.5)
-    assert np.all(told.runs[0].axes["lift"].used == alone.runs[0].axes["lift"].used)
 
 
 def test_a_gear_error_is_found_by_it(tmp_path: Path) -> None:
