@@ -14,7 +14,7 @@ from drivetwin.diagnosis.weigh.pair import that_moves
 from drivetwin.diagnosis.weigh.refit import least_squares, left_by
 from drivetwin.diagnosis.weigh.state import State
 from drivetwin.diagnosis.weigh.yielding import settled_on
-from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.effects import ModelEffect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
 CONVERGED = 30
@@ -51,11 +51,12 @@ def needed(state: State) -> State:
 def _without(state: State, bodies: Collection[int], one: PlacedEffect) -> tuple[float, State]:
     """Share of the gaps that a set leaves without one of its effects, and that set; infinite where it makes no mechanism.
 
-    `bodies`: of free mass; those of others are held.
+    `bodies`: of free mass; those of others are held. Several axes feel an effect of a body: with one in the set all move.
     """
     try:
         rest = state.of([each for each in state.effects if each is not one])
     except UserError:
         return inf, state
-    rest = least_squares(rest, bodies, CONVERGED, that_moves(one))
+    bodies_move = any(isinstance(each.effect, ModelEffect) for each in rest.effects)
+    rest = least_squares(rest, bodies, CONVERGED, None if bodies_move else that_moves(one))
     return left_by(rest, bodies), rest

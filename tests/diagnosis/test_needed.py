@@ -21,6 +21,7 @@ from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import Effect
 from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
+from drivetwin.emulator.effects.coupling import Coupling
 from drivetwin.emulator.effects.inertia import Inertia
 from drivetwin.emulator.effects.payload import Payload
 from drivetwin.emulator.effects.stribeck import Stribeck
@@ -117,8 +118,23 @@ def test_a_load_stays_on_the_axis_that_carries_it_in_whichever_order_the_axes_co
         assert {(one.effect.name, one.axis) for one in needed(state).effects} == {("payload", "lower"), ("viscous", "upper")}
 
 
-def loaded(names: tuple[str, ...], load: float, folder: Path) -> Bench:
-    """One cart on another, the lower with a load that the model does not have [kg]."""
+def test_what_three_effects_of_two_axes_explain_and_one_does_stays_as_one(tmp_path: Path) -> None:
+    """A coupling that is off, and an inertia on either axis that makes up for it: the others have to move where one goes."""
+    inertia, ratio = 1.0, -0.5
+    own = loaded(("lower", "upper"), 0.0, tmp_path / "coupled", inertia, ratio)
+    off = Coupling(1.45 * inertia, ratio / 1.45)
+    beside = {"upper": inertia - off.inertia, "lower": inertia * ratio**2 - off.inertia * off.ratio**2}
+    effects = [placed(own.rows, "upper", one) for one in (off, Viscous(carts.VISCOUS + STICKY))]
+    effects += [placed(own.rows, axis, Inertia(difference)) for axis, difference in beside.items()]
+    left = needed(state_of(own, effects, own.white, {})).effects
+    assert {(one.effect.name, one.axis) for one in left} == {("coupling", "upper"), ("viscous", "upper")}
+    (coupling,) = (one.effect for one in left if isinstance(one.effect, Coupling))
+    assert coupling.inertia == pytest.approx(inertia, rel=0.02)
+    assert coupling.ratio == pytest.approx(ratio, rel=0.02)
+
+
+def loaded(names: tuple[str, ...], load: float, folder: Path, inertia: float = 0.0, ratio: float = 0.0) -> Bench:
+    """One cart on another, the lower with a load [kg] that the model does not have, and a coupling of an inertia [kg]."""
     folder.mkdir()
     path = folder / "model.xml"
     path.write_text(carts.MODEL, encoding="utf-8")
@@ -126,9 +142,10 @@ def loaded(names: tuple[str, ...], load: float, folder: Path) -> Bench:
     upper = 0.5 * carts.waves((0.02, 0.6, 0.5), (0.002, 2.3, 0.0))
     of_lower, of_upper = (carts.slope(carts.slope(each)) for each in (lower, upper))
     shared = carts.UPPER * (of_lower + of_upper)
+    couples = inertia * (of_upper + ratio * of_lower)
     torque = {
-        "lower": (carts.LOWER + load) * of_lower + shared,
-        "upper": shared + carts.MOTOR * of_upper + (carts.VISCOUS + STICKY) * carts.slope(upper),
+        "lower": (carts.LOWER + load) * of_lower + shared + ratio * couples,
+        "upper": couples + shared + carts.MOTOR * of_upper + (carts.VISCOUS + STICKY) * carts.slope(upper),
     }
     noise, gears = np.random.default_rng(0), {"lower": 1.0, "upper": carts.GEAR}
     torque = {axis: rows + 0.02 * noise.standard_normal(len(rows)) for axis, rows in torque.items()}
