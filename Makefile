@@ -119,7 +119,7 @@ blind: .venv/.installed
 
 # 40 blind cases by position and demand alone, a line a case; resumes where it was.
 position-only: .venv/.installed
-	$(BIN)/python scripts/position_only.py write --count 40 --seed 2130 --family rotary --family pendulum --family linear \
+	$(BIN)/python scripts/position_only.py write --count 40 --seed 5201 --family rotary --family pendulum --family linear \
 		--family lift --without coupling --out out/position_only
 	$(BIN)/python scripts/position_only.py ask --way without --out out/position_only
 
