@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from math import log
 
 from drivetwin.diagnosis.propose.placing import Name, alike, name_of
 from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.averaging import Answer, believed
 from drivetwin.diagnosis.weigh.needed import needed
-from drivetwin.diagnosis.weigh.off import EASED, corrected, heavier, instead_of_masses, is_off
-from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family
+from drivetwin.diagnosis.weigh.off import EASED, Weigh, corrected, heavier, instead_of_masses, is_off
+from drivetwin.diagnosis.weigh.proposal import CLEARLY
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.refit import least_squares, left_on
 from drivetwin.diagnosis.weigh.state import State
 from drivetwin.diagnosis.weigh.yielding import settled_on, tried_set
 from drivetwin.emulator.effects import PlacedEffect
-
-Weigh = Callable[[Family], Answer]
 
 
 def named(state: State, answers: Sequence[Answer], proposer: Proposer, weigh: Weigh) -> tuple[State, list[Answer]]:
@@ -48,11 +46,11 @@ def _once(
     Not with nominal parameters that a straight line promised more of than a patch with them holds.
     """
     less = believed(state, answers)
-    state, off = corrected(less, proposer, given_up)
+    state, off = corrected(less, proposer, weigh, given_up)
     if off and _leaves_more(state, _left(less)):
         state, off = less, []
     state, of_masses = instead_of_masses(state, proposer, given_up)
-    told = [*answers, *map(weigh, off), *of_masses]
+    told = [*answers, *off, *of_masses]
     return needed(aligned(believed(state, told))), told
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from math import log
@@ -21,31 +21,35 @@ from drivetwin.emulator.effects import ModelEffect, PlacedEffect
 from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.foundation.errors import UserError
 
+Weigh = Callable[[Family], Answer]
+
 EASED = 0.1
 """Nats by which other nominal parameters are asked less where what moved them is named."""
 
 
-def corrected(state: State, proposer: Proposer, given_up: Collection[Name] = ()) -> tuple[State, list[Family]]:
+def corrected(state: State, proposer: Proposer, weigh: Weigh, given_up: Collection[Name] = ()) -> tuple[State, list[Answer]]:
     """Nominal parameters of axes that are off by more than chance and by enough to matter, as effects of their own.
 
-    Each is asked again when another has become one: a mass that is off may hide what an inertia is. `given_up`: effects that
-    do not come back in their place.
+    Each is asked again when another has become one: a mass that is off may hide what an inertia is. One that is not believed
+    has no part in the set: the others would move to make up for it. `given_up`: effects that do not come back in their place.
     """
-    families: list[Family] = []
+    answers: list[Answer] = []
     state, done = settled_on(state), set[int]()
     while True:
         open_ones = [number for number in range(len(state.bench.nominals)) if number not in done]
         off = next(((number, effect) for number in open_ones if (effect := _off(state, proposer, number)) is not None), None)
         if off is None:
-            return state, families
+            return state, answers
         number, effect = off
         done.add(number)
         family = _instead(proposer, state, number, effect, given_up)
         if family is None or family.chosen is None:
             continue
+        answer = weigh(family)
         with suppress(UserError):
-            state = settled_on(state.of(_with(state.effects, family.chosen, state.bench.nominals[number].value)))
-            families.append(family)
+            if answer.believed:
+                state = settled_on(state.of(_with(state.effects, family.chosen, state.bench.nominals[number].value)))
+            answers.append(answer)
 
 
 def _off(state: State, proposer: Proposer, number: int) -> PlacedEffect | None:

@@ -18,6 +18,8 @@ from drivetwin.foundation.compiled import compiled, in_place
 
 BRISTLES = 4
 """Elements of the Maxwell-slip model."""
+MOST_OF_LOAD = 0.9
+"""Share of the motor torque that friction takes at most: with all of it an axis locks itself."""
 
 
 @dataclass(frozen=True)
@@ -91,16 +93,32 @@ class FrictionLaw:
 
     def varying_level(self, motion: Motion) -> NDArray[np.float64]:
         """The part of level, (n,), that load and position make; shared, not to be written to."""
-        load, height, period, phase = self.load_coefficient, self.position_amplitude, self.position_period, self.position_phase
-        if load == 0.0 and height == 0.0:
+        if self.load_coefficient == 0.0 and self.position_amplitude == 0.0:
+            return _nothing(motion)
+        wave = self._wave(motion)
+        if self.load_coefficient == 0.0:
+            return wave
+        return motion.kept_lately(("loaded", self), lambda same: wave + self.load_coefficient * np.abs(self._driving(same)))
+
+    def _wave(self, motion: Motion) -> NDArray[np.float64]:
+        height, period, phase = self.position_amplitude, self.position_period, self.position_phase
+        if height == 0.0:
             return _nothing(motion)
 
         def made(same: Motion) -> NDArray[np.float64]:
-            level = load * np.abs(same.torque) if load != 0.0 else np.zeros_like(same.velocity)
-            wave = height * np.sin(2.0 * pi * same.position / period + phase) if height != 0.0 else 0.0
-            return np.asarray(level + wave)
+            return np.asarray(height * np.sin(2.0 * pi * same.position / period + phase))
 
-        return motion.kept_lately(("varying", load, height, period, phase), made)
+        return motion.kept_lately(("wave", height, period, phase), made)
+
+    def _driving(self, motion: Motion) -> NDArray[np.float64]:
+        """Motor torque (n,) that the axis asks for in sliding, all its friction with it: T / (1 - load_coefficient sgn(T v)).
+
+        The measured one would explain itself, the better the larger the coefficient. `T`: without the friction of the load.
+        """
+        rest = replace(self, load_coefficient=0.0, presliding_stiffness=0.0, presliding_damping=0.0)
+        needed = motion.rigid_torque + motion.kept_lately(rest, rest.resistance)
+        share = np.minimum(self.load_coefficient * self.warmth(motion), MOST_OF_LOAD)
+        return np.asarray(needed / (1.0 - share * np.sign(needed * motion.velocity)))
 
     def warmth(self, motion: Motion) -> NDArray[np.float64]:
         """w on the way, (n,); shared, not to be written to."""

@@ -6,11 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from drivetwin.emulator.dynamics.replay import motor_torque
+from drivetwin.emulator.dynamics.friction import MOST_OF_LOAD
 from drivetwin.emulator.effects.base import NUMBER, Exciting, FrictionEffect, Look, Need, Parameter, Start
 from drivetwin.emulator.effects.ground import Ground
 
@@ -30,24 +27,16 @@ class LoadFriction(FrictionEffect):
     by_motion: ClassVar[str] = "the same strokes with and without a payload"
     by_sensor: ClassVar[str] = "a torque sensor on the joint"
     looks: ClassVar[frozenset[Look]] = frozenset({Look.LEVEL})
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("coefficient", NUMBER, low=0.0, high=0.9),)
+    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter("coefficient", NUMBER, low=0.0, high=MOST_OF_LOAD),)
 
     coefficient: float
 
     def change(self, law: FrictionLaw) -> FrictionLaw:
         return replace(law, load_coefficient=self.coefficient)
 
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        """From the torque that the axis needs without it, T: T / (1 - coefficient sgn(T v)) - T.
-
-        The measured torque would explain itself, the better the larger the coefficient.
-        """
-        needed = motor_torque(motion, axis)
-        return np.asarray(needed / (1.0 - self.coefficient * np.sign(needed * motion.velocity)) - needed)
-
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
-        return [Start((cls(0.1),), lambda found: cls(min(0.1 * found[0], 0.9)) if found[0] > 0.0 else None)]
+        return [Start((cls(0.1),), lambda found: cls(min(0.1 * found[0], MOST_OF_LOAD)) if found[0] > 0.0 else None)]
 
     @classmethod
     def drawn(cls, ground: Ground) -> LoadFriction:

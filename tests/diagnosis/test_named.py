@@ -36,7 +36,6 @@ from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.named import _too_dear, named
 from drivetwin.diagnosis.weigh.off import corrected, heavier, is_off
-from drivetwin.diagnosis.weigh.proposal import Family
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
@@ -53,6 +52,8 @@ from drivetwin.emulator.effects.viscous import Viscous
 KINDS: tuple[type[AxisEffect], ...] = (Coulomb, CoulombAsymmetry, Inertia, TorqueConstant, TorqueOffset, Viscous)
 SECONDS = 12.0
 NONE = {"turn": 0.0, "lift": 0.0}
+WEIGH = partial(weighed, unexplained=Unexplained(NONE, NONE), settings=Settings())
+"""All that is left is noise."""
 
 
 def machine(folder: Path, more: Torques) -> Bench:
@@ -77,8 +78,7 @@ def state_with(bench: Bench, axis: str, *effects: Effect) -> State:
 
 def names_of(bench: Bench, axis: str, *effects: Effect) -> tuple[set[str], set[int]]:
     """The effects that are named of a set, and the bodies that are heavier."""
-    weigh = partial(weighed, unexplained=Unexplained(NONE, NONE), settings=Settings())
-    state, _ = named(state_with(bench, axis, *effects), [], proposer_of(bench), weigh)
+    state, _ = named(state_with(bench, axis, *effects), [], proposer_of(bench), WEIGH)
     return {one.effect.name for one in state.effects}, set(heavier(state))
 
 
@@ -123,8 +123,8 @@ def test_what_a_patch_does_not_hold_is_not_corrected(tmp_path: Path, monkeypatch
     bench = machine(tmp_path, {"lift": lambda at: force + 0.0 * at.time})
     moved = placed(bench.rows, "turn", Inertia(0.5))
 
-    def promised(state: State, *_: object) -> tuple[State, list[Family]]:
-        return state.of([*state.effects, moved]), [Family(moved, state, [])]
+    def promised(state: State, *_: object) -> tuple[State, list[Answer]]:
+        return state.of([*state.effects, moved]), [Answer(moved, 1.0, True, ())]
 
     def left(state: State) -> dict[str, float]:
         return {"turn": 0.4 if moved in state.effects else 0.0, "lift": 0.0}
@@ -133,7 +133,7 @@ def test_what_a_patch_does_not_hold_is_not_corrected(tmp_path: Path, monkeypatch
     monkeypatch.setattr("drivetwin.diagnosis.weigh.named._left", left)
     monkeypatch.setattr("drivetwin.diagnosis.weigh.named.needed", lambda state: state)
     begun = state_with(bench, "lift", TorqueOffset(-force))
-    state, _ = named(begun, [], proposer_of(bench), lambda family: Answer(family.chosen, 1.0, True, ()))
+    state, _ = named(begun, [], proposer_of(bench), WEIGH)
     assert [one.effect.name for one in state.effects] == ["torque_offset"]
 
 
@@ -146,10 +146,21 @@ def test_a_carriage_that_is_heavier_is_a_payload(tmp_path: Path) -> None:
     more = 0.15 * CARRIAGE
     bench = machine(tmp_path, heavier_by(more))
     proposer = Proposer(bench, bench, {"turn": [*KINDS, Payload], "lift": [*KINDS, Payload]}, {})
-    state, _ = corrected(state_with(bench, "lift"), proposer)
+    state, _ = corrected(state_with(bench, "lift"), proposer, WEIGH)
     (found,) = state.effects
     assert isinstance(found.effect, Payload)
     assert found.effect.mass == pytest.approx(more, rel=0.02)
+
+
+def test_what_is_not_believed_does_not_move_the_others(tmp_path: Path) -> None:
+    """They would make up for it, and may be no mechanism without it: then it could not go any more."""
+    bench = machine(tmp_path, {"turn": lambda at: 2.0 * plain.VISCOUS * at.velocity})
+    begun = state_with(bench, "turn")
+    assert {one.effect.name for one in corrected(begun, proposer_of(bench), WEIGH)[0].effects} == {"viscous"}
+    state, (answer, *_) = corrected(begun, proposer_of(bench), lambda family: Answer(family.chosen, 0.4, True, ()))
+    assert not state.effects
+    assert answer.chosen is not None
+    assert answer.chosen.effect.name == "viscous"
 
 
 def test_what_is_given_up_may_still_be_what_is_named_instead(tmp_path: Path) -> None:
@@ -158,9 +169,8 @@ def test_what_is_given_up_may_still_be_what_is_named_instead(tmp_path: Path) -> 
     bench = machine(tmp_path, {"lift": lambda at: force + 0.0 * at.time})
     proposer = Proposer(bench, bench, {"turn": [*KINDS, Payload], "lift": [*KINDS, Payload]}, {})
     given_up = {(one, "lift") for one in ("torque_offset", "coulomb_asymmetry")}
-    state, (family, *_) = corrected(state_with(bench, "lift"), proposer, given_up)
+    state, (answer, *_) = corrected(state_with(bench, "lift"), proposer, WEIGH, given_up)
     assert not {(one.effect.name, one.axis) for one in state.effects} & given_up
-    answer = weighed(family, Unexplained(NONE, NONE), Settings())
     assert answer.chosen is not None
     assert answer.chosen.effect.name == "payload"
     assert "torque_offset" in answer.indistinguishable
@@ -177,8 +187,7 @@ def test_an_effect_is_not_given_up_for_another_name(tmp_path: Path, monkeypatch:
 
     monkeypatch.setattr("drivetwin.diagnosis.weigh.named._too_dear", any_of)
     proposer = Proposer(bench, bench, {"turn": [*KINDS, Payload], "lift": [*KINDS, Payload]}, {})
-    weigh = partial(weighed, unexplained=Unexplained(NONE, NONE), settings=Settings())
-    state, _ = named(state_with(bench, "lift", CoulombAsymmetry(-force)), [], proposer, weigh)
+    state, _ = named(state_with(bench, "lift", CoulombAsymmetry(-force)), [], proposer, WEIGH)
     assert [one.effect.name for one in state.effects] == ["coulomb_asymmetry"]
 
 
@@ -187,8 +196,7 @@ def test_a_friction_of_which_the_model_says_nothing_is_named_and_stays(tmp_path:
     bench = Machine(friction=False).bench(tmp_path, seconds=15.0)
     proposer = Proposer(bench, bench, {"turn": KINDS}, {})
     effects = [placed(bench.rows, "turn", one) for one in (Coulomb(plain.COULOMB), Viscous(plain.VISCOUS))]
-    weigh = partial(weighed, unexplained=Unexplained({"turn": 0.0}, {"turn": 0.0}), settings=Settings())
-    state, _ = named(settled_on(state_of(bench, effects, bench.white, {})), [], proposer, weigh)
+    state, _ = named(settled_on(state_of(bench, effects, bench.white, {})), [], proposer, WEIGH)
     assert {one.effect.name for one in state.effects} >= {"coulomb"}
 
 

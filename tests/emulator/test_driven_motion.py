@@ -71,10 +71,12 @@ def test_a_law_resists_as_its_formula_whatever_was_asked_before(motion: Motion) 
         warming_time=0.3,
     )  # fmt: skip
     speed, way = np.abs(motion.velocity), np.sign(motion.velocity)
-    level = 1.0 + 0.7 * np.exp(-((speed / 0.4) ** 1.3)) + 0.05 * np.abs(motion.torque)
+    level = 1.0 + 0.7 * np.exp(-((speed / 0.4) ** 1.3))
     level += 0.2 * np.sin(4.0 * np.pi * motion.position)
     beside = 0.1 * np.abs(way) + (0.3 + 0.05 * way + 0.02 * speed + 0.01 * speed**2) * motion.velocity
-    expected = (1.0 + 0.6 * np.exp(-motion.time / 0.3)) * (level * way + beside)
+    warmth = 1.0 + 0.6 * np.exp(-motion.time / 0.3)
+    needed = motion.rigid_torque + warmth * (level * way + beside)
+    expected = needed / (1.0 - 0.05 * warmth * np.sign(needed * way)) - motion.rigid_torque
     for other in (replace(law, stribeck_velocity=0.2), replace(law, exponent=2.0), replace(law, warming_time=1.0), law):
         resistance = other.resistance(motion)
     np.testing.assert_allclose(resistance, expected, rtol=1e-12)

@@ -248,3 +248,12 @@ def test_law_at_rest_resists_nothing_by_itself() -> None:
     still = replace(MOTION, velocity=np.zeros(6))
     law = FrictionLaw(coulomb=1.0, static_torque=2.0, stribeck_velocity=0.1, load_coefficient=0.2, cold=0.3)
     assert (law.resistance(still) == 0.0).all()
+
+
+def test_friction_of_a_load_is_of_what_the_axis_asks_for_and_not_of_what_was_measured() -> None:
+    """T = (L + w F) / (1 - w c) where the motor drives, by (1 + w c) where the load does; c of a noise would be a friction."""
+    noisy = replace(MOTION, torque=np.array([9.0, -7.0, 3.0, 0.0, -5.0, 8.0]))
+    law = FrictionLaw(coulomb=0.5, viscous=0.1, load_coefficient=0.2, cold=0.3, warming_time=1e9)
+    needed = MOTION.rigid_torque + 1.3 * (0.5 * np.sign(MOTION.velocity) + 0.1 * MOTION.velocity)
+    asked = needed / (1.0 - 1.3 * 0.2 * np.sign(needed * MOTION.velocity))
+    assert law.resistance(noisy) == pytest.approx(asked - MOTION.rigid_torque, rel=1e-6)
