@@ -8,6 +8,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from drivetwin.emulator.drive.servo import Loop, filter_share
 from drivetwin.foundation.errors import UserError
@@ -47,6 +48,19 @@ class Loops:
     def integrates(self) -> bool:
         """Whether it holds a torque without an error."""
         return self.integral_rate > 0.0 or self.position_integral > 0.0
+
+    def answer(self, frequency: NDArray[np.float64], inertia: float) -> NDArray[np.complex128]:
+        """Share of a torque that disturbs an axis of an inertia [kg·m² or kg] that the drive gives against it, by frequency
+        (n,) [Hz], demand and speed steady: the complementary sensitivity C / (J s² + C) at the axis's input.
+
+        Astrom and Murray, Feedback Systems, 2008, sec. 11.1. Without the delay of a servo period.
+        """
+        s = 2j * pi * frequency
+        filtered = 1.0 + s / (2.0 * pi * self.velocity_filter_hz) if self.velocity_filter_hz else 1.0
+        speed_loop = self.velocity_gain * (self.position_gain + s / filtered) * (1.0 + self.integral_rate / s)
+        stiffness = speed_loop + self.position_stiffness + self.position_integral / s
+        given = stiffness / (1.0 + s * self.current_time_constant)
+        return np.asarray(given / (inertia * s**2 + given))
 
     def write(self, parameters: Any, gear: float, period: float) -> None:
         """Fill a servo's parameters, which are the motor's, for servo periods of `period` [s]."""

@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.emulator.drive.servo import Loop
+from drivetwin.emulator.dynamics.sampling import Answer
 from drivetwin.emulator.effects import DriveEffect, library
 from drivetwin.emulator.effects.current_bandwidth import CurrentBandwidth
 from drivetwin.foundation.compiled import compiled
 from drivetwin.foundation.errors import UserError
 from drivetwin.motion.filtering import derivative
-from drivetwin.recording.recording import DriveLoops
+from drivetwin.recording.recording import AxisInfo, DriveLoops
 from drivetwin.twin.loops import Loops, told_loops
 
 Array = NDArray[np.float64]
@@ -97,6 +98,12 @@ def _from_its_start(followed: Callable[[float], Array], given: Array, first: int
     one = followed(float(given[0]))
     several = followed(float(one[0] + np.median(given[:first] - one[:first])))
     return min(one, several, key=lambda asked: float(np.median(np.abs(given - asked))))
+
+
+def answer_of(info: AxisInfo, inertia: Array) -> Answer | None:
+    """What the recorded loops give against a torque, of the middle of an inertia (n,) [kg·m² or kg]; None if none are told."""
+    loops = None if info.drive is None else _loops(info.drive)
+    return None if loops is None else partial(loops.answer, inertia=float(np.median(inertia)))
 
 
 def _loops(drive: DriveLoops) -> Loops | None:

@@ -13,10 +13,12 @@ from scipy.interpolate import CubicSpline
 from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
 from drivetwin.diagnosis.prepare.channel import step_of, torque_of, unchanged
 from drivetwin.diagnosis.prepare.deflection import deflection
+from drivetwin.diagnosis.prepare.drive_law import answer_of
 from drivetwin.diagnosis.prepare.kinematics import Kinematics
 from drivetwin.diagnosis.prepare.run import AxisRun, Coupling, Run, stride_of
 from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.emulator.dynamics import Motion
+from drivetwin.emulator.dynamics.sampling import Sampling
 from drivetwin.motion.axis_motion import AxisMotion, measured_position, velocity_noise
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
 from drivetwin.motion.moving import (
@@ -113,6 +115,7 @@ def prepare(
             band=cutoff,
             deflection=deflection(recording, axis, measured_position(recording.columns[axis], period), period, cutoff),
             weight_slope=slope[:, k, k].copy(),
+            sampling=None if axis in asked else _sampling(recording, axis, inertia[:, k, k]),
         )
         chosen = select(narrow[axis], stands[axis], 0.0)
         fitted = chosen.fitted if chosen.fitted.sum() >= ENOUGH_FITTED * chosen.moving.sum() else chosen.moving
@@ -141,6 +144,12 @@ def prepare(
         )
     coupling = _coupling(simulation.axes, inertia, slope)
     return Run(recording, period, cutoff, wide, stride_of(period, cutoff), compared, axes, coupling)
+
+
+def _sampling(recording: Recording, axis: str, inertia: Array) -> Sampling | None:
+    """How the torque of an axis of an inertia (n,) was recorded, where the drive's loops are told."""
+    answer = answer_of(recording.info.axes[axis], inertia)
+    return None if answer is None else Sampling(recording.info.sample_period, answer)
 
 
 def _sticks(motion: Motion, threshold: float) -> Mask:

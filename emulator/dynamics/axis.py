@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from drivetwin.emulator.dynamics.encoder import Encoder
 from drivetwin.emulator.dynamics.friction import FrictionLaw
 from drivetwin.emulator.dynamics.load import Load
+from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.emulator.dynamics.motor import Motor, Ripple
 from drivetwin.emulator.dynamics.resistance import Resisting
 from drivetwin.emulator.dynamics.transmission import Transmission
@@ -46,7 +47,7 @@ class AxisDynamics:
         """The axis with that share of its friction that does not act on the motor."""
         return replace(self, friction=self.friction.scaled(1.0 - self.transmission.motor_friction_share))
 
-    def reported(self, shaft: NDArray[np.float64], position: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Torque that the drive reports (n,) while the shaft gives a torque (n,) at positions of the joint (n,)."""
-        given = sum((ripple.at(self.gear_ratio * position) for ripple in self.ripples), np.zeros_like(shaft))
+    def reported(self, shaft: NDArray[np.float64], motion: Motion) -> NDArray[np.float64]:
+        """Torque that the drive reports (n,) while the shaft gives a torque (n,) on the way of the joint."""
+        given = sum((ripple.on(motion, self.gear_ratio) for ripple in self.ripples), np.zeros_like(shaft))
         return self.motor.reported(shaft - given)

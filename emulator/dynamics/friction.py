@@ -106,7 +106,7 @@ class FrictionLaw:
             return _nothing(motion)
 
         def made(same: Motion) -> NDArray[np.float64]:
-            return np.asarray(height * np.sin(2.0 * pi * same.position / period + phase))
+            return height * same.wave(2.0 * pi * same.position / period + phase, 2.0 * pi / period)
 
         return motion.kept_lately(("wave", height, period, phase), made)
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
-from math import inf
+from math import inf, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.emulator.dynamics.sampling import Sampling
 from drivetwin.foundation.lately import Lately
 
 LATELY = 8
@@ -25,7 +26,7 @@ class Motion:
     accelerations cost. `band`: the highest frequency that the motion holds [Hz]. `deflection`: how far a second encoder has the
     joint ahead of its motor [rad or m], less its mean; None without one. `weight_slope`: d weight / d position of the joint
     itself [N·m/rad or N/m]. `unique`: the length within which a position means the same in all that was recorded [rad or m].
-    Samples stand in equal steps.
+    `sampling`: of a torque whose drive's loops are told. Samples stand in equal steps.
     """
 
     position: NDArray[np.float64]
@@ -41,6 +42,7 @@ class Motion:
     deflection: NDArray[np.float64] | None = None
     weight_slope: NDArray[np.float64] | float = 0.0
     unique: float = inf
+    sampling: Sampling | None = None
     _kept: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
     _lately: Lately[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=Lately)
 
@@ -53,6 +55,22 @@ class Motion:
     def kept_lately(self, key: Hashable, made: Callable[[Motion], NDArray[np.float64]]) -> NDArray[np.float64]:
         """The same for keys that a search moves on from: the `LATELY` last asked for are kept."""
         return self._lately.get(key, lambda: made(self), LATELY)
+
+    def wave(self, angle: NDArray[np.float64], number: float) -> NDArray[np.float64]:
+        """sin(angle), (n,), as a torque that disturbs the axis shows it.
+
+        `number`: by how much the angle grows on the way [rad/rad or rad/m].
+        """
+        if self.sampling is None:
+            return np.sin(angle)
+        gain, turned = self.kept_lately(("seen", number), lambda same: same._seen(number))
+        return np.asarray(gain * np.sin(angle + turned))
+
+    def _seen(self, number: float) -> NDArray[np.float64]:
+        """By how much a wave is larger, and by which angle it is ahead in position, (2, n)."""
+        assert self.sampling is not None
+        share = self.sampling.seen(np.abs(number * self.velocity) / (2.0 * pi), self.period)
+        return np.stack([np.abs(share), np.sign(number * self.velocity) * np.angle(share)])
 
     @property
     def period(self) -> float:

@@ -8,6 +8,7 @@ from math import asinh, inf, isfinite, sin, sinh, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.foundation.compiled import compiled, in_place
 
 
@@ -62,9 +63,10 @@ class Ripple:
     order: float
     phase: float = 0.0
 
-    def at(self, motor_angle: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Torque (n,) at angles of the motor (n,) [rad]."""
-        return np.asarray(self.amplitude * np.sin(self.order * motor_angle + self.phase))
+    def on(self, motion: Motion, gear_ratio: float) -> NDArray[np.float64]:
+        """Torque (n,) on the way of a joint, as it is recorded."""
+        angle = self.order * (gear_ratio * motion.position) + self.phase
+        return self.amplitude * motion.wave(angle, self.order * gear_ratio)
 
 
 @in_place

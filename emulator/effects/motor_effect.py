@@ -27,4 +27,4 @@ class MotorEffect(StaticEffect):
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         shaft = motor_torque(motion, axis)
-        return self.change(axis).reported(shaft, motion.position) - axis.reported(shaft, motion.position)
+        return self.change(axis).reported(shaft, motion) - axis.reported(shaft, motion)

@@ -1,0 +1,95 @@
+"""Cogging that passes faster than a log has samples: what the drive's loops give against it, as a closed loop shows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.dynamics import Motion
+from drivetwin.emulator.dynamics.sampling import Sampling
+from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.effects.torque_ripple import TorqueRipple
+from drivetwin.recording.recording import Recording, RecordingInfo
+from drivetwin.twin.replay import replay
+
+GEAR, FINE, SLOW = 100.0, 1e-3, 20
+RIPPLE = TorqueRipple(0.4, 6.0, 0.7)
+MODEL = """<mujoco model="turn"><option gravity="0 0 0"/><worldbody><body><joint name="turn" axis="0 0 1" damping="0.2"/>
+<inertial pos="0 0 0" mass="1" diaginertia="0.2 0.2 0.2"/></body></worldbody>
+<actuator><motor name="turn" joint="turn" gear="100"/></actuator></mujoco>"""
+DRIVE = {
+    "position_gain": 30.0,
+    "velocity_gain": 40.0,
+    "integral_time": 0.1,
+    "servo_period": 2.5e-4,
+    "velocity_filter_hz": 500.0,
+}
+
+
+def recorded(period: float, columns: dict[str, np.ndarray[tuple[int, ...], np.dtype[np.float64]]]) -> Recording:
+    axis = {"joint": "turn", "actuator": "turn", "gear_ratio": GEAR, "drive": DRIVE}
+    told = {"schema": "recording/2", "machine": "turn", "sample_period": period, "axes": {"turn": axis}}
+    time = np.arange(len(columns["position_demand"]), dtype=np.float64) * period
+    return Recording("strokes", RecordingInfo.model_validate(told), time, {"turn": columns})
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Prepared:
+    """Fifty samples a second of strokes at which the cogging passes with up to 76 Hz, from a closed loop in MuJoCo."""
+    path = tmp_path_factory.mktemp("turn") / "turn.xml"
+    path.write_text(MODEL, encoding="utf-8")
+    time = np.arange(round(24.0 / FINE)) * FINE
+    demand = 0.4 * np.sin(0.5 * time) + 0.25 * np.sin(2.4 * time)
+    demanded = recorded(FINE, {"position": demand, "torque": np.zeros_like(time), "position_demand": demand})
+    run = replay(path, demanded, (PlacedEffect("turn", RIPPLE, {}),))["turn"]
+    columns = {"position": run.position, "torque": run.torque, "position_demand": demand}
+    log = recorded(SLOW * FINE, {name: samples[::SLOW] for name, samples in columns.items()})
+    return prepared(path, [log], [log], Settings())
+
+
+def left(made: Prepared, *, answered: bool) -> float:
+    """Of the gap's energy, the share that the cogging leaves."""
+    (run,) = made.runs
+    own = run.axes["turn"]
+    if not answered:
+        own = replace(own, motion=replace(own.motion, sampling=None))
+        run = replace(run, axes={"turn": own})
+    gap = (own.torque - own.base)[own.used]
+    cost = run.cost("turn", RIPPLE, made.simulation.dynamics()["turn"])["turn"][own.used]
+    return float(np.mean((gap - cost) ** 2) / np.mean(gap**2))
+
+
+def test_a_slow_log_shows_of_a_cogging_what_the_loops_give_against_it(made: Prepared) -> None:
+    assert left(made, answered=True) < 0.1
+    assert left(made, answered=False) > 0.4
+
+
+def moving(speed: float, period: float, sampling: Sampling) -> Motion:
+    time = np.arange(200, dtype=np.float64) * period
+    still = np.zeros_like(time)
+    steady = np.full_like(time, speed)
+    return Motion(speed * time, steady, still, still, time, still, still + 1.0, 0.0, sampling=sampling)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_wave_is_as_much_smaller_and_later_as_the_loops_say(way: float) -> None:
+    """Later in time is behind in position where the axis goes up, and ahead where it goes down."""
+    share = 0.5 * np.exp(-1j)
+    motion = moving(way, 0.01, Sampling(0.01, lambda frequency: np.full(len(frequency), share)))
+    slow, fast = 2.0 * np.pi * 40.0, 2.0 * np.pi * 70.0
+    angle = fast * motion.position + 0.3
+    np.testing.assert_allclose(motion.wave(angle, slow), np.sin(angle))
+    np.testing.assert_allclose(motion.wave(angle, fast), 0.5 * np.sin(angle - way))
+
+
+@pytest.mark.parametrize(("frequency", "there"), [(30.0, True), (70.0, False), (130.0, False), (180.0, True)])
+def test_what_a_filter_took_from_a_torque_before_it_is_thinned_is_not_there(frequency: float, there: bool) -> None:
+    """Read 100 times a second of 200 samples: 130 Hz is 70 Hz there, and 180 Hz is 20 Hz."""
+    motion = moving(1.0, 0.01, Sampling(0.005, lambda frequency: np.ones(len(frequency), dtype=np.complex128)))
+    number = 2.0 * np.pi * frequency
+    wave = motion.wave(number * motion.position + 0.3, number)
+    assert bool(np.abs(wave).max() > 0.1) == there
