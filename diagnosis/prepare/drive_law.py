@@ -31,6 +31,9 @@ Array = NDArray[np.float64]
 LAW_HOLDS = 0.05
 """Share of the torque's rms, within which the law has to give the recorded torque in the median."""
 
+FAR = 0.5
+"""The same share, beyond which the loops are none of this drive. Waves faster than the samples make the law miss much of it."""
+
 Missing = tuple[str, str]
 """What is missing, and what would be needed."""
 
@@ -131,12 +134,19 @@ def law_missing(runs: Sequence[Run], axis: str) -> Missing | None:
     return None if any(law_holds(known, axis, effects) for effects in tried) else OTHER_LAW
 
 
-def law_holds(known: Sequence[tuple[Run, Asked]], axis: str, effects: Sequence[DriveEffect]) -> bool:
-    """Whether the law and effects, as they are, give the recorded torque in the median sample."""
+def law_is_far(runs: Sequence[Run], axis: str) -> bool:
+    """Whether the recorded loops and demand give another torque than the recorded one: gains of another unit, say."""
+    told = [(run, asked_of(run, axis)) for run in runs if run.axes[axis].used.any()]
+    known = [(run, asked) for run, asked in told if asked is not None]
+    return bool(known) and not law_holds(known, axis, (), FAR)
+
+
+def law_holds(known: Sequence[tuple[Run, Asked]], axis: str, effects: Sequence[DriveEffect], share: float = LAW_HOLDS) -> bool:
+    """Whether the law and effects, as they are, give the recorded torque in the median sample, to a share of its rms."""
     pairs = [(run, asked, run.axes[axis].used) for run, asked in known]
     errors = [run.smooth(asked.given - given_with(asked, effects, run.period))[used] for run, asked, used in pairs]
     torque = np.concatenate([run.axes[axis].torque[used] for run, _, used in pairs])
-    return float(np.median(np.abs(np.concatenate(errors)))) <= LAW_HOLDS * float(np.sqrt(np.mean(torque**2)))
+    return float(np.median(np.abs(np.concatenate(errors)))) <= share * float(np.sqrt(np.mean(torque**2)))
 
 
 def _missing(run: Run, axis: str) -> Missing:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
-from drivetwin.diagnosis.prepare.channel import step_of, torque_of, unchanged
+from drivetwin.diagnosis.prepare.channel import delay_of, step_of, torque_of, unchanged
 from drivetwin.diagnosis.prepare.deflection import deflection
 from drivetwin.diagnosis.prepare.drive_law import answer_of
 from drivetwin.diagnosis.prepare.kinematics import Kinematics
@@ -115,7 +115,7 @@ def prepare(
             band=cutoff,
             deflection=deflection(recording, axis, measured_position(recording.columns[axis], period), period, cutoff),
             weight_slope=slope[:, k, k].copy(),
-            sampling=None if axis in asked else _sampling(recording, axis, inertia[:, k, k]),
+            sampling=None if axis in asked else _sampling(recording, axis, inertia[:, k, k], wide),
         )
         chosen = select(narrow[axis], stands[axis], 0.0)
         fitted = chosen.fitted if chosen.fitted.sum() >= ENOUGH_FITTED * chosen.moving.sum() else chosen.moving
@@ -146,10 +146,14 @@ def prepare(
     return Run(recording, period, cutoff, wide, stride_of(period, cutoff), compared, axes, coupling)
 
 
-def _sampling(recording: Recording, axis: str, inertia: Array) -> Sampling | None:
-    """How the torque of an axis of an inertia (n,) was recorded, where the drive's loops are told."""
-    answer = answer_of(recording.info.axes[axis], inertia)
-    return None if answer is None else Sampling(recording.info.sample_period, answer)
+def _sampling(recording: Recording, axis: str, inertia: Array, motion_hz: float) -> Sampling | None:
+    """How the torque of an axis of an inertia (n,) was recorded, where loops are told that a drive may have."""
+    info = recording.info.axes[axis]
+    answer = answer_of(info, inertia)
+    if answer is None:
+        return None
+    found = Sampling(recording.info.sample_period, answer, motion_hz, delay_of(info))
+    return found if found.is_likely else None
 
 
 def _sticks(motion: Motion, threshold: float) -> Mask:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from drivetwin.diagnosis.prepare.asked_torque import completed, levelled, notes
 from drivetwin.diagnosis.prepare.cutoff import chosen_cutoff, motion_cutoff
-from drivetwin.diagnosis.prepare.drive_law import law_missing
+from drivetwin.diagnosis.prepare.drive_law import law_is_far, law_missing
 from drivetwin.diagnosis.prepare.hold_back import hold_back
 from drivetwin.diagnosis.prepare.motion import begins, prepare, standstill_of
 from drivetwin.diagnosis.prepare.positions import positions
@@ -99,6 +99,8 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     runs, checks = hold_back(clock.runs) if held_back else (clock.runs, clock.checks)
     if not checks:
         raise UserError(f"{given}: too short to hold a quarter back for validation: record longer, or give --validate")
+    foreign = [axis for axis in twin.axes if law_is_far(runs, axis)]
+    runs, checks = ([run.of_unknown_loops(foreign) for run in part] for part in (runs, checks))
     rows = Rows(twin, [run.thinned() for run in runs], settings.blocks)
     if not any(rows.count(axis) for axis in twin.axes):
         raise UserError(

@@ -266,7 +266,7 @@ def _joined(runs: Sequence[AxisRun]) -> Motion:
     each = [sampled(run.motion) for run in runs]
     samples: dict[str, Any] = dict.fromkeys(each[0])
     samples |= {name: np.concatenate([one[name] for one in each]) for name in each[0] if all(name in one for one in each)}
-    return replace(first, band=max(run.motion.band for run in runs), **samples)
+    return replace(first, band=max(run.motion.band for run in runs), sampling=None, **samples)
 
 
 def _rms(values: Array) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Collection, Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -210,6 +210,11 @@ class Run:
             for name, own in self.axes.items()
         }
         return replace(self, axes=axes)
+
+    def of_unknown_loops(self, axes: Collection[str]) -> Run:
+        """The recording without what the drives of some axes would give against a wave."""
+        unknown = {axis: replace(self.axes[axis], motion=replace(self.axes[axis].motion, sampling=None)) for axis in axes}
+        return replace(self, axes={**self.axes, **unknown}) if unknown else self
 
     def aligned(self, late: Mapping[str, float]) -> Run:
         """The recording with the torque of some axes read `late` [s] earlier."""

@@ -33,23 +33,27 @@ def corrected(state: State, proposer: Proposer, weigh: Weigh, given_up: Collecti
     Each is asked again when another has become one: a mass that is off may hide what an inertia is. One that is not believed
     has no part in the set: the others would move to make up for it. `given_up`: effects that do not come back in their place.
     """
-    answers: list[Answer] = []
+    answers, doubted = list[Answer](), dict[int, Answer]()
     state, done = settled_on(state), set[int]()
     while True:
         open_ones = [number for number in range(len(state.bench.nominals)) if number not in done]
         off = next(((number, effect) for number in open_ones if (effect := _off(state, proposer, number)) is not None), None)
         if off is None:
-            return state, answers
+            return state, [*answers, *doubted.values()]
         number, effect = off
         done.add(number)
         family = _instead(proposer, state, number, effect, given_up)
         if family is None or family.chosen is None:
             continue
         answer = weigh(family)
+        if not answer.believed:
+            doubted[number] = answer
+            continue
         with suppress(UserError):
-            if answer.believed:
-                state = settled_on(state.of(_with(state.effects, family.chosen, state.bench.nominals[number].value)))
+            state = settled_on(state.of(_with(state.effects, family.chosen, state.bench.nominals[number].value)))
             answers.append(answer)
+            done -= set(doubted)
+            doubted.clear()
 
 
 def _off(state: State, proposer: Proposer, number: int) -> PlacedEffect | None:

@@ -98,7 +98,7 @@ class FrictionLaw:
         wave = self._wave(motion)
         if self.load_coefficient == 0.0:
             return wave
-        return motion.kept_lately(("loaded", self), lambda same: wave + self.load_coefficient * np.abs(self._driving(same)))
+        return motion.kept_lately(("loaded", self), lambda same: wave + self._of_load(same))
 
     def _wave(self, motion: Motion) -> NDArray[np.float64]:
         height, period, phase = self.position_amplitude, self.position_period, self.position_phase
@@ -110,15 +110,20 @@ class FrictionLaw:
 
         return motion.kept_lately(("wave", height, period, phase), made)
 
-    def _driving(self, motion: Motion) -> NDArray[np.float64]:
-        """Motor torque (n,) that the axis asks for in sliding, all its friction with it: T / (1 - load_coefficient sgn(T v)).
+    def _of_load(self, motion: Motion) -> NDArray[np.float64]:
+        """load_coefficient |T|, (n,), of the motor torque that the axis asks for in sliding, (L + w F) / (1 - w c sgn(T v)).
 
-        The measured one would explain itself, the better the larger the coefficient. `T`: without the friction of the load.
+        The measured torque would explain itself, the better the larger the coefficient c. L is the rigid machine's torque as
+        modelled, without loads that are found beside it; w F the other friction.
         """
         rest = replace(self, load_coefficient=0.0, presliding_stiffness=0.0, presliding_damping=0.0)
         needed = motion.rigid_torque + motion.kept_lately(rest, rest.resistance)
-        share = np.minimum(self.load_coefficient * self.warmth(motion), MOST_OF_LOAD)
-        return np.asarray(needed / (1.0 - share * np.sign(needed * motion.velocity)))
+        warmth = self.warmth(motion)
+        share = self.load_coefficient * warmth
+        drives = needed * motion.velocity > 0.0
+        share = np.where(drives, np.minimum(share, MOST_OF_LOAD), share)
+        asked = needed / (1.0 - share * np.sign(needed * motion.velocity))
+        return np.asarray(share / warmth * np.abs(asked))
 
     def warmth(self, motion: Motion) -> NDArray[np.float64]:
         """w on the way, (n,); shared, not to be written to."""

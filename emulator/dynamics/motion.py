@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from drivetwin.emulator.dynamics.sampling import Sampling
 from drivetwin.foundation.lately import Lately
 
-LATELY = 8
+LATELY = 16
 """Results of a search that are kept of one motion: of the effect as it stands and of its neighbours."""
 
 
@@ -26,7 +26,7 @@ class Motion:
     accelerations cost. `band`: the highest frequency that the motion holds [Hz]. `deflection`: how far a second encoder has the
     joint ahead of its motor [rad or m], less its mean; None without one. `weight_slope`: d weight / d position of the joint
     itself [N·m/rad or N/m]. `unique`: the length within which a position means the same in all that was recorded [rad or m].
-    `sampling`: of a torque whose drive's loops are told. Samples stand in equal steps.
+    `sampling`: of a torque whose drive's loops are known. Samples stand in equal steps.
     """
 
     position: NDArray[np.float64]

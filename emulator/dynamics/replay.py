@@ -130,29 +130,36 @@ def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tupl
     position = motion.position + gear.error_amplitude * np.sin(angle)
     bend = gear.error_amplitude * wave**2 * np.sin(angle) * motion.velocity**2
     velocity, acceleration = ratio * motion.velocity, ratio * motion.acceleration - bend
-    return replace(motion, position=position, velocity=velocity, acceleration=acceleration), ratio
+    needed = motion.rigid_torque + _link(motion) * (acceleration - motion.acceleration)
+    joint = replace(motion, position=position, velocity=velocity, acceleration=acceleration, rigid_torque=needed)
+    return joint, ratio
 
 
 def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """The same of a load on a spring, whose motor moves as measured and bears a share of the friction."""
     share = axis.transmission.motor_friction_share
     shaft = motion.kept("shaft", lambda same: same.torque - same.rotor_inertia * same.acceleration)
+    varying = axis.friction.varying_level(motion)
     if share == 0.0:
-        return _of_the_load(motion, axis, shaft)
+        return _of_the_load(motion, axis, shaft, varying)
     held = share * motion.kept_lately(axis.friction, axis.friction.resistance)
-    found = _of_the_load(motion, axis.behind_the_spring, shaft - held)
+    found = _of_the_load(motion, axis.behind_the_spring, shaft - held, (1.0 - share) * varying)
     found[0] += held
     return found
 
 
-def _of_the_load(motion: Motion, axis: AxisDynamics, passes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The same behind the spring; `passes` (n,) is the torque that passes it, as measured."""
+def _of_the_load(
+    motion: Motion, axis: AxisDynamics, passes: NDArray[np.float64], varying: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The same behind the spring; `passes` (n,) is the torque that passes it, as measured, `varying` (n,) the part of the level
+    of friction that load and position make: that of the load goes by the torque of the whole axis.
+    """
     begins = _begins(motion, axis, passes)
     if len(begins) == 1:
-        return _swung(motion, axis, len(motion.position), *begins[0])
-    few = _first_samples(motion, axis.transmission.gap)
-    missed = [float(np.sum((_swung(motion, axis, few, *each)[0] - passes[:few]) ** 2)) for each in begins]
-    return _swung(motion, axis, len(motion.position), *begins[int(np.argmin(missed))])
+        return _swung(motion, axis, varying, *begins[0])
+    few = varying[: _first_samples(motion, axis.transmission.gap)]
+    missed = [float(np.sum((_swung(motion, axis, few, *each)[0] - passes[: len(few)]) ** 2)) for each in begins]
+    return _swung(motion, axis, varying, *begins[int(np.argmin(missed))])
 
 
 def _begins(motion: Motion, axis: AxisDynamics, passes: NDArray[np.float64]) -> list[tuple[float, float, float]]:
@@ -179,8 +186,11 @@ def _first_samples(motion: Motion, gap: float) -> int:
     return min(len(moved), max(_FEWEST, int(np.argmax(moved)) + 1 if moved.any() else 0) + round(_TAKEN_UP / motion.period))
 
 
-def _swung(motion: Motion, axis: AxisDynamics, count: int, hangs: float, grows: float, flank: float) -> NDArray[np.float64]:
-    """The first `count` samples of that, as it begins."""
+def _swung(
+    motion: Motion, axis: AxisDynamics, varying: NDArray[np.float64], hangs: float, grows: float, flank: float
+) -> NDArray[np.float64]:
+    """As many samples of that as the `varying` level has, as it begins."""
+    count = len(varying)
     law, gear = axis.friction, axis.transmission
     velocity, middle = (float(value) for value in motion.kept("at first", _at_first))
     swing = sqrt((gear.stiffness + law.presliding_stiffness) / middle)
@@ -204,7 +214,7 @@ def _swung(motion: Motion, axis: AxisDynamics, count: int, hangs: float, grows: 
         _weight(motion)[:count],
         _slope(motion)[:count],
         law.warmth(motion)[:count],
-        law.varying_level(motion)[:count],
+        varying,
         motion.period,
         steps,
         found,
@@ -242,9 +252,25 @@ def _start(gear, stiffness, untwisted, v, hangs, grows, flank):  # type: ignore[
 
 @compiled
 def _follow(  # type: ignore[no-untyped-def]
-    law, gear, stiffness, wave, position, velocity, begins, hangs, grows, flank, link, weight, slope, warmth,
-    varying, period, steps,
-    found, moves,
+    law,
+    gear,
+    stiffness,
+    wave,
+    position,
+    velocity,
+    begins,
+    hangs,
+    grows,
+    flank,
+    link,
+    weight,
+    slope,
+    warmth,
+    varying,
+    period,
+    steps,
+    found,
+    moves,
 ) -> None:
     """What is `found` (3, n) of a link (n,) on a spring, and how it `moves` (n,); `wave` [rad a rad or m].
 

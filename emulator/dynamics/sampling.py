@@ -1,4 +1,4 @@
-"""Waves that pass faster than a recording has samples: what of them is in its torque."""
+"""Waves that pass faster than a recording has the acceleration: what of them is in its torque."""
 
 from __future__ import annotations
 
@@ -10,26 +10,44 @@ from numpy.typing import NDArray
 
 Answer = Callable[[NDArray[np.float64]], NDArray[np.complex128]]
 """Share of a torque that disturbs an axis, by its frequency (n,) [Hz], that the drive's loops give against it."""
+MOST = 3.0
+"""Times a disturbance that a drive gives against it at most: loops that give more would ring."""
 
 
 @dataclass(frozen=True)
 class Sampling:
-    """Samples every `period` [s], of a drive whose loops `answer` a torque."""
+    """Samples every `period` [s], of a drive whose loops `answer` a torque; the acceleration is known up to `motion_hz`.
+
+    `late` [s]: by which the torque was recorded late, and is read earlier between samples.
+    """
 
     period: float
     answer: Answer
+    motion_hz: float
+    late: float = 0.0
 
     def seen(self, frequency: NDArray[np.float64], period: float) -> NDArray[np.complex128]:
-        """Share (n,) of a wave of a frequency (n,) [Hz] that is in the torque, where that is read every `period` [s].
+        """Share (n,) of a wave of a frequency (n,) [Hz] that is in the torque beside the known acceleration, where the torque
+        is read every `period` [s]; quasi-steady in speed.
 
-        The acceleration that a wave makes was recorded with it up to half the sample rate, and the two together are the wave.
-        Of a faster one the acceleration is lost, and the torque is what the loops give. What has an alias above half the rate
-        at which the torque is read was filtered before.
+        The loops give T of the wave, and it accelerates the axis with 1 - T of it. Up to half the sample rate the two together
+        are the wave. Of a faster one the samples have the alias: the acceleration of that is as much smaller as the square of
+        its frequency. To read an alias earlier turns it by its own frequency, and not by the wave's. What has an alias above
+        half the rate at which the torque is read was filtered before.
         """
         rate = 1.0 / self.period
+        alias = (frequency + 0.5 * rate) % rate - 0.5 * rate
         found = np.ones(len(frequency), dtype=np.complex128)
-        fast = frequency > 0.5 * rate
-        found[fast] = self.answer(frequency[fast])
-        alias = np.abs((frequency + 0.5 * rate) % rate - 0.5 * rate)
-        found[alias > 0.5 / period] = 0.0
+        fast = frequency > min(self.motion_hz, 0.5 * rate)
+        own, at = frequency[fast], alias[fast]
+        given = self.answer(own)
+        found[fast] = given + (1.0 - given) * (np.abs(at) < self.motion_hz) * (at / own) ** 2
+        found *= np.exp(-2j * np.pi * (frequency - alias) * self.late)
+        found[np.abs(alias) > 0.5 / period] = 0.0
         return found
+
+    @property
+    def is_likely(self) -> bool:
+        """Whether loops of a drive may be so: none of them rings."""
+        share = np.abs(self.answer(np.geomspace(0.01, 1.0, 200) / self.period))
+        return bool(np.isfinite(share).all() and share.max() < MOST)

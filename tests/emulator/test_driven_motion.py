@@ -9,6 +9,7 @@ import pytest
 
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from drivetwin.emulator.dynamics.replay import motor_torque
+from drivetwin.emulator.dynamics.transmission import Transmission
 
 
 @pytest.fixture
@@ -75,8 +76,18 @@ def test_a_law_resists_as_its_formula_whatever_was_asked_before(motion: Motion) 
     level += 0.2 * np.sin(4.0 * np.pi * motion.position)
     beside = 0.1 * np.abs(way) + (0.3 + 0.05 * way + 0.02 * speed + 0.01 * speed**2) * motion.velocity
     warmth = 1.0 + 0.6 * np.exp(-motion.time / 0.3)
-    needed = motion.rigid_torque + warmth * (level * way + beside)
-    expected = needed / (1.0 - 0.05 * warmth * np.sign(needed * way)) - motion.rigid_torque
     for other in (replace(law, stribeck_velocity=0.2), replace(law, exponent=2.0), replace(law, warming_time=1.0), law):
         resistance = other.resistance(motion)
-    np.testing.assert_allclose(resistance, expected, rtol=1e-12)
+    asked = motion.rigid_torque + resistance
+    np.testing.assert_allclose(resistance, warmth * (level * way + beside + 0.05 * np.abs(asked) * way), rtol=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_on_a_stiff_spring_friction_of_the_load_is_that_of_a_rigid_axis_wherever_it_acts(motion: Motion, share: float) -> None:
+    law = FrictionLaw(coulomb=0.5, load_coefficient=0.2)
+    loaded = replace(motion, rigid_torque=motion.rigid_torque + 3.0, torque=motion.rigid_torque + 3.0)
+    spring = Transmission(stiffness=1e6, damping=20.0, motor_friction_share=share)
+    rigid = motor_torque(loaded, AxisDynamics(friction=law))
+    turning = np.abs(motion.velocity) > 0.3 * np.abs(motion.velocity).max()
+    sprung = motor_torque(loaded, AxisDynamics(friction=law, transmission=spring))
+    assert np.median(np.abs(sprung - rigid)[turning]) < 0.01
