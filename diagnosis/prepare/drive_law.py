@@ -134,10 +134,14 @@ def law_missing(runs: Sequence[Run], axis: str) -> Missing | None:
     return None if any(law_holds(known, axis, effects) for effects in tried) else OTHER_LAW
 
 
+def known_laws(runs: Sequence[Run], axis: str) -> list[tuple[Run, Asked]]:
+    """Runs in which an axis moves whose law is told, with what that asked for."""
+    return [(run, asked) for run in runs if run.axes[axis].used.any() and (asked := asked_of(run, axis)) is not None]
+
+
 def law_is_far(runs: Sequence[Run], axis: str) -> bool:
     """Whether the recorded loops and demand give another torque than the recorded one: gains of another unit, say."""
-    told = [(run, asked_of(run, axis)) for run in runs if run.axes[axis].used.any()]
-    known = [(run, asked) for run, asked in told if asked is not None]
+    known = known_laws(runs, axis)
     return bool(known) and not law_holds(known, axis, (), FAR)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from drivetwin.diagnosis.prepare.drive_law import Asked, asked_of, drive_candidates, law_holds, left_by
+from drivetwin.diagnosis.prepare.drive_law import Asked, drive_candidates, known_laws, law_holds, left_by
 from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.propose.nominal import timing_error
 from drivetwin.diagnosis.settings import Settings
@@ -47,7 +47,7 @@ def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]],
     limit behind a slow current loop. A slow loop is not reported where a torque that is recorded late is more probable: motion
     alone does not show that where an unknown torque hides it.
     """
-    known = _known(runs, axis)
+    known = known_laws(runs, axis)
     tried = [effect for effect in (drive_candidates(known) if known else []) if type(effect) in kinds and not _usual(effect)]
     found: list[DriveFound] = []
     whole, count = min(_left(known, axis, usual) for usual in _as_commissioned()) if tried else (0.0, 0)
@@ -72,11 +72,6 @@ def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]],
     return found
 
 
-def _known(runs: Sequence[Run], axis: str) -> list[tuple[Run, Asked]]:
-    """Runs in which an axis moves whose law is told, with what that asked for."""
-    return [(run, asked) for run in runs if (asked := asked_of(run, axis)) is not None and run.axes[axis].used.any()]
-
-
 def _nats(without: float, left: float, rows: int) -> float:
     """Log evidence of one parameter by mean squares: ten rows count as one; half the logarithm of their number it costs."""
     count = max(rows / 10.0, 2.0)
@@ -88,7 +83,7 @@ def _gain_of_reading(runs: Sequence[Run], beside: Sequence[DriveEffect], one: Dr
     spread = timing_error(runs, settings)
 
     def lost(shift: float) -> float:
-        left, rows = _left(_known([run.aligned({one.axis: shift}) for run in runs], one.axis), one.axis, beside)
+        left, rows = _left(known_laws([run.aligned({one.axis: shift}) for run in runs], one.axis), one.axis, beside)
         return 0.5 * (shift / spread) ** 2 - _nats(one.without, left, rows)
 
     most = LATEST * spread

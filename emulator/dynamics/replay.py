@@ -252,25 +252,9 @@ def _start(gear, stiffness, untwisted, v, hangs, grows, flank):  # type: ignore[
 
 @compiled
 def _follow(  # type: ignore[no-untyped-def]
-    law,
-    gear,
-    stiffness,
-    wave,
-    position,
-    velocity,
-    begins,
-    hangs,
-    grows,
-    flank,
-    link,
-    weight,
-    slope,
-    warmth,
-    varying,
-    period,
-    steps,
-    found,
-    moves,
+    law, gear, stiffness, wave, position, velocity, begins, hangs, grows, flank, link, weight, slope, warmth,
+    varying, period, steps,
+    found, moves,
 ) -> None:
     """What is `found` (3, n) of a link (n,) on a spring, and how it `moves` (n,); `wave` [rad a rad or m].
 

@@ -30,10 +30,10 @@ class Sampling:
         """Share (n,) of a wave of a frequency (n,) [Hz] that is in the torque beside the known acceleration, where the torque
         is read every `period` [s]; quasi-steady in speed.
 
-        The loops give T of the wave, and it accelerates the axis with 1 - T of it. Up to half the sample rate the two together
-        are the wave. Of a faster one the samples have the alias: the acceleration of that is as much smaller as the square of
-        its frequency. To read an alias earlier turns it by its own frequency, and not by the wave's. What has an alias above
-        half the rate at which the torque is read was filtered before.
+        The loops give T of the wave, and it accelerates the axis with 1 - T of it. While that acceleration is known, the two
+        together are the wave. Above half the sample rate the samples have an alias, whose acceleration is as much smaller as
+        the square of its frequency. To read an alias earlier turns it by its own frequency, and not by the wave's. What has an
+        alias above half the rate at which the torque is read was filtered before.
         """
         rate = 1.0 / self.period
         alias = (frequency + 0.5 * rate) % rate - 0.5 * rate
