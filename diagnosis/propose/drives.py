@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from drivetwin.diagnosis.prepare.drive_law import Asked, drive_candidates, known_laws, law_holds, left_by
@@ -15,28 +16,50 @@ from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.effects import DriveEffect, Effect
 from drivetwin.emulator.effects.current_bandwidth import CurrentBandwidth
 
+Array = NDArray[np.float64]
+
 USUAL_BANDWIDTHS = (200.0, 300.0, 450.0, 700.0, 1000.0)
 """Of a sound servo drive's current loop [Hz]."""
 LATEST = 6.0
 """Deviations of the timing, up to which another time to read the torque is sought."""
 SLOW = 0.8
 """Share of the least usual bandwidth below which a current loop is slow."""
+LIKE_ONE = 10.0
+"""Rows that tell as much as one."""
+
+
+@dataclass(frozen=True)
+class Missed:
+    """What a law misses of the torque of each recording: mean squares (R,) over `rows` (R,)."""
+
+    squares: Array
+    rows: Array
+
+    @property
+    def mean(self) -> float:
+        """Mean square over the rows of all recordings."""
+        return float(self.squares @ self.rows) / max(float(self.rows.sum()), 1.0)
+
+    @property
+    def unlikely(self) -> float:
+        """Negative log likelihood [nats] but for a constant, each recording with its own level of noise: at a low rate the law
+        itself is known worse."""
+        return float(self.rows @ np.log(np.maximum(self.squares, 1e-300))) / (2.0 * LIKE_ONE)
 
 
 @dataclass(frozen=True)
 class DriveFound:
-    """An effect of one axis's drive: mean square that the law leaves without it and with it, over `rows`."""
+    """An effect of one axis's drive, and what the law misses without it and with it."""
 
     axis: str
     effect: DriveEffect
-    without: float
-    left: float
-    rows: int
+    without: Missed
+    left: Missed
 
     @property
     def gain(self) -> float:
         """Nats that its one parameter brings."""
-        return _nats(self.without, self.left, self.rows)
+        return _nats(self.without, self.left)
 
 
 def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]], settings: Settings) -> list[DriveFound]:
@@ -47,20 +70,23 @@ def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]],
     limit behind a slow current loop. A slow loop is not reported where a torque that is recorded late is more probable: motion
     alone does not show that where an unknown torque hides it.
     """
-    known = known_laws(runs, axis)
-    tried = [effect for effect in (drive_candidates(known) if known else []) if type(effect) in kinds and not _usual(effect)]
+    law = _Law(axis, known_laws(runs, axis))
+    tried = [effect for effect in (drive_candidates(law.known) if law.known else []) if type(effect) in kinds]
+    tried = [effect for effect in tried if not _usual(effect)]
+    if not tried:
+        return []
     found: list[DriveFound] = []
-    whole, count = min(_left(known, axis, usual) for usual in _as_commissioned()) if tried else (0.0, 0)
-    without, refused = whole, list[DriveEffect]()
+    without = whole = min((law.missed(usual) for usual in _as_commissioned()), key=lambda one: one.unlikely)
+    refused: list[DriveEffect] = []
     while open_ones := [effect for effect in tried if all(effect is not one for one in refused)]:
         beside = tuple(one.effect for one in found)
-        begun = min(open_ones, key=lambda effect: _left(known, axis, (*beside, effect))[0])
-        best = _moved(known, axis, begun, beside)
-        left = _left(known, axis, (*beside, best))[0]
-        if without - left < settings.least_share * whole:
+        begun = min(open_ones, key=lambda effect: law.missed((*beside, effect)).unlikely)
+        best = law.moved(begun, beside)
+        left = law.missed((*beside, best))
+        if without.mean - left.mean < settings.least_share * whole.mean:
             break
-        one = DriveFound(axis, best, without, left, count)
-        if not law_holds(known, axis, (*beside, best)):
+        one = DriveFound(axis, best, without, left)
+        if not law_holds(law.known, axis, (*beside, best)):
             refused.append(begun)
             continue
         if isinstance(best, CurrentBandwidth) and _gain_of_reading(runs, beside, one, settings) >= one.gain:
@@ -72,10 +98,36 @@ def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]],
     return found
 
 
-def _nats(without: float, left: float, rows: int) -> float:
-    """Log evidence of one parameter by mean squares: ten rows count as one; half the logarithm of their number it costs."""
-    count = max(rows / 10.0, 2.0)
-    return 0.5 * count * float(np.log(max(without, 1e-300) / max(left, 1e-300))) - 0.5 * float(np.log(count))
+@dataclass(frozen=True)
+class _Law:
+    """What the loops of one axis asked for in each recording that tells it."""
+
+    axis: str
+    known: Sequence[tuple[Run, Asked]]
+
+    def missed(self, effects: Sequence[DriveEffect]) -> Missed:
+        """What the law misses with effects of the drive."""
+        rows = [left_by(run, self.axis, asked, effects) for run, asked in self.known]
+        squares = np.array([float(np.mean(each**2)) if len(each) else 0.0 for each in rows])
+        return Missed(squares, np.array([float(len(each)) for each in rows]))
+
+    def moved(self, effect: DriveEffect, beside: Sequence[DriveEffect]) -> DriveEffect:
+        """An effect's one parameter moved to where it is likeliest, a little to either side."""
+        parameter = type(effect).parameters[0]
+        value = float(getattr(effect, parameter.name))
+
+        def unlikely(logarithm: float) -> float:
+            return self.missed((*beside, replace(effect, **{parameter.name: float(np.exp(logarithm))}))).unlikely
+
+        bounds = np.log(value / 1.6), np.log(value * 1.3)
+        solved = minimize_scalar(unlikely, bounds=bounds, method="bounded", options={"xatol": 2e-3})
+        return replace(effect, **{parameter.name: float(np.clip(np.exp(solved.x), parameter.low, parameter.high))})
+
+
+def _nats(without: Missed, left: Missed) -> float:
+    """Log evidence of one parameter: half the logarithm of the number of rows it costs."""
+    count = max(float(left.rows.sum()) / LIKE_ONE, 2.0)
+    return without.unlikely - left.unlikely - 0.5 * float(np.log(count))
 
 
 def _gain_of_reading(runs: Sequence[Run], beside: Sequence[DriveEffect], one: DriveFound, settings: Settings) -> float:
@@ -83,8 +135,8 @@ def _gain_of_reading(runs: Sequence[Run], beside: Sequence[DriveEffect], one: Dr
     spread = timing_error(runs, settings)
 
     def lost(shift: float) -> float:
-        left, rows = _left(known_laws([run.aligned({one.axis: shift}) for run in runs], one.axis), one.axis, beside)
-        return 0.5 * (shift / spread) ** 2 - _nats(one.without, left, rows)
+        law = _Law(one.axis, known_laws([run.aligned({one.axis: shift}) for run in runs], one.axis))
+        return 0.5 * (shift / spread) ** 2 - _nats(one.without, law.missed(beside))
 
     most = LATEST * spread
     return -float(minimize_scalar(lost, bounds=(-most, most), method="bounded", options={"xatol": 1e-2 * spread}).fun)
@@ -97,26 +149,3 @@ def _usual(effect: DriveEffect) -> bool:
 def _as_commissioned() -> list[tuple[DriveEffect, ...]]:
     """What a sound drive may be: as recorded, or any usual current loop, which no recording tells to a fraction of a sample."""
     return [(), *((CurrentBandwidth(bandwidth),) for bandwidth in USUAL_BANDWIDTHS)]
-
-
-def _left(known: Sequence[tuple[Run, Asked]], axis: str, effects: Sequence[DriveEffect]) -> tuple[float, int]:
-    """Mean square of what the law and effects leave, and its rows."""
-    rows = np.concatenate([left_by(run, axis, asked, effects) for run, asked in known])
-    return (float(np.mean(rows**2)) if len(rows) else 0.0), len(rows)
-
-
-def _value(effect: DriveEffect) -> float:
-    """Of the one parameter that such an effect has."""
-    return float(getattr(effect, type(effect).parameters[0].name))
-
-
-def _moved(known: Sequence[tuple[Run, Asked]], axis: str, effect: DriveEffect, beside: Sequence[DriveEffect]) -> DriveEffect:
-    """The one parameter moved to where least is left, a little to either side."""
-    name, value = type(effect).parameters[0].name, _value(effect)
-
-    def left(logarithm: float) -> float:
-        return _left(known, axis, (*beside, replace(effect, **{name: float(np.exp(logarithm))})))[0]
-
-    solved = minimize_scalar(left, bounds=(np.log(value / 1.6), np.log(value * 1.3)), method="bounded", options={"xatol": 2e-3})
-    bounds = type(effect).parameters[0]
-    return replace(effect, **{name: float(np.clip(np.exp(solved.x), bounds.low, bounds.high))})

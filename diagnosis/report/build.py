@@ -13,7 +13,7 @@ from drivetwin.diagnosis.prepare.deflection import deflection_of
 from drivetwin.diagnosis.prepare.noise import Noise
 from drivetwin.diagnosis.prepare.prepared import Prepared
 from drivetwin.diagnosis.prepare.rows import Rows
-from drivetwin.diagnosis.propose.drives import DriveFound
+from drivetwin.diagnosis.propose.drives import LIKE_ONE, DriveFound
 from drivetwin.diagnosis.propose.placing import alike, in_order, placed
 from drivetwin.diagnosis.propose.search import ANGLES
 from drivetwin.diagnosis.report.distinguish import sensor_that_tells, tell_apart
@@ -141,7 +141,7 @@ def placed_drives(rows: Rows, drives: Sequence[DriveFound]) -> list[PlacedEffect
 
 def _drive_matters(rows: Rows, one: DriveFound, settings: Settings) -> bool:
     """Whether the law gives the recorded torque better by more than chance and by more than the comparison errs by."""
-    return one.gain > np.log(25.0) and one.without - one.left > (settings.model_error * rows.size[one.axis]) ** 2
+    return one.gain > np.log(25.0) and one.without.mean - one.left.mean > (settings.model_error * rows.size[one.axis]) ** 2
 
 
 def _axis(ready: Prepared, gaps: Gaps, axis: str, test: GapFound, parts: Divided) -> AxisGap:
@@ -324,7 +324,7 @@ def _drive_cause(one: PlacedEffect, drive: DriveFound, share: float) -> Cause:
     """A drive's effect shrinks no gap of the measured motion, only that between what the loops asked for and were given."""
     value = float(getattr(one.effect, one.effect.parameters[0].name))
     name = one.effect.parameters[0].name
-    half = TWO_SIDED_90 * value / np.sqrt(max(drive.rows / 10.0, 1.0))
+    half = TWO_SIDED_90 * value / np.sqrt(max(float(drive.left.rows.sum()) / LIKE_ONE, 1.0))
     probability = float(1.0 / (1.0 + np.exp(-min(drive.gain - np.log(25.0), 50.0))))
     estimate = Estimate(value, one.units[name], (value - half, value + half))
     return Cause(one.effect.name, one.axis, probability, share, {name: estimate}, None)
