@@ -14,7 +14,7 @@ from drivetwin.diagnosis.prepare.noise import Noise
 from drivetwin.diagnosis.prepare.prepared import Prepared
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.propose.drives import LIKE_ONE, DriveFound
-from drivetwin.diagnosis.propose.placing import alike, in_order, placed
+from drivetwin.diagnosis.propose.placing import alike, placed
 from drivetwin.diagnosis.propose.search import ANGLES
 from drivetwin.diagnosis.report.distinguish import sensor_that_tells, tell_apart
 from drivetwin.diagnosis.report.divided import Divided, divided
@@ -75,8 +75,8 @@ def build(
     """
     strong = [one for one in drives if _drive_matters(ready.rows, one, settings)]
     units = placed_drives(ready.rows, strong)
-    patch = Patch(in_order([*values.effects, *units]), values.heavier)
-    gaps = gaps_of(ready, worth_a_name(ready, patch, settings.least_share), settings)
+    values, patch = worth_a_name(ready, values, units, settings.least_share)
+    gaps = gaps_of(ready, patch, settings)
     parts = {axis: divided(ready, gaps, axis, settings.seed) for axis in ready.simulation.axes}
     named = {axis for axis in ready.simulation.axes if _is_small_and_named(ready, gaps, axis, parts[axis], settings)}
     gaps = _with_names(gaps, named)

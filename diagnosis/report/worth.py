@@ -11,14 +11,56 @@ from numpy.typing import NDArray
 from drivetwin.diagnosis.prepare.prepared import Prepared
 from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.propose.placing import in_order
+from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.report.prediction import Patch, contributions, gap_rms, predict, without_level
+from drivetwin.diagnosis.weigh.refit import Refitted, left_out, masses, refitted
+from drivetwin.diagnosis.weigh.state import State
 from drivetwin.emulator.effects import DriveEffect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
 Array = NDArray[np.float64]
 
 
-def worth_a_name(ready: Prepared, patch: Patch, least_share: float) -> Patch:
+def worth_a_name(
+    ready: Prepared, values: Refitted, drives: Sequence[PlacedEffect], least_share: float
+) -> tuple[Refitted, Patch]:
+    """The patch of a set and effects of the drives less what is not worth a name, and the values of what is left.
+
+    First as it stands, see `worth_as_it_stands`; then also without each effect that the others, fitted again, can do without:
+    where no axis then keeps more of its gap on motion that was not fitted than an effect must take. Effects that make up for
+    each other's errors look indispensable until then.
+    """
+    patch = worth_as_it_stands(ready, Patch(in_order([*values.effects, *drives]), values.heavier), least_share)
+    while (less := _without_needless(ready, values, patch)) is not None:
+        values = less
+        ahead = Patch(in_order([*values.effects, *(one for one in patch.effects if isinstance(one.effect, DriveEffect))]))
+        patch = worth_as_it_stands(ready, replace(ahead, heavier=values.heavier), least_share)
+    return values, patch
+
+
+def _without_needless(ready: Prepared, values: Refitted, patch: Patch) -> Refitted | None:
+    """The values of a patch without the effect that unseen motion needs least, the others fitted again; None where it needs
+    each. One that this motion hardly asks for is not judged by it.
+    """
+    own = [one for one in patch.effects if not isinstance(one.effect, DriveEffect)]
+    bodies = frozenset(patch.heavier or ())
+    unseen, seldom = _left_of(ready, ready.checks), _seldom_asked_for(ready, replace(patch, effects=tuple(own)))
+    whole = unseen(replace(patch, effects=tuple(own)))
+    asked = [one for one in own if one not in seldom]
+
+    def without(one: PlacedEffect) -> State | None:
+        return left_out(values.state, [each for each in own if each is not one], bodies)
+
+    able = []
+    for one, rest in zip(asked, side_by_side(without, asked), strict=True):
+        more = unseen(Patch(in_order(rest.effects), masses(rest, bodies))) - whole if rest is not None else np.array([np.inf])
+        if np.max(more) <= values.state.bench.least(one):
+            able.append((float(np.sum(more)), rest))
+    best = min(able, key=lambda each: each[0], default=(0.0, None))[1]
+    return refitted(best, bodies) if best is not None else None
+
+
+def worth_as_it_stands(ready: Prepared, patch: Patch, least_share: float) -> Patch:
     """Without effects and bodies that close less than a share of the gap on motion that was not fitted, the worst first, each
     alone, two of an axis that undo each other, or all; and without those by which an axis has a gap that is larger by such a
     share: none pays for another.

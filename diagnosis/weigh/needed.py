@@ -11,14 +11,12 @@ from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.off import heavier
 from drivetwin.diagnosis.weigh.pair import that_moves
-from drivetwin.diagnosis.weigh.refit import least_squares, left_by
+from drivetwin.diagnosis.weigh.refit import CONVERGED, least_squares, left_by
 from drivetwin.diagnosis.weigh.state import State
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import ModelEffect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
-CONVERGED = 30
-"""Steps at most: sets are compared where they have come to rest."""
 ALIKE = 1e-4
 """Share of the gaps up to which two effects take the same: some of the least step. The first of the set goes."""
 

@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 
 STEPS = 3
 """Gauss-Newton steps at most."""
+CONVERGED = 30
+"""The same where sets are compared: they have then come to rest."""
 GAIN = 1e-5
 """Share of the gaps that a step must close."""
 MOMENTS = 3
@@ -61,10 +63,7 @@ def refitted(state: State, bodies: Collection[int]) -> Refitted:
     """
     likeliest, weighed = state.effects, state.fit.coefficients
     state = _read_anew(least_squares(state, bodies), bodies)
-    values = _standing(state, bodies).coefficients
-    heavier = {
-        one.body: float(values[k]) for k, one in enumerate(state.bench.nominals) if one.body is not None and one.body in bodies
-    }
+    heavier = masses(state, bodies)
     columns = _deviations(state, bodies)
     apart = [_apart(one, likeliest) for one in state.effects]
     wider = state.bench.settings.widening
@@ -77,6 +76,21 @@ def refitted(state: State, bodies: Collection[int]) -> Refitted:
     }
     late = {axis: each for axis, each in state.late.items() if each > 0.0}
     return Refitted(state, state.effects, deviations, heavier, {body: of_body[body] for body in heavier}, late)
+
+
+def masses(state: State, bodies: Collection[int]) -> dict[int, float]:
+    """Bodies, by number, of those of free mass, and by which share of their mass they are heavier with a set as it stands."""
+    free = [(k, one.body) for k, one in enumerate(state.bench.nominals) if one.body is not None and one.body in bodies]
+    values = _standing(state, bodies).coefficients if free else np.zeros(0)
+    return {body: float(values[k]) for k, body in free}
+
+
+def left_out(state: State, effects: Sequence[PlacedEffect], bodies: Collection[int]) -> State | None:
+    """Some of the effects of a set alone, where least is left; None where they make no mechanism. `bodies`: of free mass."""
+    try:
+        return least_squares(state.of(effects), bodies, CONVERGED)
+    except UserError:
+        return None
 
 
 def least_squares(state: State, bodies: Collection[int], steps: int = STEPS, axis: str | None = None) -> State:

@@ -14,8 +14,8 @@ from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
-from drivetwin.diagnosis.weigh.needed import CONVERGED, needed
-from drivetwin.diagnosis.weigh.refit import least_squares, left_by
+from drivetwin.diagnosis.weigh.needed import needed
+from drivetwin.diagnosis.weigh.refit import CONVERGED, least_squares, left_by
 from drivetwin.diagnosis.weigh.state import state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import Effect
