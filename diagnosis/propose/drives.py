@@ -30,7 +30,7 @@ LIKE_ONE = 10.0
 
 @dataclass(frozen=True)
 class Missed:
-    """What a law misses of the torque of each recording: mean squares (R,) over `rows` (R,)."""
+    """What a law misses of the torque of each recording: mean squares (R,) [(N·m)² or N²] over `rows` (R,)."""
 
     squares: Array
     rows: Array
@@ -39,6 +39,10 @@ class Missed:
     def mean(self) -> float:
         """Mean square over the rows of all recordings."""
         return float(self.squares @ self.rows) / max(float(self.rows.sum()), 1.0)
+
+    def most_over(self, other: Missed, whole: Missed) -> float:
+        """What it misses more than another, as a share of a `whole`, in the recording in which that is most."""
+        return float(np.max((self.squares - other.squares) / np.maximum(whole.squares, 1e-300), initial=0.0))
 
     @property
     def unlikely(self) -> float:
@@ -83,7 +87,7 @@ def drive_effects(runs: Sequence[Run], axis: str, kinds: Sequence[type[Effect]],
         begun = min(open_ones, key=lambda effect: law.missed((*beside, effect)).unlikely)
         best = law.moved(begun, beside)
         left = law.missed((*beside, best))
-        if without.mean - left.mean < settings.least_share * whole.mean:
+        if without.most_over(left, whole) < settings.least_share:
             break
         one = DriveFound(axis, best, without, left)
         if not law_holds(law.known, axis, (*beside, best)):

@@ -69,7 +69,8 @@ def build(
     settings: Settings,
     tables: bool = False,
 ) -> Diagnosis:
-    """The report's values; effects that make motion that was not fitted worse, or act where there is no gap, are left out.
+    """The report's values; effects that motion that was not fitted does not need, or that act where there is no gap, are left
+    out. The values are then those of what is left.
 
     `tables`: what has no name is tabled as well.
     """

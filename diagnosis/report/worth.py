@@ -13,8 +13,10 @@ from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.propose.placing import in_order
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.report.prediction import Patch, contributions, gap_rms, predict, without_level
-from drivetwin.diagnosis.weigh.refit import Refitted, left_out, masses, refitted
+from drivetwin.diagnosis.weigh.colouring import coloured
+from drivetwin.diagnosis.weigh.refit import Refitted, alone, masses, refitted_as_read
 from drivetwin.diagnosis.weigh.state import State
+from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import DriveEffect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
@@ -27,37 +29,50 @@ def worth_a_name(
     """The patch of a set and effects of the drives less what is not worth a name, and the values of what is left.
 
     First as it stands, see `worth_as_it_stands`; then also without each effect that the others, fitted again, can do without:
-    where no axis then keeps more of its gap on motion that was not fitted than an effect must take. Effects that make up for
-    each other's errors look indispensable until then.
+    no axis then keeps more of its gap on motion that was not fitted than an effect must take, all that has left together.
+    Effects that make up for each other's errors look indispensable until then.
     """
     patch = worth_as_it_stands(ready, Patch(in_order([*values.effects, *drives]), values.heavier), least_share)
-    while (less := _without_needless(ready, values, patch)) is not None:
+    lowest = np.full(len(ready.simulation.axes), np.inf)
+    while True:
+        less, lowest = _without_needless(ready, values, patch, lowest, least_share)
+        if less is None:
+            return values, patch
         values = less
-        ahead = Patch(in_order([*values.effects, *(one for one in patch.effects if isinstance(one.effect, DriveEffect))]))
-        patch = worth_as_it_stands(ready, replace(ahead, heavier=values.heavier), least_share)
-    return values, patch
+        ahead = [*values.effects, *(one for one in patch.effects if isinstance(one.effect, DriveEffect))]
+        patch = worth_as_it_stands(ready, Patch(in_order(ahead), values.heavier), least_share)
 
 
-def _without_needless(ready: Prepared, values: Refitted, patch: Patch) -> Refitted | None:
+def _without_needless(
+    ready: Prepared, values: Refitted, patch: Patch, lowest: Array, least_share: float
+) -> tuple[Refitted | None, Array]:
     """The values of a patch without the effect that unseen motion needs least, the others fitted again; None where it needs
-    each. One that this motion hardly asks for is not judged by it.
+    each. One that this motion hardly asks for is not judged by it. `lowest` (k,): share of each axis's gap that any patch has
+    left there, which is also given back.
     """
     own = [one for one in patch.effects if not isinstance(one.effect, DriveEffect)]
-    bodies = frozenset(patch.heavier or ())
-    unseen, seldom = _left_of(ready, ready.checks), _seldom_asked_for(ready, replace(patch, effects=tuple(own)))
-    whole = unseen(replace(patch, effects=tuple(own)))
-    asked = [one for one in own if one not in seldom]
+    bodies, unseen = frozenset(patch.heavier or ()), _left_of(ready, ready.checks)
+    vetoed = len(own) < len(values.effects) or bodies != frozenset(values.heavier)
+    state = (alone(values.state, own, bodies) if vetoed else None) or values.state
+    whole = Patch(in_order(state.effects) if vetoed else tuple(own), masses(state, bodies))
+    lowest = np.minimum(lowest, unseen(whole))
+    seldom = _seldom_asked_for(ready, whole)
+    asked = [one for one in whole.effects if one not in seldom]
 
     def without(one: PlacedEffect) -> State | None:
-        return left_out(values.state, [each for each in own if each is not one], bodies)
+        return alone(state, [each for each in whole.effects if each is not one], bodies)
 
     able = []
     for one, rest in zip(asked, side_by_side(without, asked), strict=True):
-        more = unseen(Patch(in_order(rest.effects), masses(rest, bodies))) - whole if rest is not None else np.array([np.inf])
-        if np.max(more) <= values.state.bench.least(one):
+        if rest is None:
+            continue
+        more = unseen(Patch(in_order(rest.effects), masses(rest, bodies))) - lowest
+        if np.max(more) <= min(state.bench.least(one), least_share):
             able.append((float(np.sum(more)), rest))
     best = min(able, key=lambda each: each[0], default=(0.0, None))[1]
-    return refitted(best, bodies) if best is not None else None
+    if best is None:
+        return None, lowest
+    return refitted_as_read(settled_on(coloured(best, ())).read(best.late), bodies), lowest
 
 
 def worth_as_it_stands(ready: Prepared, patch: Patch, least_share: float) -> Patch:

@@ -11,11 +11,10 @@ from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.colouring import coloured
 from drivetwin.diagnosis.weigh.off import heavier
 from drivetwin.diagnosis.weigh.pair import that_moves
-from drivetwin.diagnosis.weigh.refit import CONVERGED, least_squares, left_by
+from drivetwin.diagnosis.weigh.refit import CONVERGED, alone, least_squares, left_by
 from drivetwin.diagnosis.weigh.state import State
 from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import ModelEffect, PlacedEffect
-from drivetwin.foundation.errors import UserError
 
 ALIKE = 1e-4
 """Share of the gaps up to which two effects take the same: some of the least step. The first of the set goes."""
@@ -51,10 +50,7 @@ def _without(state: State, bodies: Collection[int], one: PlacedEffect) -> tuple[
 
     `bodies`: of free mass; those of others are held. Several axes feel an effect of a body: with one in the set all move.
     """
-    try:
-        rest = state.of([each for each in state.effects if each is not one])
-    except UserError:
-        return inf, state
-    bodies_move = any(isinstance(each.effect, ModelEffect) for each in rest.effects)
-    rest = least_squares(rest, bodies, CONVERGED, None if bodies_move else that_moves(one))
-    return left_by(rest, bodies), rest
+    kept = [each for each in state.effects if each is not one]
+    bodies_move = any(isinstance(each.effect, ModelEffect) for each in kept)
+    rest = alone(state, kept, bodies, None if bodies_move else that_moves(one))
+    return (left_by(rest, bodies), rest) if rest is not None else (inf, state)

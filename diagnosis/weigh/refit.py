@@ -61,16 +61,25 @@ def refitted(state: State, bodies: Collection[int]) -> Refitted:
     """Some Gauss-Newton steps from the set's values, and the moment at which each late torque is read: what the energy does not
     tell stays near. `bodies`: of free mass.
     """
-    likeliest, weighed = state.effects, state.fit.coefficients
-    state = _read_anew(least_squares(state, bodies), bodies)
+    return _values(state, _read_anew(least_squares(state, bodies), bodies), bodies)
+
+
+def refitted_as_read(state: State, bodies: Collection[int]) -> Refitted:
+    """The same, each torque read as in the set."""
+    return _values(state, least_squares(state, bodies), bodies)
+
+
+def _values(weighed: State, state: State, bodies: Collection[int]) -> Refitted:
+    """Of a set as it was weighed and as it was then fitted."""
     heavier = masses(state, bodies)
     columns = _deviations(state, bodies)
-    apart = [_apart(one, likeliest) for one in state.effects]
+    apart = [_apart(one, weighed.effects) for one in state.effects]
     wider = state.bench.settings.widening
     spread = [_of_parameters(state, number, columns) for number in range(len(state.effects))]
     deviations = [{name: wider * max(own[name], far[name]) for name in own} for own, far in zip(spread, apart, strict=True)]
+    likeliest = weighed.fit.coefficients
     of_body = {
-        one.body: wider * max(columns[k], abs(float(weighed[k]) - heavier[one.body]))
+        one.body: wider * max(columns[k], abs(float(likeliest[k]) - heavier[one.body]))
         for k, one in enumerate(state.bench.nominals)
         if one.body is not None and one.body in heavier
     }
@@ -85,10 +94,12 @@ def masses(state: State, bodies: Collection[int]) -> dict[int, float]:
     return {body: float(values[k]) for k, body in free}
 
 
-def left_out(state: State, effects: Sequence[PlacedEffect], bodies: Collection[int]) -> State | None:
-    """Some of the effects of a set alone, where least is left; None where they make no mechanism. `bodies`: of free mass."""
+def alone(state: State, effects: Sequence[PlacedEffect], bodies: Collection[int], axis: str | None = None) -> State | None:
+    """Some of the effects of a set where least is left; None where they make no mechanism. `bodies`: of free mass; `axis`: only
+    effects of one axis move.
+    """
     try:
-        return least_squares(state.of(effects), bodies, CONVERGED)
+        return least_squares(state.of(effects), bodies, CONVERGED, axis)
     except UserError:
         return None
 
