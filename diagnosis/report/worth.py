@@ -53,7 +53,9 @@ def _without_needless(
     own = [one for one in patch.effects if not isinstance(one.effect, DriveEffect)]
     bodies, unseen = frozenset(patch.heavier or ()), _left_of(ready, ready.checks)
     vetoed = len(own) < len(values.effects) or bodies != frozenset(values.heavier)
-    state = (alone(values.state, own, bodies) if vetoed else None) or values.state
+    state = alone(values.state, own, bodies) if vetoed else values.state
+    if state is None:
+        return None, lowest
     whole = Patch(in_order(state.effects) if vetoed else tuple(own), masses(state, bodies))
     lowest = np.minimum(lowest, unseen(whole))
     seldom = _seldom_asked_for(ready, whole)
