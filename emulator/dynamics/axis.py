@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.encoder import Encoder
 from drivetwin.emulator.dynamics.friction import FrictionLaw
+from drivetwin.emulator.dynamics.joint import Joint
 from drivetwin.emulator.dynamics.load import Load
 from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.emulator.dynamics.motor import Motor, Ripple
@@ -31,6 +32,7 @@ class AxisDynamics:
     transmission: Transmission = field(default_factory=Transmission)
     friction: FrictionLaw = field(default_factory=FrictionLaw)
     load: Load = field(default_factory=Load)
+    joint: Joint = field(default_factory=Joint)
     resisting: tuple[Resisting, ...] = ()
     encoder: Encoder = field(default_factory=Encoder)
 
@@ -43,11 +45,17 @@ class AxisDynamics:
         return hash(tuple(getattr(self, part.name) for part in fields(self)))
 
     @cached_property
+    def mechanics(self) -> AxisDynamics:
+        """The axis between its motor's shaft and its load: what is replayed, whatever motor and encoder make of it."""
+        return replace(self, motor=Motor(), ripples=(), encoder=Encoder())
+
+    @cached_property
     def behind_the_spring(self) -> AxisDynamics:
         """The axis with that share of its friction that does not act on the motor."""
         return replace(self, friction=self.friction.scaled(1.0 - self.transmission.motor_friction_share))
 
-    def reported(self, shaft: NDArray[np.float64], motion: Motion) -> NDArray[np.float64]:
-        """Torque that the drive reports (n,) while the shaft gives a torque (n,) on the way of the joint."""
-        given = sum((ripple.on(motion, self.gear_ratio) for ripple in self.ripples), np.zeros_like(shaft))
-        return self.motor.reported(shaft - given)
+    def by_current(self, shaft: NDArray[np.float64], motion: Motion) -> NDArray[np.float64]:
+        """What the current must give (n,) of a torque of the shaft (n,), on the way of the joint: ripples give the rest."""
+        if not self.ripples:
+            return shaft
+        return shaft - sum((ripple.on(motion, self.gear_ratio) for ripple in self.ripples), np.zeros_like(shaft))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.emulator.dynamics.place import Place
 from drivetwin.emulator.dynamics.records import records
 from drivetwin.foundation.compiled import in_place
@@ -32,6 +33,29 @@ class Encoder:
     def acts(self) -> bool:
         """Whether it reads anything else than the angle now."""
         return self.eccentricity != 0.0 or self.delay > 0.0
+
+    def truth(self, motion: Motion, gear: float) -> Motion:
+        """The motion that is read as this one, but for the delay: position + error(position) = reading, and its derivatives."""
+        if self.eccentricity == 0.0:
+            return motion
+        return motion.changed_lately(("read", self.eccentricity, self.phase, gear), lambda same: self._truth(same, gear))
+
+    def _truth(self, motion: Motion, gear: float) -> Motion:
+        position = motion.position
+        for _ in range(3):
+            angle = gear * position + self.phase
+            slope = 1.0 + self.eccentricity * gear * np.cos(angle)
+            position = position - (position + self.eccentricity * np.sin(angle) - motion.position) / slope
+        velocity = motion.velocity / slope
+        bend = self.eccentricity * gear**2 * np.sin(angle) * velocity**2
+        acceleration = (motion.acceleration + bend) / slope
+        torque = motion.rigid_torque + motion.inertia * (acceleration - motion.acceleration)
+        torque = torque + motion.weight_slope * (position - motion.position)
+        return replace(motion, position=position, velocity=velocity, acceleration=acceleration, rigid_torque=torque)
+
+    def later(self, motion: Motion, samples: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Samples (n,) of what was as the motion tells, when it was read `delay` before: straight lines between two."""
+        return np.interp(motion.time + self.delay, motion.time, samples)
 
     def joint_at(self, reading: float, gear: float) -> float:
         """Where a joint stands [rad or m] that is read at `reading`, by Newton's method; `gear`: motor angle over joint."""

@@ -28,6 +28,10 @@ class Load:
         """Torque (n,) that holds it at joint positions (n,)."""
         return np.asarray(self.sine * np.sin(position) + self.cosine * np.cos(position) + self.constant)
 
+    def slope(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Its derivative (n,) by the position [N·m/rad or N/m]."""
+        return np.asarray(self.sine * np.cos(position) - self.cosine * np.sin(position))
+
 
 @in_place
 def apply_loads(loads, position, applied) -> None:  # type: ignore[no-untyped-def]  # record arrays have no static type

@@ -14,6 +14,8 @@ from drivetwin.foundation.lately import Lately
 
 LATELY = 16
 """Results of a search that are kept of one motion: of the effect as it stands and of its neighbours."""
+CHANGED = 3
+"""Motions made of one that are kept: each keeps as much itself."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,7 @@ class Motion:
     sampling: Sampling | None = None
     _kept: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
     _lately: Lately[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=Lately)
+    _changed: Lately[Hashable, Motion] = field(init=False, repr=False, compare=False, default_factory=Lately)
 
     def kept(self, key: Hashable, made: Callable[[Motion], NDArray[np.float64]]) -> NDArray[np.float64]:
         """What is made of this motion for a key, made once: what every effect that is tried on an axis asks again."""
@@ -55,6 +58,10 @@ class Motion:
     def kept_lately(self, key: Hashable, made: Callable[[Motion], NDArray[np.float64]]) -> NDArray[np.float64]:
         """The same for keys that a search moves on from: the `LATELY` last asked for are kept."""
         return self._lately.get(key, lambda: made(self), LATELY)
+
+    def changed_lately(self, key: Hashable, made: Callable[[Motion], Motion]) -> Motion:
+        """The same of a motion that is made of this one: of the axis with another load, of what an encoder misread."""
+        return self._changed.get(key, lambda: made(self), CHANGED)
 
     def wave(self, angle: NDArray[np.float64], number: float) -> NDArray[np.float64]:
         """sin(angle), (n,), as a torque that disturbs the axis shows it.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.axis import AxisDynamics
+from drivetwin.emulator.dynamics.carried import carried
 from drivetwin.emulator.dynamics.friction import BRISTLES, drag_bristles, level_at, slip_share
 from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.emulator.dynamics.transmission import Transmission
@@ -37,8 +38,9 @@ _TAKEN_UP = 0.05
 
 @dataclass(frozen=True)
 class Followed:
-    """What an axis does while its motor moves as measured, (n,) each: motor torque [joint side, N·m or N], acceleration of the
-    joint [rad/s² or m/s²], and how far the joint is ahead of its motor, by the gear ratio [rad or m]."""
+    """What an axis does while its encoder reads what was measured, (n,) each: torque that its drive reports [joint side, N·m or
+    N], acceleration of the joint [rad/s² or m/s²], and how far the joint is ahead of the reading, by the gear ratio [rad or m].
+    """
 
     torque: NDArray[np.float64]
     acceleration: NDArray[np.float64]
@@ -46,7 +48,7 @@ class Followed:
 
 
 def followed(motion: Motion, axis: AxisDynamics) -> Followed:
-    """What an axis with its friction and its transmission costs; computed once while it is asked for again.
+    """What an axis costs with all its parts, from its load to its encoder; computed once while it is asked for again.
 
     A rigid gear of constant ratio: rigid_torque + friction. Else inverse dynamics of the motor, whose motion is measured, and
     forward dynamics of the joint behind it (two-mass system, Spong 1987). Coriolis torque is that at the motor, weight that at
@@ -56,12 +58,29 @@ def followed(motion: Motion, axis: AxisDynamics) -> Followed:
 
 
 def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-    """Motor torque (n,) that an axis costs on a measured motion; joint side, N·m or N."""
+    """Torque (n,) that the drive of an axis reports on a measured motion; joint side, N·m or N."""
     return followed(motion, axis).torque
 
 
 def _followed(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-    """The rows of `Followed`, (3, n)."""
+    """The rows of `Followed`, (3, n).
+
+    What a late encoder reads happened earlier; the other axes were read when they were there.
+    """
+    if axis == axis.mechanics:
+        return _driven(carried(motion, axis), axis)
+    truth = axis.encoder.truth(motion, axis.gear_ratio)
+    there = followed(truth, axis.mechanics)
+    current, acceleration, joint = axis.by_current(there.torque, truth), there.acceleration, truth.position + there.ahead
+    if axis.encoder.delay > 0.0:
+        read = (current - motion.from_others, acceleration, joint)
+        own, acceleration, joint = (axis.encoder.later(motion, each) for each in read)
+        current = own + motion.from_others
+    return np.stack((axis.motor.reported(current), acceleration, joint - motion.position))
+
+
+def _driven(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+    """Torque of the motor's shaft, acceleration of the joint and how far it is ahead of its motor, (3, n)."""
     through = _through_a_spring if axis.transmission.elastic else _through_a_rigid_gear
     found = through(motion, axis)
     found[0] += motion.rotor_inertia * motion.acceleration
@@ -252,9 +271,25 @@ def _start(gear, stiffness, untwisted, v, hangs, grows, flank):  # type: ignore[
 
 @compiled
 def _follow(  # type: ignore[no-untyped-def]
-    law, gear, stiffness, wave, position, velocity, begins, hangs, grows, flank, link, weight, slope, warmth,
-    varying, period, steps,
-    found, moves,
+    law,
+    gear,
+    stiffness,
+    wave,
+    position,
+    velocity,
+    begins,
+    hangs,
+    grows,
+    flank,
+    link,
+    weight,
+    slope,
+    warmth,
+    varying,
+    period,
+    steps,
+    found,
+    moves,
 ) -> None:
     """What is `found` (3, n) of a link (n,) on a spring, and how it `moves` (n,); `wave` [rad a rad or m].
 

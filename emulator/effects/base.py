@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import lru_cache
 from typing import ClassVar
 
 import mujoco
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from drivetwin.emulator.dynamics.replay import Followed, followed
+from drivetwin.emulator.dynamics.replay import followed
 from drivetwin.emulator.effects.ground import Ground, Site
 
 FAMILIES = ("friction", "rigid body", "motor and drive", "transmission", "sensing and timing")
@@ -205,9 +206,7 @@ class AxisEffect(Effect):
         Joint side, N·m or N.
         """
 
-    def predict_with_joint(
-        self, motion: Motion, axis: AxisDynamics
-    ) -> tuple[NDArray[np.float64], Strays | None]:
+    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], Strays | None]:
         """`predict`, and how the joint strays with the effect from where it is without: other axes feel that. None: not."""
         return self.predict(motion, axis), None
 
@@ -237,23 +236,40 @@ class AxisEffect(Effect):
 
 
 @dataclass(frozen=True)
-class ReplayedEffect(AxisEffect):
-    """An effect that makes the joint deviate from the measured motion: the replayed axis with it, minus the axis without it."""
+class PartEffect(AxisEffect):
+    """An effect in one part of the axis: it costs what the axis with it is replayed to need, and without it not.
+
+    So every part before it and after it has its say, in whatever order they are found.
+    """
 
     @abstractmethod
-    def replay(self, motion: Motion, axis: AxisDynamics) -> Followed:
-        """What the axis does with the effect while its encoder reads the measured motion (n,)."""
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
+        """The axis with the effect."""
+
+    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+        return self.on(axis)
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return self.replay(motion, axis).torque - followed(motion, axis).torque
+        return followed(motion, _with(self, axis)).torque - followed(motion, axis).torque
+
+
+@dataclass(frozen=True)
+class ReplayedEffect(PartEffect):
+    """One that makes the joint deviate from the measured motion."""
 
     def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], Strays]:
-        there, without = self.replay(motion, axis), followed(motion, axis)
+        there, without = followed(motion, _with(self, axis)), followed(motion, axis)
         strays = Strays(there.acceleration - without.acceleration, there.ahead - without.ahead)
         return there.torque - without.torque, strays
 
     def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return self.replay(motion, axis).ahead - followed(motion, axis).ahead
+        return followed(motion, _with(self, axis)).ahead - followed(motion, axis).ahead
+
+
+@lru_cache(maxsize=256)
+def _with(effect: PartEffect, axis: AxisDynamics) -> AxisDynamics:
+    """The axis with an effect: the same object for every recording, which remembers what compiled code reads of it."""
+    return effect.on(axis)
 
 
 @dataclass(frozen=True)

@@ -6,18 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import mujoco
-import numpy as np
-from numpy.typing import NDArray
-
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import followed
-from drivetwin.emulator.effects.base import TIME, AxisEffect, Exciting, Look, Need, Parameter, Start, Strays
+from drivetwin.emulator.effects.base import TIME, Exciting, Look, Need, Parameter, ReplayedEffect, Start
 from drivetwin.emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
-class Delay(AxisEffect):
+class Delay(ReplayedEffect):
     """Reading(t) = position(t - delay), for the loops and what the drive reports; straight lines between servo periods."""
 
     name: ClassVar[str] = "delay"
@@ -32,22 +27,8 @@ class Delay(AxisEffect):
 
     delay: float
 
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, encoder=replace(axis.encoder, delay=self.delay))
-
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        """The torque goes with the axis's own, later position; the other axes were read when they were there."""
-        own = followed(motion, axis).torque - motion.from_others
-        return np.asarray(np.interp(motion.time + self.delay, motion.time, own) - own)
-
-    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], Strays]:
-        joint = followed(motion, axis).acceleration
-        later = np.interp(motion.time + self.delay, motion.time, joint)
-        return self.predict(motion, axis), Strays(later - joint, self.deflect(motion, axis))
-
-    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        joint = motion.position + followed(motion, axis).ahead
-        return np.interp(motion.time + self.delay, motion.time, joint) - joint
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

@@ -7,11 +7,9 @@ from dataclasses import dataclass, replace
 from math import pi, sqrt
 from typing import ClassVar
 
-import mujoco
 import numpy as np
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import Followed, followed
 from drivetwin.emulator.effects.base import ANGLE, POSITION, Exciting, Look, Need, Parameter, ReplayedEffect, Start
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.waves import amplitude_and_phase
@@ -39,13 +37,8 @@ class EncoderEccentricity(ReplayedEffect):
     amplitude: float
     phase: float = 0.0
 
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, encoder=replace(axis.encoder, eccentricity=self.amplitude, phase=self.phase))
-
-    def replay(self, motion: Motion, axis: AxisDynamics) -> Followed:
-        truth = self._truth(motion, axis.gear_ratio)
-        there = followed(truth, axis)
-        return replace(there, ahead=there.ahead + truth.position - motion.position)
 
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
         return super().sizes(motion, axis) | {"phase": 1.0}
@@ -66,17 +59,3 @@ class EncoderEccentricity(ReplayedEffect):
         wave = ground.wave(1.0)
         followed = 1.0 / np.sqrt(1.0 + (wave / ground.bandwidth) ** 2)
         return cls(sqrt(2.0) * ground.size(ground.inertia * wave**2 * followed), ground.phase())
-
-    def _truth(self, motion: Motion, gear_ratio: float) -> Motion:
-        """The motion that is read as this one: position + error(position) = reading, and its derivatives."""
-        position = motion.position
-        for _ in range(3):
-            angle = gear_ratio * position + self.phase
-            slope = 1.0 + self.amplitude * gear_ratio * np.cos(angle)
-            position = position - (position + self.amplitude * np.sin(angle) - motion.position) / slope
-        velocity = motion.velocity / slope
-        bend = self.amplitude * gear_ratio**2 * np.sin(angle) * velocity**2
-        acceleration = (motion.acceleration + bend) / slope
-        torque = motion.rigid_torque + motion.inertia * (acceleration - motion.acceleration)
-        torque = torque + motion.weight_slope * (position - motion.position)
-        return replace(motion, position=position, velocity=velocity, acceleration=acceleration, rigid_torque=torque)

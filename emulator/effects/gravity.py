@@ -7,18 +7,16 @@ from dataclasses import dataclass, replace
 from math import atan2, cos, hypot, pi, sin
 from typing import ClassVar
 
-import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.dynamics.load import Load
-from drivetwin.emulator.effects.base import ANGLE, TORQUE, Exciting, Look, Need, Parameter, Start, StaticEffect
+from drivetwin.emulator.effects.base import ANGLE, TORQUE, Exciting, Look, Need, Parameter, PartEffect, Start, StaticEffect
 from drivetwin.emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
-class Gravity(StaticEffect):
+class Gravity(PartEffect, StaticEffect):
     """Torque = -moment sin(q - angle): at q = angle the weight hangs in its stable rest. On a slide it is -moment, everywhere.
 
     Khalil and Dombre, Modeling, Identification and Control of Robots, 2002: the gravity terms of one link, without its inertia.
@@ -39,16 +37,10 @@ class Gravity(StaticEffect):
     moment: float
     angle: float = 0.0
 
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
-        return replace(axis, load=self._load(axis))
-
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return self._load(axis).resistance(motion.position)
-
-    def _load(self, axis: AxisDynamics) -> Load:
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
         if axis.slide:
-            return Load(constant=self.moment)
-        return Load(sine=self.moment * cos(self.angle), cosine=-self.moment * sin(self.angle))
+            return replace(axis, load=Load(constant=self.moment))
+        return replace(axis, load=Load(sine=self.moment * cos(self.angle), cosine=-self.moment * sin(self.angle)))
 
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
         return super().sizes(motion, axis) | {"angle": 1.0}

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import mujoco
-import numpy as np
-from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.effects.base import INERTIA, Exciting, Look, Need, Parameter, Start, StaticEffect
+from drivetwin.emulator.effects.base import INERTIA, Exciting, Look, Need, Parameter, PartEffect, Start, StaticEffect
 from drivetwin.emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
-class Inertia(StaticEffect):
+class Inertia(PartEffect, StaticEffect):
     """torque = difference * acceleration: added to the joint's `armature`, on the joint side."""
 
     name: ClassVar[str] = "inertia"
@@ -32,10 +30,10 @@ class Inertia(StaticEffect):
 
     def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
         joint.armature += self.difference
-        return axis
+        return self.on(axis)
 
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return self.difference * motion.acceleration
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
+        return replace(axis, joint=replace(axis.joint, inertia=axis.joint.inertia + self.difference))
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003

@@ -37,7 +37,7 @@ class MagneticSaturation(MotorEffect):
 
     knee: float
 
-    def change(self, axis: AxisDynamics) -> AxisDynamics:
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, motor=replace(axis.motor, knee=self.knee))
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:

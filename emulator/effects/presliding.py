@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from math import log, pi, sqrt
 from typing import ClassVar
 
-import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.dynamics.replay import motor_torque
-from drivetwin.emulator.effects.base import DAMPING, STIFFNESS, AxisEffect, Exciting, Look, Need, Parameter, Start
+from drivetwin.emulator.effects.base import DAMPING, STIFFNESS, Exciting, Look, Need, Parameter, PartEffect, Start
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.waves import travel
 
@@ -24,7 +20,7 @@ _DAMPED = (0.0, 1.0)
 
 
 @dataclass(frozen=True)
-class Presliding(AxisEffect):
+class Presliding(PartEffect):
     """At rest the friction is a spring of `stiffness` that yields little by little until, all at its level, it slides.
 
     Maxwell slip with four elements of equal stiffness that slip at 1/4, 2/4, 3/4 and 4/4 of 1.6 level / stiffness, each
@@ -47,11 +43,9 @@ class Presliding(AxisEffect):
     stiffness: float
     damping: float = 0.0
 
-    def add_to(self, spec: mujoco.MjSpec, joint: mujoco.MjsJoint, axis: AxisDynamics) -> AxisDynamics:
-        return _with(self, axis)
-
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return motor_torque(motion, _with(self, axis)) - motor_torque(motion, axis)
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
+        law = replace(axis.friction, presliding_stiffness=self.stiffness, presliding_damping=self.damping)
+        return replace(axis, friction=law)
 
     def bounds(self, motion: Motion, axis: AxisDynamics) -> dict[str, tuple[float, float]]:
         """What gives way over more than twice the largest way of real friction is play or a spring."""
@@ -102,13 +96,6 @@ class Presliding(AxisEffect):
             return cls(stiffness / softer, damping / sqrt(softer))
 
         return Start((cls(stiffness, damping),), compose)
-
-
-@lru_cache(maxsize=256)
-def _with(effect: Presliding, axis: AxisDynamics) -> AxisDynamics:
-    """The axis with it: the same object for every recording, which remembers what compiled code reads of it."""
-    law = replace(axis.friction, presliding_stiffness=effect.stiffness, presliding_damping=effect.damping)
-    return replace(axis, friction=law)
 
 
 def _level(axis: AxisDynamics) -> float:

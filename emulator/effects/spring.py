@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.effects.base import POSITION, STIFFNESS, Exciting, Look, Need, Parameter, Start, StaticEffect
+from drivetwin.emulator.effects.base import (
+    POSITION,
+    STIFFNESS,
+    Exciting,
+    Look,
+    Need,
+    Parameter,
+    PartEffect,
+    Start,
+    StaticEffect,
+)
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.model_tree import as_written
 from drivetwin.emulator.effects.waves import travel
@@ -21,7 +30,7 @@ FARTHEST = 10.0
 
 
 @dataclass(frozen=True)
-class Spring(StaticEffect):
+class Spring(PartEffect, StaticEffect):
     """Torque = -stiffness (q - rest): MuJoCo's joint spring (MuJoCo manual, joint/stiffness), beside one that the model has."""
 
     name: ClassVar[str] = "spring"
@@ -44,10 +53,12 @@ class Spring(StaticEffect):
         joint.stiffness[0] = before + self.stiffness
         if self.stiffness > 0.0:
             joint.springref = (before * joint.springref + self.stiffness * rest) / joint.stiffness[0]
-        return axis
+        return self.on(axis)
 
-    def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return self.stiffness * (motion.position - self.rest)
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
+        joint = axis.joint
+        pull = joint.pull + self.stiffness * self.rest
+        return replace(axis, joint=replace(joint, stiffness=joint.stiffness + self.stiffness, pull=pull))
 
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
         return super().sizes(motion, axis) | {"rest": max(abs(self.rest), travel(motion))}

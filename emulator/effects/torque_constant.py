@@ -33,7 +33,7 @@ class TorqueConstant(MotorEffect):
 
     error: float
 
-    def change(self, axis: AxisDynamics) -> AxisDynamics:
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, motor=replace(axis.motor, constant_error=self.error))
 
     def unlikely(self, motion: Motion, axis: AxisDynamics) -> float:

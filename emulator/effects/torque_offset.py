@@ -29,7 +29,7 @@ class TorqueOffset(MotorEffect):
 
     offset: float
 
-    def change(self, axis: AxisDynamics) -> AxisDynamics:
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, motor=replace(axis.motor, offset=self.offset))
 
     @classmethod

@@ -37,7 +37,7 @@ class TorqueRipple(MotorWave, MotorEffect):
         Parameter("phase", ANGLE),
     )
 
-    def change(self, axis: AxisDynamics) -> AxisDynamics:
+    def on(self, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, ripples=(*axis.ripples, Ripple(self.amplitude, self.order, self.phase)))
 
     @classmethod

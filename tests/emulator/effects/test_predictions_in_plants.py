@@ -88,5 +88,5 @@ def test_effects_of_a_motor_bend_each_other_in_any_order(order: tuple[str, ...],
     for one in effects:
         assert isinstance(one.effect, MotorEffect)
         predicted += float(one.effect.predict(motion, axis)[0])
-        axis = one.effect.change(axis)
+        axis = one.effect.on(axis)
     assert WHOLE * (plain - real) == pytest.approx(predicted, rel=1e-4, abs=1e-4)

@@ -22,6 +22,12 @@ PLANTS = {
     "elasticity": {"stiffness": 1100.0, "damping": 0.6},
     "transmission_error": {"amplitude": 5e-4, "order": 2.0, "phase": 0.6},
     "delay": {"delay": 0.003},
+    "torque_ripple": {"amplitude": 1.0, "order": 6.0, "phase": 0.3},
+    "magnetic_saturation": {"knee": 8.0},
+    "inertia": {"difference": 0.1},
+    "gravity": {"moment": 2.0, "angle": 0.4},
+    "spring": {"stiffness": 4.0, "rest": 0.3},
+    "encoder_eccentricity": {"amplitude": 3e-4, "phase": 0.5},
 }
 
 
@@ -36,6 +42,13 @@ TOGETHER = {
     "bristles behind a spring": ("elasticity", "presliding"),
     "a late reading of a spring": ("elasticity", "delay"),
     "stribeck behind a spring": ("stribeck", "elasticity"),
+    "a late reading of a motor that cogs": ("torque_ripple", "delay"),
+    "a spring on a motor that saturates": ("magnetic_saturation", "elasticity"),
+    "a motor that saturates under more inertia": ("inertia", "magnetic_saturation"),
+    "a gap under a weight": ("gravity", "backlash"),
+    "a gap under a hose": ("spring", "backlash"),
+    "a disc that is not centred, read late": ("encoder_eccentricity", "delay"),
+    "a late reading of a disc that is not centred": ("delay", "encoder_eccentricity"),
 }
 
 
