@@ -46,7 +46,7 @@ class GapDiagnosis:
             cutoff = max(axis.cutoff_hz for axis in told.axes.values())
             motion = motion_cutoff([piece], twin.home_inertia())
             standstill = standstill_of(twin, [piece], min(cutoff, motion))[0]
-            run = prepare(twin, piece, cutoff, motion, standstill, begins([piece])[0], told.settings.get("reversal") or 0.0)
+            run = prepare(twin, piece, cutoff, motion, standstill, begins([piece])[0])
             prediction = predict(twin, run, first_cause(told.causes[0] if told.causes else None))
             pq.write_table(prediction_table(prediction), out / f"{piece.name}.parquet")
 
