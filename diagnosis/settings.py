@@ -28,6 +28,8 @@ class Settings:
         with what a model is expected to miss: what is no larger and has no name is no gap.
     least_share: share of an axis's gap energy that an effect must take to be named; `model_error` of the torque is enough.
     askew: probability that a hinge that is vertical in the model feels a weight: a tilted base, an unbalanced load.
+    reversal: time around a reversal within which no gap is counted [s] of a torque that nobody recorded: the drive's loops ask
+        for friction the other way round for some milliseconds, and how soon hangs on every step of the encoder. It is fitted.
     blocks: intervals of contiguous time in which motion is held out.
     widening: factor of every parameter's standard deviation, counted on 45 machines of the wide blind test: within what blocks
         of time tell, its error is in 75 %; within 2.5 times that, in 86 %.
@@ -63,6 +65,7 @@ class Settings:
     model_error: float = 0.012
     least_share: float = 0.01
     askew: float = 0.01
+    reversal: float = 0.015
     blocks: int = 40
     widening: float = 2.5
     folds: int = 5

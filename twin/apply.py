@@ -11,6 +11,7 @@ import numpy as np
 
 from drivetwin.emulator.assembly import check_units
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
+from drivetwin.emulator.dynamics.joint import Joint
 from drivetwin.emulator.effects import PlacedEffect
 from drivetwin.emulator.effects.inertia import Inertia
 from drivetwin.emulator.effects.model_tree import driven_joints
@@ -137,7 +138,7 @@ def _axis(joint: mujoco.MjsJoint) -> AxisDynamics:
 
 
 def _beyond_mjcf(axis: AxisDynamics) -> AxisDynamics:
-    return replace(axis, friction=replace(axis.friction, **dict.fromkeys(PLAIN, 0.0)))
+    return replace(axis, friction=replace(axis.friction, **dict.fromkeys(PLAIN, 0.0)), joint=Joint())
 
 
 def _with_inertia(

@@ -81,12 +81,14 @@ def prepare(
     motion_hz: float,
     stands: Mapping[str, Standstill],
     began: float,
+    reversal: float = 0.0,
     asked: Mapping[str, AskedTorque] = NOTHING_ASKED,
 ) -> Run:
     """Filter a recording and evaluate the simulation as it stands on its motion.
 
     `cutoff_hz` is that of the comparison, `motion_hz` up to where the position tells more than noise; `began`: when the
-    recording's time was 0 [s] since the machine was switched on; `asked`: of the axes whose torque was not recorded.
+    recording's time was 0 [s] since the machine was switched on; `reversal` [s]: of `Settings`; `asked`: of the axes whose
+    torque was not recorded.
     """
     period = recording.info.sample_period
     cutoff = effective_cutoff(period, cutoff_hz)
@@ -117,6 +119,8 @@ def prepare(
         )
         chosen = select(narrow[axis], stands[axis], 0.0)
         fitted = chosen.fitted if chosen.fitted.sum() >= ENOUGH_FITTED * chosen.moving.sum() else chosen.moving
+        apart = fitted & select(narrow[axis], stands[axis], reversal).fitted if axis in asked else fitted
+        used = apart if apart.sum() >= ENOUGH_FITTED * fitted.sum() else fitted
         held = shaken(narrow[axis], stands[axis])
         near = widen(chosen.moving, round(STANDSTILL_REACH * reach(period, cutoff)))
         sticks = near & (held | _sticks(motion, stands[axis].velocity))
@@ -132,7 +136,7 @@ def prepare(
             base,
             weight[:, k].copy(),
             sticks,
-            fitted,
+            used,
             fitted,
             unchanged(recorded, period),
             step,

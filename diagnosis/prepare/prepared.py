@@ -91,7 +91,7 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     motion = motion_cutoff(recordings, twin.home_inertia(), steady.by_velocity)
     standstill = standstill_of(twin, recordings, min(cutoff, motion))
     each = zip(recordings, standstill, begins(recordings), strict=True)
-    every = [prepare(twin, one, cutoff, motion, still, start, unrecorded) for one, still, start in each]
+    every = [prepare(twin, one, cutoff, motion, still, start, settings.reversal, unrecorded) for one, still, start in each]
     given, fitted = ", ".join(one.name for one in training), every[: len(training)]
     absolute = {axis: is_absolute(fitted, axis) for axis in twin.axes}
     turned = placed_within_a_turn(twin, fitted, every[len(training) :], [axis for axis in twin.axes if not absolute[axis]])

@@ -48,6 +48,8 @@ class Felt:
     dynamics: AxisDynamics
     later: Later = ()
     """What bends with the friction under it, and the axis as that finds it."""
+    beside: AxisDynamics | None = None
+    """Of a part of the axis, the axis with all others of the set: there it has its slopes."""
 
     @cached_property
     def cost(self) -> Column:
@@ -89,6 +91,8 @@ class Felt:
         return self.bench.column(PlacedEffect(self.axis, effect, {}), self.dynamics)
 
     def _with_later(self, effect: Effect) -> Column:
+        if self.beside is not None:
+            return self.bench.column(PlacedEffect(self.axis, effect, {}), self.beside)
         found = dict(self._cost(effect))
         for one, dynamics in self.later:
             assert isinstance(effect, FrictionEffect)
@@ -145,15 +149,17 @@ class Bench:
         """A quarter of what the comparison itself errs by is white; and never nothing [N·m or N]."""
         return max(0.25 * self.settings.model_error * self.rows.size[axis], NO_TORQUE)
 
-    def felt(self, axis: str, effect: Effect, dynamics: AxisDynamics, later: Later = ()) -> Felt:
+    def felt(
+        self, axis: str, effect: Effect, dynamics: AxisDynamics, later: Later = (), beside: AxisDynamics | None = None
+    ) -> Felt:
         """An effect on top of those before it, remembered: sets that follow each other have most of their effects in common."""
-        key = (axis, effect, dynamics, later)
+        key = (axis, effect, dynamics, later, beside)
         found = self._felt.get(key)
         if found is None:
             if len(self._felt) >= HELD:
                 for old in list(self._felt)[: HELD // 2]:
                     self._felt.pop(old, None)
-            found = self._felt[key] = Felt(self, axis, effect, dynamics, later)
+            found = self._felt[key] = Felt(self, axis, effect, dynamics, later, beside)
         return found
 
     def before(self, ordered: tuple[PlacedEffect, ...]) -> list[AxisDynamics]:

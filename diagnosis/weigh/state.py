@@ -23,7 +23,7 @@ from drivetwin.diagnosis.propose.search import Field, Predict, movable_fields
 from drivetwin.diagnosis.weigh.bench import Bench, Felt, Later
 from drivetwin.diagnosis.weigh.explained import colour_in, explained, plain_axis
 from drivetwin.emulator.dynamics import AxisDynamics
-from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, PlacedEffect
+from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, PartEffect, PlacedEffect
 from drivetwin.foundation.cached import cached_property
 from drivetwin.foundation.errors import UserError
 
@@ -370,7 +370,8 @@ def state_of(
     bench.rows.simulation.dynamics(ordered)
     before = bench.before(ordered)
     felts = [
-        bench.felt(one.axis, one.effect, before[number], _later(ordered, before, number)) for number, one in enumerate(ordered)
+        bench.felt(one.axis, one.effect, before[number], _later(ordered, before, number), _beside(bench, ordered, number))
+        for number, one in enumerate(ordered)
     ]
     target, axes = {}, {}
     for axis in bench.rows.compared:
@@ -380,6 +381,14 @@ def state_of(
         made = partial(explained, bench, axis, colours[axis], needed, costs)
         target[axis], axes[axis] = bench.explained.get(same, made, REMEMBERED * len(bench.rows.compared))
     return State(bench, ordered, tuple(felts), axes, target, late, exact)
+
+
+def _beside(bench: Bench, ordered: Sequence[PlacedEffect], number: int) -> AxisDynamics | None:
+    """The axis of a part with all the other effects of a set; None where none comes after it, or it is none."""
+    one = ordered[number]
+    if not isinstance(one.effect, PartEffect) or not any(each.axis == one.axis for each in ordered[number + 1 :]):
+        return None
+    return bench.rows.simulation.dynamics_of(one.axis, [each for each in ordered if each is not one])
 
 
 def _of_one(column: Column, amount: float) -> Column:

@@ -49,6 +49,11 @@ class AxisDynamics:
         """The axis between its motor's shaft and its load: what is replayed, whatever motor and encoder make of it."""
         return replace(self, motor=Motor(), ripples=(), encoder=Encoder())
 
+    @property
+    def strays(self) -> bool:
+        """Whether its joint may move otherwise than its encoder reads."""
+        return self.transmission.acts or self.encoder.acts
+
     @cached_property
     def behind_the_spring(self) -> AxisDynamics:
         """The axis with that share of its friction that does not act on the motor."""

@@ -11,7 +11,7 @@ from drivetwin.emulator.dynamics.motion import Motion
 def carried(motion: Motion, axis: AxisDynamics) -> Motion:
     """The motion, with loads, springs and inertia of the axis in what the rigid machine needs; shared, not to be written to.
 
-    Weights and springs are those where the motor is, with their slopes.
+    Weights and springs are those where the motor is, with their slopes; what else resists is that of the motor's motion.
     """
     if not (axis.load.acts or axis.joint.acts or axis.resisting):
         return motion

@@ -54,8 +54,12 @@ class Encoder:
         return replace(motion, position=position, velocity=velocity, acceleration=acceleration, rigid_torque=torque)
 
     def later(self, motion: Motion, samples: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Samples (n,) of what was as the motion tells, when it was read `delay` before: straight lines between two."""
-        return np.interp(motion.time + self.delay, motion.time, samples)
+        """Samples (n,) as they are `delay` after each: what is read now was then. Straight lines between two.
+
+        By their numbers, for recordings that are joined may each begin at 0.
+        """
+        number = np.arange(len(samples), dtype=np.float64)
+        return np.interp(number + self.delay / motion.period, number, samples)
 
     def joint_at(self, reading: float, gear: float) -> float:
         """Where a joint stands [rad or m] that is read at `reading`, by Newton's method; `gear`: motor angle over joint."""

@@ -114,7 +114,7 @@ class FrictionLaw:
         """load_coefficient |T|, (n,), of the motor torque that the axis asks for in sliding, (L + w F) / (1 - w c sgn(T v)).
 
         The measured torque would explain itself, the better the larger the coefficient c. L is the rigid machine's torque as
-        modelled, without loads that are found beside it; w F the other friction.
+        modelled, with the loads that the axis has; w F the other friction.
         """
         rest = replace(self, load_coefficient=0.0, presliding_stiffness=0.0, presliding_damping=0.0)
         needed = motion.rigid_torque + motion.kept_lately(rest, rest.resistance)

@@ -14,7 +14,7 @@ from drivetwin.foundation.lately import Lately
 
 LATELY = 16
 """Results of a search that are kept of one motion: of the effect as it stands and of its neighbours."""
-CHANGED = 3
+CHANGED = 5
 """Motions made of one that are kept: each keeps as much itself."""
 
 

@@ -252,18 +252,18 @@ class PartEffect(AxisEffect):
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return followed(motion, _with(self, axis)).torque - followed(motion, axis).torque
 
+    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], Strays | None]:
+        """The joint strays behind a transmission that yields or an encoder that errs, whichever part the effect is in."""
+        changed = _with(self, axis)
+        there, without = followed(motion, changed), followed(motion, axis)
+        torque = there.torque - without.torque
+        if not changed.strays:
+            return torque, None
+        return torque, Strays(there.acceleration - without.acceleration, there.ahead - without.ahead)
 
-@dataclass(frozen=True)
-class ReplayedEffect(PartEffect):
-    """One that makes the joint deviate from the measured motion."""
-
-    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], Strays]:
-        there, without = followed(motion, _with(self, axis)), followed(motion, axis)
-        strays = Strays(there.acceleration - without.acceleration, there.ahead - without.ahead)
-        return there.torque - without.torque, strays
-
-    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
-        return followed(motion, _with(self, axis)).ahead - followed(motion, axis).ahead
+    def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64] | None:
+        changed = _with(self, axis)
+        return followed(motion, changed).ahead - followed(motion, axis).ahead if changed.strays else None
 
 
 @lru_cache(maxsize=256)

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.effects.base import TIME, Exciting, Look, Need, Parameter, ReplayedEffect, Start
+from drivetwin.emulator.effects.base import TIME, Exciting, Look, Need, Parameter, PartEffect, Start
 from drivetwin.emulator.effects.ground import Ground
 
 
 @dataclass(frozen=True)
-class Delay(ReplayedEffect):
+class Delay(PartEffect):
     """Reading(t) = position(t - delay), for the loops and what the drive reports; straight lines between servo periods."""
 
     name: ClassVar[str] = "delay"

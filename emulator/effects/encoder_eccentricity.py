@@ -10,13 +10,13 @@ from typing import ClassVar
 import numpy as np
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.effects.base import ANGLE, POSITION, Exciting, Look, Need, Parameter, ReplayedEffect, Start
+from drivetwin.emulator.effects.base import ANGLE, POSITION, Exciting, Look, Need, Parameter, PartEffect, Start
 from drivetwin.emulator.effects.ground import Ground
 from drivetwin.emulator.effects.waves import amplitude_and_phase
 
 
 @dataclass(frozen=True)
-class EncoderEccentricity(ReplayedEffect):
+class EncoderEccentricity(PartEffect):
     """Reading = position + amplitude sin(motor angle + phase), on the joint side; on the motor's, gear ratio times that.
 
     A disc of radius r that sits e off errs by e / r on the motor's shaft: HEIDENHAIN, Rotary Encoders, accuracy.

@@ -46,10 +46,12 @@ class Gravity(PartEffect, StaticEffect):
         return super().sizes(motion, axis) | {"angle": 1.0}
 
     @classmethod
-    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
+    def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
+        small = 0.1 * float(np.sqrt(np.mean(motion.torque**2))) or 1.0
         if axis.slide:
-            return [Start((cls(1.0),), lambda found: cls(found[0]))]
-        return [Start((cls(1.0), cls(1.0, -0.5 * pi)), lambda found: cls(hypot(*found), -atan2(found[1], found[0])))]
+            return [Start((cls(small),), lambda found: cls(small * found[0]))]
+        members = (cls(small), cls(small, -0.5 * pi))
+        return [Start(members, lambda found: cls(small * hypot(*found), -atan2(found[1], found[0])))]
 
     @classmethod
     def drawn(cls, ground: Ground) -> Gravity:

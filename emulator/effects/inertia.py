@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import mujoco
+import numpy as np
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects.base import INERTIA, Exciting, Look, Need, Parameter, PartEffect, Start, StaticEffect
@@ -37,7 +38,8 @@ class Inertia(PartEffect, StaticEffect):
 
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
-        return [Start((cls(1.0),), lambda found: cls(found[0]))]
+        small = 0.1 * float(np.median(motion.inertia)) or 1.0
+        return [Start((cls(small),), lambda found: cls(small * found[0]))]
 
     @classmethod
     def drawn(cls, ground: Ground) -> Inertia:

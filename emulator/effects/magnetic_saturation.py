@@ -60,5 +60,5 @@ class MagneticSaturation(MotorEffect):
 
 
 def _highest(motion: Motion, axis: AxisDynamics) -> float:
-    """Torque of the shaft that a motion asks at most, a few outliers aside [N·m or N]."""
+    """Torque that a motion asks at most, as the drive reports it, a few outliers aside [N·m or N]."""
     return float(np.quantile(np.abs(motor_torque(motion, axis)), 0.999)) or 1.0

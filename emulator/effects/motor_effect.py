@@ -9,4 +9,4 @@ from drivetwin.emulator.effects.base import PartEffect, StaticEffect
 
 @dataclass(frozen=True)
 class MotorEffect(PartEffect, StaticEffect):
-    """A change of the motor: it costs what the drive then reports for the same torque of the shaft, and did not before."""
+    """A change of the motor: it costs what the drive then reports more for the same motion."""

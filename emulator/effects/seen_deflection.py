@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.dynamics.carried import carried
 
 MOSTLY = (0.01, 0.99)
 """Quantiles between which a deflection and a load are looked at: impacts go farther."""
@@ -43,7 +44,8 @@ def _shown(motion: Motion) -> NDArray[np.float64] | None:
 
 def _load(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """Torque (n,) that a rigid gear would pass."""
-    return np.asarray(motion.rigid_torque - motion.rotor_inertia * motion.acceleration + axis.friction.resistance(motion))
+    needed = carried(motion, axis)
+    return np.asarray(needed.rigid_torque - needed.rotor_inertia * motion.acceleration + axis.friction.resistance(needed))
 
 
 def _fitted(deflection: NDArray[np.float64], columns: NDArray[np.float64]) -> NDArray[np.float64]:

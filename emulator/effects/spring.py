@@ -70,12 +70,13 @@ class Spring(PartEffect, StaticEffect):
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:  # noqa: ARG003
         middle, way = float(np.mean(motion.position)), travel(motion)
+        small = 0.1 * float(np.sqrt(np.mean(motion.torque**2))) / (way or 1.0) or 1.0
 
         def compose(found: Sequence[float]) -> Spring | None:
-            stiffness, pull = found[0] + found[1], (found[0] - found[1]) * way
+            stiffness, pull = small * (found[0] + found[1]), small * (found[0] - found[1]) * way
             return cls(stiffness, middle + pull / stiffness) if abs(pull) < FARTHEST * way * stiffness else None
 
-        return [Start((cls(1.0, middle + way), cls(1.0, middle - way)), compose)]
+        return [Start((cls(small, middle + way), cls(small, middle - way)), compose)]
 
     @classmethod
     def drawn(cls, ground: Ground) -> Spring:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from drivetwin.emulator.effects.base import JOINT_ENCODER, ReplayedEffect
+from drivetwin.emulator.effects.base import JOINT_ENCODER, PartEffect
 
 SIDES = (0.0, 0.3, 0.8)
 """Shares of the friction on the motor's side, with which a search begins; none stays none."""
 
 
 @dataclass(frozen=True)
-class TransmissionEffect(ReplayedEffect):
+class TransmissionEffect(PartEffect):
     """An effect of the transmission alone."""
 
     family: ClassVar[str] = "transmission"

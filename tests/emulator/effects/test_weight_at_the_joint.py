@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects.backlash import Backlash
-from drivetwin.emulator.effects.base import ReplayedEffect
+from drivetwin.emulator.effects.base import PartEffect
 from drivetwin.emulator.effects.elasticity import Elasticity
 from drivetwin.emulator.effects.encoder_eccentricity import EncoderEccentricity
 from drivetwin.emulator.effects.transmission_error import TransmissionError
@@ -42,7 +42,7 @@ def motor_of(deflection: float) -> NDArray[np.float64]:
     ],
     ids=["encoder_eccentricity", "elasticity", "backlash"],
 )
-def test_the_weight_is_that_of_the_joint(effect: ReplayedEffect, read: NDArray[np.float64]) -> None:
+def test_the_weight_is_that_of_the_joint(effect: PartEffect, read: NDArray[np.float64]) -> None:
     motion = motion_of(read)
     told = motion.rigid_torque + effect.predict(motion, AxisDynamics(gear_ratio=1.0))
     inside = (np.abs(JOINT) > 0.1) & (TIME > 1.0)
