@@ -28,7 +28,6 @@ def test_an_inertia_has_the_slope_of_the_whole_set(second: AxisEffect, tmp_path:
     both = moved(1, 20.0)
     rows = compared(tmp_path, recording(as_modelled(both), {axis: at.position for axis, at in both.items()}, noise=1.0))
     bench = bench_of(rows, Settings(), dict.fromkeys(rows.axes, True))
-    number, *_ = [k for k, one in enumerate(with_inertia(bench, MORE, second).effects) if one.effect.name == "inertia"]
     (slope,) = next(felt.tangents for felt in with_inertia(bench, MORE, second).felts if felt.effect.name == "inertia")
     true = (cost(bench, MORE + STEP, second) - cost(bench, MORE - STEP, second)) / (2.0 * STEP)
     along = true * float(true @ slope["turn"]) / float(true @ true)
