@@ -39,4 +39,4 @@ def with_inertia(bench: Bench, difference: float, second: AxisEffect) -> State:
 
 
 def cost(bench: Bench, difference: float, second: AxisEffect) -> Array:
-    return np.sum([felt.cost["turn"] for felt in with_inertia(bench, difference, second).felts], axis=0)
+    return np.asarray(np.sum([felt.cost["turn"] for felt in with_inertia(bench, difference, second).felts], axis=0))
