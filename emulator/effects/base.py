@@ -274,7 +274,7 @@ def _with(effect: PartEffect, axis: AxisDynamics) -> AxisDynamics:
 
 @dataclass(frozen=True)
 class StaticEffect(AxisEffect):
-    """An effect whose torque follows from the present motion of its axis alone."""
+    """An effect whose torque follows from the present motion alone, on an axis without play, springs and delays."""
 
 
 @dataclass(frozen=True)
