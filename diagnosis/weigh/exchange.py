@@ -19,7 +19,7 @@ from drivetwin.diagnosis.weigh.pair import Pair, that_moves
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_kind
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State
-from drivetwin.diagnosis.weigh.yielding import STEPS, reduced, settled_on, yields
+from drivetwin.diagnosis.weigh.yielding import BRIEF, STEPS, reduced, settled_on, yields
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
@@ -31,8 +31,8 @@ MOST_ALIKE = 2
 """Of those, that are sought again without the first: each takes a search of its kind."""
 IN_PLACE = 3
 """Proposals, the best of those that take as much, that are settled in the place of an effect."""
-BRIEF = 5
-"""Steps at most of those, and of each in the noise that it leaves: the best goes on, and what is still on its way is worse."""
+HARDLY = 0.5
+"""Of its deviation, by which a parameter may have moved since a family was asked for: an eighth of a nat."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,8 @@ class Exchange:
     rivals: Mapping[tuple[str, str], frozenset[str]]
     """What else gained a good part of what each effect gained when it was added, by name and axis."""
     progress: Progress
-    _families: dict[tuple[tuple[tuple[str, Effect], ...], Effect], Family] = field(init=False, default_factory=dict)
-    """What could stand in the place of an effect beside what acts on its axis: asked again where that has changed."""
+    _families: list[tuple[tuple[PlacedEffect, ...], Family]] = field(init=False, default_factory=list)
+    """What acts on an axis, and what could stand in the place of one of it: asked again where that has changed."""
 
     def exchanged(self, pair: Pair, proposals: Sequence[Proposal]) -> tuple[Pair, list[Family], bool]:
         """Each effect again beside the others: nothing in its place, or what could stand there; the better takes it."""
@@ -55,9 +55,9 @@ class Exchange:
             one = next((each for each in pair.whole.effects if alike(each, asked)), None)
             if one is None:
                 continue
-            beside = _what_acts_on(one.axis, pair.whole), one.effect
-            if beside in self._families:
-                families.append(self._families[beside])
+            known = self._known(pair.whole, one)
+            if known is not None:
+                families.append(known)
                 continue
             family = self._family(pair, one)
             if family is None:
@@ -70,8 +70,8 @@ class Exchange:
             if better is not None:
                 pair, changed, stands = pair.as_noise_is(better, proposals), True, {}
                 continue
-            self._families[beside] = self._whole(pair, one, family)
-            families.append(self._families[beside])
+            families.append(self._whole(pair, one, family))
+            self._families.append((_what_acts_on(one.axis, pair.whole), families[-1]))
         return pair, families, changed
 
     def completed(self, pair: Pair) -> list[Family]:
@@ -80,12 +80,18 @@ class Exchange:
         """
         found = []
         for one in pair.whole.effects:
-            known = self._families.get((_what_acts_on(one.axis, pair.whole), one.effect))
+            known = self._known(pair.whole, one)
             if known is None and (asked := self._family(pair, one)) is not None:
                 known = self._whole(pair, one, asked)
             if known is not None:
                 found.append(known)
         return found
+
+    def _known(self, state: State, one: PlacedEffect) -> Family | None:
+        """The family of an effect of a set, where it was asked for and what acts on its axis has hardly moved since."""
+        acts = _what_acts_on(one.axis, state)
+        asked = [family for earlier, family in self._families if _hardly_moved(state, earlier, acts)]
+        return next((each for each in reversed(asked) if each.chosen is not None and alike(each.chosen, one)), None)
 
     def _whole(self, pair: Pair, one: PlacedEffect, family: Family) -> Family:
         """An effect's family, with what it may be that does not take its place."""
@@ -243,9 +249,20 @@ class Exchange:
         return self.proposer.rated(one.settled) + one.prior + one.rare + log(self.proposer.tried(one.effect.axis))
 
 
-def _what_acts_on(axis: str, state: State) -> tuple[tuple[str, Effect], ...]:
+def _what_acts_on(axis: str, state: State) -> tuple[PlacedEffect, ...]:
     """The effects of an axis, and bodies of any."""
-    return tuple((one.axis, one.effect) for one in state.effects if one.axis == axis or isinstance(one.effect, ModelEffect))
+    return tuple(one for one in state.effects if one.axis == axis or isinstance(one.effect, ModelEffect))
+
+
+def _hardly_moved(state: State, earlier: Sequence[PlacedEffect], now: Sequence[PlacedEffect]) -> bool:
+    """Whether the same effects act as earlier, each parameter where it was but for a part of its deviation."""
+    if len(earlier) != len(now) or not all(same_kind(*both) for both in zip(earlier, now, strict=True)):
+        return False
+    return all(
+        abs(getattr(last.effect, name) - getattr(one.effect, name)) <= HARDLY * deviation
+        for last, one in zip(earlier, now, strict=True)
+        for name, deviation in state.deviations(one).items()
+    )
 
 
 def _most_alike(state: State, one: PlacedEffect) -> list[PlacedEffect]:

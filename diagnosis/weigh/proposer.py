@@ -81,8 +81,11 @@ class Proposer:
         asked = [(axis, kind) for axis, kind in asked if kind is not Delay or pair.whole.late.get(axis, 0.0) == 0.0]
 
         def proposed(axis: str, kind: type[Effect]) -> Proposal | None:
-            like = _like(pair.part, instead, kind) if instead is not None else None
-            return self._proposed(pair, axis, kind, like or self._best.get((axis, kind.name)))
+            known = self._best.get((axis, kind.name))
+            if instead is not None:
+                known = _like(pair.part, instead, kind) or known
+                known = known if known is None or self._may_stand(pair.part, axis, kind, known) else None
+            return self._proposed(pair, axis, kind, known)
 
         found = side_by_side(lambda one: proposed(*one), asked, lambda one: yields(one[1]))
         for one in found:
@@ -104,6 +107,19 @@ class Proposer:
         begun = [Begun(one.effect.axis, one.effect.effect, 0.0, one.tried) for one in proposals]
         found = side_by_side(lambda one: self.evaluated(state, one), begun)
         return [one for one in found if one is not None]
+
+    def _may_stand(self, state: State, axis: str, kind: type[Effect], known: Effect) -> bool:
+        """Whether none of its starts is better as it is than what is known of an effect that yields: that was found beside
+        what now makes room, in a valley that need not be the deepest any more.
+        """
+        if not yields(kind):
+            return True
+        assert issubclass(kind, AxisEffect)
+        try:
+            starts = coarse(state.bench.beginnings(axis, kind, state.dynamics[axis]), state.frugal, state.held(kind.name, axis))
+        except UserError:
+            return True
+        return not starts or starts[0].evidence <= state.evidence_with(axis, known) + CLEARLY
 
     def _proposed(self, pair: Pair, axis: str, kind: type[Effect], known: Effect | None) -> Proposal | None:
         """Sought on a part of the rows, from what is `known` of it too, judged on all, moved on there if it gains anything."""

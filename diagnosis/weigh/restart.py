@@ -21,18 +21,16 @@ from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Proposal
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, state_of
-from drivetwin.diagnosis.weigh.yielding import tried_set, yields
+from drivetwin.diagnosis.weigh.yielding import BRIEF, tried_set, yields
 from drivetwin.emulator.effects import AxisEffect, Effect, PlacedEffect
 from drivetwin.emulator.effects.base import Look
 from drivetwin.emulator.effects.transmission_effect import TransmissionEffect
 from drivetwin.foundation.errors import UserError
 
-ALONE = 8
+ALONE = 24
 """Starts of a transmission's effect, the best alone, that are compared beside every start of a friction."""
 BOTH = 4
 """Starts of both, the best, that are moved: in white noise they differ by little."""
-BRIEF = 5
-"""Steps at most of each in the noise that it leaves: the best goes on."""
 
 
 @dataclass(frozen=True)

@@ -270,6 +270,19 @@ class State:
         one, names = self.effects[number], {each.name for each in self.felts[number].movable}
         return [each for each in self.fields(one.axis, one.effect) if each.name in names]
 
+    def deviations(self, one: PlacedEffect) -> dict[str, float]:
+        """Standard deviation of each parameter of an effect of the set; 0 of one that nothing hangs on."""
+        number = next(k for k, each in enumerate(self.effects) if each is one)
+        first, fields = len(self.bench.nominals), self.moving(number)
+        at = [first + k for k, owner in enumerate(self.owners) if owner == number]
+        told = {field.name: field.size * float(self._deviations[k]) for field, k in zip(fields, at, strict=True)}
+        return {each.name: told.get(each.name, 0.0) for each in type(one.effect).parameters}
+
+    @cached_property
+    def _deviations(self) -> Array:
+        """Of the coefficients of the system's columns."""
+        return np.sqrt(np.maximum(np.diag(self.fit.covariance), 0.0))
+
     def felt(self, axis: str, effect: Effect) -> Felt:
         """An effect on top of the set. Raises UserError where nothing can follow it."""
         return self.bench.felt(axis, effect, *self._place(axis, effect))

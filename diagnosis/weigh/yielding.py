@@ -25,6 +25,8 @@ STARTS = 3
 """The best of those sets, that are moved."""
 STEPS = 20
 """Gauss-Newton steps at most, with which all parameters move together."""
+BRIEF = 5
+"""The same of several sets, of which the best goes on: what is still on its way is worse."""
 DAMPINGS = (1.0, 10.0, 100.0, 1000.0)
 """Of a step, tried in turn until one is better: Marquardt, J. Soc. Ind. Appl. Math. 11(2), 1963."""
 GOOD = 0.25
@@ -51,8 +53,9 @@ def best_together(state: State, axis: str, kind: type[Effect]) -> State | None:
     tried = side_by_side(lambda effect: tried_set(state, (*state.effects, placed(state.rows, axis, effect))), best)
     begun = [one for one in tried if one is not None]
     begun.sort(key=lambda one: -one.reached)
-    found = side_by_side(lambda one: settled_on(one, axis=axis), begun[:STARTS])
-    return max(found, key=lambda one: one.reached, default=None)
+    briefly = side_by_side(lambda one: settled_on(one, BRIEF, axis), begun[:STARTS])
+    ahead = max(briefly, key=lambda one: one.reached, default=None)
+    return settled_on(ahead, axis=axis) if ahead is not None else None
 
 
 def level_that_yields(state: State, axis: str, levels: Sequence[Effect], kind: type[Effect]) -> State | None:

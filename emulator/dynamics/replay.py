@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import ceil, copysign, cos, sin, sqrt
+from math import ceil, copysign, cos, pi, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,8 @@ the noise.
 """
 _FEWEST = 4
 """Samples of that line, at least."""
+_FIRST_SWINGS = 2.0
+"""Turns of the swing over which the measured torque says how the joint begins."""
 _FLANKS = (0.0, -1.0, 1.0)
 """Where in its gap a load may lie that rests: what the first torque says best."""
 _TAKEN_UP = 0.05
@@ -175,7 +177,7 @@ def _of_the_load(
     """
     begins = _begins(motion, axis, passes)
     if len(begins) == 1:
-        return _swung(motion, axis, varying, *begins[0])
+        return _swung(motion, axis, varying, *_as_it_swings(motion, axis, passes, varying, *begins[0]))
     few = varying[: _first_samples(motion, axis.transmission.gap)]
     missed = [float(np.sum((_swung(motion, axis, few, *each)[0] - passes[: len(few)]) ** 2)) for each in begins]
     return _swung(motion, axis, varying, *begins[int(np.argmin(missed))])
@@ -188,8 +190,8 @@ def _begins(motion: Motion, axis: AxisDynamics, passes: NDArray[np.float64]) -> 
     holds; what no friction could hold is the weight, for a brake has the motor.
     """
     law, gear = axis.friction, axis.transmission
-    velocity, middle = (float(value) for value in motion.kept("at first", _at_first))
-    hangs, grows = _hangs_at_first(passes, motion.period, sqrt((gear.stiffness + law.presliding_stiffness) / middle))
+    velocity = float(motion.kept("at first", _at_first)[0])
+    hangs, grows = _hangs_at_first(passes, motion.period, _swing(motion, axis))
     if velocity != 0.0:
         return [(hangs, grows, float(np.sign(hangs)))]
     weight, level = float(_weight(motion)[0]), max(law.coulomb, law.static_torque) * float(law.warmth(motion)[0])
@@ -197,6 +199,41 @@ def _begins(motion: Motion, axis: AxisDynamics, passes: NDArray[np.float64]) -> 
         hangs = weight if abs(weight) > level else 0.0
     wound = (hangs, 0.0, float(np.sign(hangs)))
     return [wound, *((0.0, 0.0, flank) for flank in _FLANKS)] if gear.gap > 0.0 and abs(weight) <= level else [wound]
+
+
+def _as_it_swings(
+    motion: Motion, axis: AxisDynamics, passes: NDArray[np.float64], varying: NDArray[np.float64],
+    hangs: float, grows: float, flank: float,
+) -> tuple[float, float, float]:  # fmt: skip
+    """A way to begin in motion, corrected by what its first swings miss of the measured torque: a Gauss-Newton step.
+
+    A link that hardly damps keeps for long what noise or a coarse torque made of its first samples: of an output error, initial
+    conditions are estimated as well (Ljung, System Identification, 1999, sec. 3.2).
+    """
+    if float(motion.kept("at first", _at_first)[0]) == 0.0:
+        return hangs, grows, flank
+    swing = _swing(motion, axis)
+    count = min(len(varying), max(_FEWEST, ceil(_FIRST_SWINGS * 2.0 * pi / (swing * motion.period))))
+    size = float(np.ptp(passes[:count]))
+    if size == 0.0:
+        return hangs, grows, flank
+
+    def missed(more: float, faster: float) -> NDArray[np.float64]:
+        begun = _swung(motion, axis, varying[:count], hangs + more, grows + swing * faster, flank)
+        return np.asarray(passes[:count] - begun[0])
+
+    here = missed(0.0, 0.0)
+    slopes = np.column_stack([here - missed(size, 0.0), here - missed(0.0, size)]) / size
+    more, faster = (float(each) for each in np.linalg.lstsq(slopes, here)[0])
+    if np.sum(missed(more, faster) ** 2) < np.sum(here**2):
+        return hangs + more, grows + swing * faster, flank
+    return hangs, grows, flank
+
+
+def _swing(motion: Motion, axis: AxisDynamics) -> float:
+    """How fast the joint swings on its spring and the bristles of its friction while its motor is held [rad/s]."""
+    middle = float(motion.kept("at first", _at_first)[1])
+    return sqrt((axis.transmission.stiffness + axis.friction.presliding_stiffness) / middle)
 
 
 def _first_samples(motion: Motion, gap: float) -> int:
@@ -212,8 +249,8 @@ def _swung(
     count = len(varying)
     law, gear = axis.friction, axis.transmission
     velocity, middle = (float(value) for value in motion.kept("at first", _at_first))
-    swing = sqrt((gear.stiffness + law.presliding_stiffness) / middle)
-    steps = min(_MOST_STEPS, max(ceil(motion.period / _LONGEST_STEP), ceil(_STEPS_PER_RADIAN * swing * motion.period)))
+    radians = _swing(motion, axis) * motion.period
+    steps = min(_MOST_STEPS, max(ceil(motion.period / _LONGEST_STEP), ceil(_STEPS_PER_RADIAN * radians)))
     stiffness = gear.stiffness
     if gear.gap > 0.0:
         stiffness = min(stiffness, middle * (_STIFFEST * steps / motion.period) ** 2)

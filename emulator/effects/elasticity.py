@@ -59,7 +59,7 @@ class Elasticity(TransmissionEffect):
     @classmethod
     def starts(cls, motion: Motion, axis: AxisDynamics) -> Sequence[Start]:
         """By how the link swings, and as stiff as a second encoder shows."""
-        usual = [spring for at in np.geomspace(5.0, 80.0, 12) for spring in springs(motion, float(at), (0.05,))]
+        usual = [spring for at in np.geomspace(2.0, 80.0, 17) for spring in springs(motion, float(at), (0.05,))]
         seen = stiffness_seen(motion, axis)
         tried = [*usual, *([] if seen is None else damped(motion, seen, (0.05, 0.2)))]
         return [cls._start(spring, share) for share in SIDES for spring in tried]

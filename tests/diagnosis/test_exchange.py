@@ -12,11 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from plain_bench import COGGING, COULOMB, ORDER, PHASE, SLIDES, STICKS, VISCOUS, Machine
+from rig_bench import MOTOR, TURNING, Swing, compared, strokes
 from rig_bench import VISCOUS as COLUMN_VISCOUS
-from rig_bench import compared, strokes
+from scipy.signal import lsim
 
 from drivetwin.diagnosis.propose.placing import name_of, placed
 from drivetwin.diagnosis.propose.search import Begun
+from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.averaging import Unexplained, preferred, weighed
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
@@ -31,12 +33,15 @@ from drivetwin.diagnosis.weigh.yielding import settled_on
 from drivetwin.emulator.effects import AxisEffect, Effect, library
 from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
+from drivetwin.emulator.effects.elasticity import Elasticity
 from drivetwin.emulator.effects.stribeck import Stribeck
 from drivetwin.emulator.effects.temperature_drift import TemperatureDrift
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
 from drivetwin.emulator.effects.viscous import Viscous
 from drivetwin.emulator.effects.viscous_asymmetry import ViscousAsymmetry
 
+SOFT, STIFF = Elasticity(700.0, 3.0, 1.0), Elasticity(3e4, 30.0, 1.0)
+"""Springs on which the column swings at 3 and at 18 Hz, all friction before them."""
 KINDS: tuple[type[AxisEffect], ...] = (Coulomb, CoulombAsymmetry, Stribeck, Viscous)
 
 
@@ -227,3 +232,30 @@ def test_an_effect_of_a_set_is_weighed_also_if_it_would_push_beside_the_friction
     assert [one.effect.effect.name for one in family.proposals] == ["viscous_asymmetry"]
     answer = weighed(family, Unexplained({"turn": 0.1, "lift": 0.1}, {"turn": 0.1, "lift": 0.1}), Settings())
     assert answer.believed
+
+
+def on_a_soft_spring(at: Swing) -> Array:
+    """What a link on a soft spring costs, all friction on its motor's side: a linear filter of the motor's motion."""
+    link, spring = TURNING - MOTOR, SOFT
+    moves = [spring.damping, spring.stiffness], [link, spring.damping, spring.stiffness]
+    _, place, _ = lsim(moves, at.position - at.position[0], at.time - at.time[0])
+    _, speed, _ = lsim(moves, at.velocity, at.time - at.time[0])
+    twist, untwists = at.position - at.position[0] - place, at.velocity - speed
+    return np.asarray(spring.stiffness * twist + spring.damping * untwists - link * at.acceleration)
+
+
+def test_a_spring_that_was_found_elsewhere_is_sought_where_it_now_belongs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was known of it was found beside something that took its part: a stiff one, in another valley."""
+    rows = compared(tmp_path, strokes(61, 12.0, {"turn": on_a_soft_spring}))
+    bench = bench_of(rows, Settings(), dict.fromkeys(rows.axes, True))
+    proposer = Proposer(bench, bench, {"turn": [Elasticity]}, {})
+    state = state_of(bench, (), bench.white, {})
+    stiff = placed(rows, "turn", STIFF)
+    monkeypatch.setitem(proposer._best, ("turn", "elasticity"), STIFF)
+    monkeypatch.setitem(proposer._tried, ("turn", "elasticity"), 1)
+    found = proposer.instead(Pair(state, state), stiff)
+    (effect,) = (one.effect.effect for one in found)
+    assert isinstance(effect, Elasticity)
+    assert effect.stiffness == pytest.approx(SOFT.stiffness, rel=0.1)
