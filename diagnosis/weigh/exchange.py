@@ -19,7 +19,7 @@ from drivetwin.diagnosis.weigh.pair import Pair, that_moves
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_kind
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State
-from drivetwin.diagnosis.weigh.yielding import BRIEF, STEPS, reduced, settled_on, yields
+from drivetwin.diagnosis.weigh.yielding import BRIEF, STEPS, reduced, settled_on, without, yields
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
@@ -113,11 +113,14 @@ class Exchange:
         return Family(one, self._nothing(beside, one), [*own, *self._in_place(beside, others, known)])
 
     def _nothing(self, beside: Pair, one: PlacedEffect) -> State:
-        """The set without an effect, moved to where it then belongs. A simpler one on its axis may be what it was: play that
-        has closed is a spring, and two springs in series are one.
+        """The set without an effect, moved to where it then belongs. Another that yields may have given way by less for it, and
+        a simpler one on its axis may be what it was: play that has closed is a spring.
         """
         moves, effects = that_moves(one), beside.whole.effects
-        found = [beside.settled(effects, BRIEF, moves)]
+        found = []
+        for rest in without(one, effects):
+            with suppress(UserError):
+                found.append(beside.settled(rest, BRIEF, moves))
         for other in effects:
             rest = [each for each in effects if each is not other]
             for both in _as_one(one, other):

@@ -96,6 +96,35 @@ def reduced(effect: Effect, kinds: Sequence[type[Effect]]) -> list[Effect]:
     return [kind(**{name: getattr(effect, name) for name in own}) for kind, own in told.items() if own < names]
 
 
+def without(one: PlacedEffect, effects: Sequence[PlacedEffect]) -> list[list[PlacedEffect]]:
+    """A set less one of its effects, as the others stand; and where that one yields, with each other on its axis that does as
+    soft as both: in series compliances add, and so do the losses of slow twisting.
+
+    From where it stands another may not reach what both gave way by: it passes a valley on its way.
+    """
+    rest = [each for each in effects if each is not one]
+    softer = [(k, both) for k, each in enumerate(rest) if (both := _in_series(one, each)) is not None]
+    return [rest, *([*rest[:k], both, *rest[k + 1 :]] for k, both in softer)]
+
+
+def _in_series(one: PlacedEffect, other: PlacedEffect) -> PlacedEffect | None:
+    """The other, with the compliance and losses of both; None where one of them does not yield, or on another axis."""
+    springs = [each for each in (_spring(one.effect), _spring(other.effect)) if each is not None]
+    if one.axis != other.axis or len(springs) < 2:
+        return None
+    compliance = sum(1.0 / stiffness for stiffness, _ in springs)
+    losses = sum(damping / stiffness**2 for stiffness, damping in springs)
+    both = {"stiffness": 1.0 / compliance, "damping": losses / compliance**2}
+    return replace(other, effect=replace(other.effect, **both))
+
+
+def _spring(effect: Effect) -> tuple[float, float] | None:
+    """Stiffness and damping of an effect that yields; None where it has none."""
+    values = {one.name: float(getattr(effect, one.name)) for one in type(effect).parameters}
+    able = yields(type(effect)) and {"stiffness", "damping"} <= values.keys()
+    return (values["stiffness"], values["damping"]) if able else None
+
+
 def settled_on(state: State, steps: int = STEPS, axis: str | None = None) -> State:
     """The set a few Gauss-Newton steps on, all parameters together, as far as the evidence gains; its torque read anew where
     these have come to an end.

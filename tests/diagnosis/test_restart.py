@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.colouring import coloured
+from drivetwin.diagnosis.weigh.needed import needed
 from drivetwin.diagnosis.weigh.pair import Pair
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.restart import Restart
@@ -129,3 +131,14 @@ def test_play_that_was_bent_to_a_friction_that_yields_is_found_again_beside_it(t
     assert play.gap == pytest.approx(TRUE.gap, rel=0.1)
     assert COULOMB["turn"] / friction.stiffness == pytest.approx(WAY, rel=0.5)
     assert found.whole.left["turn"] < 0.1 * bent.left["turn"]
+
+
+def test_play_takes_over_what_friction_gave_way_by_for_it(tmp_path: Path) -> None:
+    """Its flanks are as soft as both together. From where they stood they would not get there, and the friction would stay."""
+    bench = bench_of_play(tmp_path, longest=8.0)
+    friction, stiff = Presliding(1.1 * TRUE.stiffness, TRUE.damping), replace(TRUE, stiffness=20.0 * TRUE.stiffness)
+    both = [placed(bench.rows, "turn", one) for one in (friction, stiff)]
+    (play,) = (one.effect for one in needed(state_of(bench, both, bench.white, {})).effects)
+    assert isinstance(play, Backlash)
+    assert play.stiffness == pytest.approx(TRUE.stiffness, rel=0.02)
+    assert play.gap == pytest.approx(TRUE.gap, rel=0.02)
