@@ -14,12 +14,13 @@ from drivetwin.diagnosis.progress import Progress
 from drivetwin.diagnosis.propose.placing import alike, placed
 from drivetwin.diagnosis.propose.search import Begun
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
+from drivetwin.diagnosis.weigh.alignment import LEAST
 from drivetwin.diagnosis.weigh.colouring import in_its_noise
 from drivetwin.diagnosis.weigh.pair import Pair, that_moves
 from drivetwin.diagnosis.weigh.proposal import CLEARLY, Family, Proposal, same_kind
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State
-from drivetwin.diagnosis.weigh.yielding import BRIEF, STEPS, reduced, settled_on, without, yields
+from drivetwin.diagnosis.weigh.yielding import BRIEF, ENOUGH, STEPS, reduced, sets_without, settled_on, yields
 from drivetwin.emulator.effects import AxisEffect, Effect, ModelEffect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
@@ -31,8 +32,15 @@ MOST_ALIKE = 2
 """Of those, that are sought again without the first: each takes a search of its kind."""
 IN_PLACE = 3
 """Proposals, the best of those that take as much, that are settled in the place of an effect."""
-HARDLY = 0.5
-"""Of its deviation, by which a parameter may have moved since a family was asked for: an eighth of a nat."""
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What could stand in the place of an effect, with what acted on its axis and how late its torque was read [s]."""
+
+    acts: tuple[PlacedEffect, ...]
+    late: float
+    family: Family
 
 
 @dataclass(frozen=True)
@@ -43,8 +51,7 @@ class Exchange:
     rivals: Mapping[tuple[str, str], frozenset[str]]
     """What else gained a good part of what each effect gained when it was added, by name and axis."""
     progress: Progress
-    _families: list[tuple[tuple[PlacedEffect, ...], Family]] = field(init=False, default_factory=list)
-    """What acts on an axis, and what could stand in the place of one of it: asked again where that has changed."""
+    _families: list[_Asked] = field(init=False, default_factory=list)
 
     def exchanged(self, pair: Pair, proposals: Sequence[Proposal]) -> tuple[Pair, list[Family], bool]:
         """Each effect again beside the others: nothing in its place, or what could stand there; the better takes it."""
@@ -71,7 +78,8 @@ class Exchange:
                 pair, changed, stands = pair.as_noise_is(better, proposals), True, {}
                 continue
             families.append(self._whole(pair, one, family))
-            self._families.append((_what_acts_on(one.axis, pair.whole), families[-1]))
+            acts, late = _what_acts_on(one.axis, pair.whole), pair.whole.late.get(one.axis, 0.0)
+            self._families.append(_Asked(acts, late, families[-1]))
         return pair, families, changed
 
     def completed(self, pair: Pair) -> list[Family]:
@@ -88,10 +96,16 @@ class Exchange:
         return found
 
     def _known(self, state: State, one: PlacedEffect) -> Family | None:
-        """The family of an effect of a set, where it was asked for and what acts on its axis has hardly moved since."""
-        acts = _what_acts_on(one.axis, state)
-        asked = [family for earlier, family in self._families if _hardly_moved(state, earlier, acts)]
-        return next((each for each in reversed(asked) if each.chosen is not None and alike(each.chosen, one)), None)
+        """The family of an effect of a set, where it was asked for, and what acts on its axis has moved by less since than a
+        further step would have to bring.
+        """
+        acts, late = _what_acts_on(one.axis, state), state.late.get(one.axis, 0.0)
+        place = next(k for k, each in enumerate(acts) if each is one)
+        for asked in reversed(self._families):
+            same = len(asked.acts) == len(acts) and asked.acts[place] is asked.family.chosen
+            if same and abs(asked.late - late) < LEAST and state.moved_by(asked.acts, acts) < ENOUGH:
+                return asked.family
+        return None
 
     def _whole(self, pair: Pair, one: PlacedEffect, family: Family) -> Family:
         """An effect's family, with what it may be that does not take its place."""
@@ -113,14 +127,15 @@ class Exchange:
         return Family(one, self._nothing(beside, one), [*own, *self._in_place(beside, others, known)])
 
     def _nothing(self, beside: Pair, one: PlacedEffect) -> State:
-        """The set without an effect, moved to where it then belongs. Another that yields may have given way by less for it, and
-        a simpler one on its axis may be what it was: play that has closed is a spring.
+        """The set without an effect, moved to where it then belongs. Another that yields may have been fitted stiffer for it,
+        and a simpler one on its axis may be what it was: play that has closed is a spring.
         """
         moves, effects = that_moves(one), beside.whole.effects
-        found = []
-        for rest in without(one, effects):
+        rest, *softer = sets_without(one, effects)
+        found = [beside.settled(rest, BRIEF, moves)]
+        for each in softer:
             with suppress(UserError):
-                found.append(beside.settled(rest, BRIEF, moves))
+                found.append(beside.settled(each, BRIEF, moves))
         for other in effects:
             rest = [each for each in effects if each is not other]
             for both in _as_one(one, other):
@@ -255,17 +270,6 @@ class Exchange:
 def _what_acts_on(axis: str, state: State) -> tuple[PlacedEffect, ...]:
     """The effects of an axis, and bodies of any."""
     return tuple(one for one in state.effects if one.axis == axis or isinstance(one.effect, ModelEffect))
-
-
-def _hardly_moved(state: State, earlier: Sequence[PlacedEffect], now: Sequence[PlacedEffect]) -> bool:
-    """Whether the same effects act as earlier, each parameter where it was but for a part of its deviation."""
-    if len(earlier) != len(now) or not all(same_kind(*both) for both in zip(earlier, now, strict=True)):
-        return False
-    return all(
-        abs(getattr(last.effect, name) - getattr(one.effect, name)) <= HARDLY * deviation
-        for last, one in zip(earlier, now, strict=True)
-        for name, deviation in state.deviations(one).items()
-    )
 
 
 def _most_alike(state: State, one: PlacedEffect) -> list[PlacedEffect]:

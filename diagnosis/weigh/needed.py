@@ -13,7 +13,7 @@ from drivetwin.diagnosis.weigh.off import heavier
 from drivetwin.diagnosis.weigh.pair import that_moves
 from drivetwin.diagnosis.weigh.refit import CONVERGED, alone, least_squares, left_by
 from drivetwin.diagnosis.weigh.state import State
-from drivetwin.diagnosis.weigh.yielding import settled_on, without
+from drivetwin.diagnosis.weigh.yielding import sets_without, settled_on
 from drivetwin.emulator.effects import ModelEffect, PlacedEffect
 
 ALIKE = 1e-4
@@ -50,7 +50,7 @@ def _without(state: State, bodies: Collection[int], one: PlacedEffect) -> tuple[
 
     `bodies`: of free mass; those of others are held. Several axes feel an effect of a body: with one in the set all move.
     """
-    tried = without(one, state.effects)
+    tried = sets_without(one, state.effects)
     bodies_move = any(isinstance(each.effect, ModelEffect) for each in tried[0])
     moves = None if bodies_move else that_moves(one)
     rests = [rest for kept in tried if (rest := alone(state, kept, bodies, moves)) is not None]

@@ -18,7 +18,7 @@ from drivetwin.diagnosis.model.system import System, system_of
 from drivetwin.diagnosis.prepare.deflection import axis_of
 from drivetwin.diagnosis.prepare.rows import Column, Rows
 from drivetwin.diagnosis.propose.nominal import Nominal
-from drivetwin.diagnosis.propose.placing import in_order
+from drivetwin.diagnosis.propose.placing import in_order, name_of
 from drivetwin.diagnosis.propose.search import Field, Predict, movable_fields
 from drivetwin.diagnosis.weigh.bench import Bench, Felt, Later
 from drivetwin.diagnosis.weigh.explained import colour_in, explained, plain_axis
@@ -270,18 +270,20 @@ class State:
         one, names = self.effects[number], {each.name for each in self.felts[number].movable}
         return [each for each in self.fields(one.axis, one.effect) if each.name in names]
 
-    def deviations(self, one: PlacedEffect) -> dict[str, float]:
-        """Standard deviation of each parameter of an effect of the set; 0 of one that nothing hangs on."""
-        number = next(k for k, each in enumerate(self.effects) if each is one)
-        first, fields = len(self.bench.nominals), self.moving(number)
-        at = [first + k for k, owner in enumerate(self.owners) if owner == number]
-        told = {field.name: field.size * float(self._deviations[k]) for field, k in zip(fields, at, strict=True)}
-        return {each.name: told.get(each.name, 0.0) for each in type(one.effect).parameters}
-
-    @cached_property
-    def _deviations(self) -> Array:
-        """Of the coefficients of the system's columns."""
-        return np.sqrt(np.maximum(np.diag(self.fit.covariance), 0.0))
+    def moved_by(self, earlier: Sequence[PlacedEffect], now: Sequence[PlacedEffect]) -> float:
+        """What it means to the fit that some of its effects are where they are `now`, and not where they were earlier [nats]:
+        the evidence that a straight line loses between the two, all others where they are. Infinite for other effects.
+        """
+        if [name_of(one) for one in earlier] != [name_of(one) for one in now]:
+            return np.inf
+        step = np.zeros(len(self.system.columns))
+        for last, one in zip(earlier, now, strict=True):
+            number = next(k for k, each in enumerate(self.effects) if each is one)
+            at = [len(self.bench.nominals) + k for k, owner in enumerate(self.owners) if owner == number]
+            for field, k in zip(self.moving(number), at, strict=True):
+                step[k] = (getattr(one.effect, field.name) - getattr(last.effect, field.name)) / field.size
+        own = step[self.fit.free]
+        return float(0.5 * own @ self.fit.information @ own)
 
     def felt(self, axis: str, effect: Effect) -> Felt:
         """An effect on top of the set. Raises UserError where nothing can follow it."""

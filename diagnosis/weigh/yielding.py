@@ -16,6 +16,7 @@ from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.alignment import aligned
 from drivetwin.diagnosis.weigh.state import FARTHEST, State
+from drivetwin.emulator.dynamics.transmission import Transmission
 from drivetwin.emulator.effects import AxisEffect, Effect, PlacedEffect
 from drivetwin.foundation.errors import UserError
 
@@ -96,11 +97,11 @@ def reduced(effect: Effect, kinds: Sequence[type[Effect]]) -> list[Effect]:
     return [kind(**{name: getattr(effect, name) for name in own}) for kind, own in told.items() if own < names]
 
 
-def without(one: PlacedEffect, effects: Sequence[PlacedEffect]) -> list[list[PlacedEffect]]:
-    """A set less one of its effects, as the others stand; and where that one yields, with each other on its axis that does as
-    soft as both: in series compliances add, and so do the losses of slow twisting.
+def sets_without(one: PlacedEffect, effects: Sequence[PlacedEffect]) -> list[list[PlacedEffect]]:
+    """A set less one of its effects, as the others stand; where that one yields, also once for each other on its axis that
+    yields, made as soft as both.
 
-    From where it stands another may not reach what both gave way by: it passes a valley on its way.
+    From where it stands the other may not get there: it was fitted stiffer, and another valley lies in between.
     """
     rest = [each for each in effects if each is not one]
     softer = [(k, both) for k, each in enumerate(rest) if (both := _in_series(one, each)) is not None]
@@ -108,14 +109,14 @@ def without(one: PlacedEffect, effects: Sequence[PlacedEffect]) -> list[list[Pla
 
 
 def _in_series(one: PlacedEffect, other: PlacedEffect) -> PlacedEffect | None:
-    """The other, with the compliance and losses of both; None where one of them does not yield, or on another axis."""
+    """The other, as soft and as damped as both; None where one of them is no spring that yields, or on another axis."""
     springs = [each for each in (_spring(one.effect), _spring(other.effect)) if each is not None]
     if one.axis != other.axis or len(springs) < 2:
         return None
-    compliance = sum(1.0 / stiffness for stiffness, _ in springs)
-    losses = sum(damping / stiffness**2 for stiffness, damping in springs)
-    both = {"stiffness": 1.0 / compliance, "damping": losses / compliance**2}
-    return replace(other, effect=replace(other.effect, **both))
+    first, second = springs
+    both = Transmission().in_series(*first, 0.0).in_series(*second, 0.0)
+    values = {"stiffness": both.stiffness, "damping": both.damping}
+    return replace(other, effect=replace(other.effect, **values))
 
 
 def _spring(effect: Effect) -> tuple[float, float] | None:

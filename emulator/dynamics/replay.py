@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import ceil, copysign, cos, pi, sin, sqrt
+from math import ceil, copysign, cos, inf, pi, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -175,25 +175,30 @@ def _of_the_load(
     """The same behind the spring; `passes` (n,) is the torque that passes it, as measured, `varying` (n,) the part of the level
     of friction that load and position make: that of the load goes by the torque of the whole axis.
     """
-    begins = _begins(motion, axis, passes)
+    begins = _begins(motion, axis, passes, varying)
     if len(begins) == 1:
-        return _swung(motion, axis, varying, *_as_it_swings(motion, axis, passes, varying, *begins[0]))
-    few = varying[: _first_samples(motion, axis.transmission.gap)]
+        return _swung(motion, axis, varying, *begins[0])
+    few = varying[: max(_first_samples(motion, axis.transmission.gap), _first_swings(motion, axis))]
     missed = [float(np.sum((_swung(motion, axis, few, *each)[0] - passes[: len(few)]) ** 2)) for each in begins]
-    return _swung(motion, axis, varying, *begins[int(np.argmin(missed))])
+    return _swung(motion, axis, varying, *begins[int(np.argmin(np.nan_to_num(missed, nan=inf)))])
 
 
-def _begins(motion: Motion, axis: AxisDynamics, passes: NDArray[np.float64]) -> list[tuple[float, float, float]]:
+def _begins(
+    motion: Motion, axis: AxisDynamics, passes: NDArray[np.float64], varying: NDArray[np.float64]
+) -> list[tuple[float, float, float]]:
     """Ways in which a replay may begin: torque that passes the spring, how it grows a second, and the flank of the gap.
 
-    In motion it is as measured. At rest the load may lie anywhere in a gap, and its spring may be wound up as far as friction
-    holds; what no friction could hold is the weight, for a brake has the motor.
+    In motion it is as measured, or as the first swings have it, on either flank of a gap. At rest the load may lie anywhere in
+    a gap, and its spring may be wound up as far as friction holds; what no friction could hold is the weight, for a brake has
+    the motor.
     """
     law, gear = axis.friction, axis.transmission
     velocity = float(motion.kept("at first", _at_first)[0])
     hangs, grows = _hangs_at_first(passes, motion.period, _swing(motion, axis))
     if velocity != 0.0:
-        return [(hangs, grows, float(np.sign(hangs)))]
+        measured = hangs, grows, float(np.sign(hangs))
+        flanks = (-1.0, 1.0) if gear.gap > 0.0 else (measured[2],)
+        return [measured, *(_as_it_swings(motion, axis, passes, varying, hangs, grows, flank) for flank in flanks)]
     weight, level = float(_weight(motion)[0]), max(law.coulomb, law.static_torque) * float(law.warmth(motion)[0])
     if abs(hangs - weight) > level:
         hangs = weight if abs(weight) > level else 0.0
@@ -210,13 +215,8 @@ def _as_it_swings(
     A link that hardly damps keeps for long what noise or a coarse torque made of its first samples: of an output error, initial
     conditions are estimated as well (Ljung, System Identification, 1999, sec. 3.2).
     """
-    if float(motion.kept("at first", _at_first)[0]) == 0.0:
-        return hangs, grows, flank
-    swing = _swing(motion, axis)
-    count = min(len(varying), max(_FEWEST, ceil(_FIRST_SWINGS * 2.0 * pi / (swing * motion.period))))
-    size = float(np.ptp(passes[:count]))
-    if size == 0.0:
-        return hangs, grows, flank
+    swing, count = _swing(motion, axis), _first_swings(motion, axis)
+    size = float(np.ptp(passes[:count])) or 1.0
 
     def missed(more: float, faster: float) -> NDArray[np.float64]:
         begun = _swung(motion, axis, varying[:count], hangs + more, grows + swing * faster, flank)
@@ -224,10 +224,16 @@ def _as_it_swings(
 
     here = missed(0.0, 0.0)
     slopes = np.column_stack([here - missed(size, 0.0), here - missed(0.0, size)]) / size
+    if not np.isfinite(slopes).all():
+        return hangs, grows, flank
     more, faster = (float(each) for each in np.linalg.lstsq(slopes, here)[0])
-    if np.sum(missed(more, faster) ** 2) < np.sum(here**2):
-        return hangs + more, grows + swing * faster, flank
-    return hangs, grows, flank
+    return hangs + more, grows + swing * faster, flank
+
+
+def _first_swings(motion: Motion, axis: AxisDynamics) -> int:
+    """Samples of a motion's first swings of the joint."""
+    turns = 2.0 * pi / (_swing(motion, axis) * motion.period)
+    return min(len(motion.position), max(_FEWEST, ceil(_FIRST_SWINGS * turns)))
 
 
 def _swing(motion: Motion, axis: AxisDynamics) -> float:

@@ -30,7 +30,7 @@ from drivetwin.diagnosis.weigh.proposal import Family, Proposal
 from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
-from drivetwin.emulator.effects import AxisEffect, Effect, library
+from drivetwin.emulator.effects import AxisEffect, Effect, PlacedEffect, library
 from drivetwin.emulator.effects.coulomb import Coulomb
 from drivetwin.emulator.effects.coulomb_asymmetry import CoulombAsymmetry
 from drivetwin.emulator.effects.elasticity import Elasticity
@@ -202,6 +202,31 @@ def test_a_family_is_asked_for_again_beside_what_came_in_on_its_axis(bench: Benc
     for family in exchange.completed(Pair(ahead, ahead)):
         assert family.chosen is not None
         assert len(family.state.effects) == len(ahead.effects) - 1
+
+
+@pytest.mark.parametrize(("nats", "asked"), [(0.3, False), (0.7, True)])
+def test_a_family_is_asked_for_again_where_its_axis_has_moved(
+    nats: float, asked: bool, proposer: Proposer, cogging: State, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By what a further step would have to bring, half a nat; of several effects of a kind, each has its own."""
+    exchange = Exchange(proposer, {}, lambda _stage, _share: None)
+    pair, families, _ = exchange.exchanged(Pair(cogging, cogging), ())
+    (one,) = (each for each in pair.whole.effects if isinstance(each.effect, TorqueRipple))
+
+    def larger(by: float) -> State:
+        assert isinstance(one.effect, TorqueRipple)
+        moved = replace(one, effect=replace(one.effect, amplitude=(1.0 + by) * one.effect.amplitude))
+        return pair.whole.of([moved if each is one else each for each in pair.whole.effects])
+
+    little = larger(1e-3)
+    meant = little.moved_by(pair.whole.effects, little.effects)
+    ahead = larger(1e-3 * float(np.sqrt(nats / meant)))  # nats go with the square of the way
+    assert ahead.moved_by(pair.whole.effects, ahead.effects) == pytest.approx(nats, rel=0.05)
+    seen: list[PlacedEffect] = []
+    monkeypatch.setattr(Exchange, "_family", lambda _self, _pair, each: seen.append(each))
+    found = exchange.completed(Pair(ahead, ahead))
+    assert bool(seen) == asked
+    assert len(found) == (0 if asked else len(families))
 
 
 def test_what_nothing_sets_apart_is_listed_and_does_not_take_the_name(bench: Bench, cogging: State) -> None:
