@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from drivetwin.motion.axis_motion import measured_position
 from drivetwin.motion.filtering import fine_derivative, zero_phase
@@ -51,17 +50,3 @@ class Kinematics:
     def every(self, stride: int) -> Kinematics:
         """Each stride-th sample."""
         return Kinematics(self.position[::stride], self.velocity[::stride], self.acceleration[::stride])
-
-    def pushed(self, k: int) -> Kinematics:
-        """The same with an acceleration of 1 more on the k-th axis."""
-        acceleration = self.acceleration.copy()
-        acceleration[:, k] += 1.0
-        return Kinematics(self.position, self.velocity, acceleration)
-
-
-def between(values: Array, count: int, stride: int) -> Array:
-    """Values (m, k) at every stride-th of `count` samples, joined by a cubic spline."""
-    if stride == 1 or len(values) < 4:
-        return np.repeat(values, stride, axis=0)[:count]
-    at = np.arange(len(values)) * float(stride)
-    return np.asarray(CubicSpline(at, values)(np.arange(count, dtype=np.float64)))

@@ -8,12 +8,13 @@ from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
 from drivetwin.diagnosis.prepare.channel import delay_of, step_of, torque_of, unchanged
 from drivetwin.diagnosis.prepare.deflection import deflection
 from drivetwin.diagnosis.prepare.drive_law import answer_of
-from drivetwin.diagnosis.prepare.kinematics import Kinematics, between
+from drivetwin.diagnosis.prepare.kinematics import Kinematics
 from drivetwin.diagnosis.prepare.run import AxisRun, Coupling, Run, stride_of
 from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.emulator.dynamics import Motion
@@ -239,3 +240,11 @@ def _coupling(axes: Sequence[str], inertia: Array, slope: Array) -> dict[tuple[s
             if j != k and np.abs(inertia[:, j, k]).max() > HARDLY_COUPLED * np.sqrt(own[j] * own[k]):
                 found[of, on] = Coupling(inertia[:, j, k].copy(), slope[:, j, k].copy())
     return found
+
+
+def between(values: Array, count: int, stride: int) -> Array:
+    """Values (m, k) at every stride-th of `count` samples, joined by a cubic spline."""
+    if stride == 1 or len(values) < 4:
+        return np.repeat(values, stride, axis=0)[:count]
+    at = np.arange(len(values)) * float(stride)
+    return np.asarray(CubicSpline(at, values)(np.arange(count, dtype=np.float64)))

@@ -121,12 +121,12 @@ class Rows:
     def cost(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> dict[str, Array]:
         """Torque that an effect costs on its axis, and on those that feel its joint move otherwise than measured; and what it
         has the joint ahead of its motor, where that is compared."""
-        costs = [run.cost(self.simulation, axis, effect, dynamics) for run in self.runs]
+        costs = [run.cost(axis, effect, dynamics) for run in self.runs]
         felt = dict.fromkeys(name for cost in costs for name in cost)
         none = [np.zeros(len(run.recording.time)) for run in self.runs]
         found = {on: self.picked(on, [cost.get(on, zero) for cost, zero in zip(costs, none, strict=True)]) for on in felt}
         if deflection_of(axis) in self.compared:
-            ahead = [one for run in self.runs if (one := run.deflected(self.simulation, axis, effect, dynamics)) is not None]
+            ahead = [one for run in self.runs if (one := run.deflected(axis, effect, dynamics)) is not None]
             if ahead:
                 found[deflection_of(axis)] = centred(self.picked(axis, ahead), self.of[axis].run)
         return found

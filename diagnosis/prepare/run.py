@@ -12,16 +12,12 @@ from numpy.typing import NDArray
 from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
 from drivetwin.diagnosis.prepare.channel import earlier
 from drivetwin.diagnosis.prepare.cutoff import HIGHEST_SHARE_OF_RATE
-from drivetwin.diagnosis.prepare.kinematics import Kinematics, between
+from drivetwin.diagnosis.prepare.kinematics import Kinematics
 from drivetwin.diagnosis.prepare.positions import moved
-from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
-from drivetwin.emulator.effects import AxisEffect, ModelEffect
+from drivetwin.emulator.effects import AxisEffect
 from drivetwin.emulator.effects.base import Strays
-from drivetwin.foundation.cached import cached_property
-from drivetwin.foundation.lately import Lately
 from drivetwin.motion.filtering import reach, zero_phase
-from drivetwin.motion.inverse_dynamics import Model
 from drivetwin.motion.moving import widen
 from drivetwin.recording.recording import Recording
 
@@ -38,10 +34,6 @@ PREDICTED_RATE = 8.0
 where that is lower: derivatives of them err by 0.2 %."""
 FOLLOWED_RATE = 4.0
 """The same, a period of the motion's own cut-off: what of it is above that of the comparison only bends friction and joints."""
-SMOOTH_RATE = 6.0
-"""Samples a period of the cut-off at which changed rigid bodies are evaluated."""
-BODIES = 32
-"""Changes of these that are remembered."""
 COMPARED_RATE = 2.5
 """Samples that are compared, a period of the cut-off: no more is in them."""
 
@@ -135,7 +127,6 @@ class Run:
     axes: Mapping[str, AxisRun]
     coupling: Mapping[tuple[str, str], Coupling]
     _kept: dict[Hashable, Array] = field(init=False, repr=False, compare=False, default_factory=dict)
-    _bodies: Lately[Hashable, Array] = field(init=False, repr=False, compare=False, default_factory=Lately)
 
     def kept(self, key: Hashable, made: Callable[[], Array]) -> Array:
         """What is made of this recording for a key, made once: torque of changed rigid bodies, say, which takes its time."""
@@ -176,9 +167,9 @@ class Run:
         coupling = {pair: felt.part(span) for pair, felt in self.coupling.items()}
         return replace(self, recording=recording, kinematics=self.kinematics.part(span), axes=axes, coupling=coupling)
 
-    def cost(self, simulation: Simulation, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> dict[str, Array]:
+    def cost(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> dict[str, Array]:
         """Torque (n,), filtered, that an effect costs its axis, and those that feel the joint move otherwise than measured."""
-        motion = self._carrying(simulation, axis, dynamics)
+        motion = self.axes[axis].motion
         torque, strays = effect.predict_with_joint(motion, dynamics)
         found = {axis: self.felt(self.axes[axis], torque)}
         if strays is not None:
@@ -187,43 +178,10 @@ class Run:
                     found[other] = self.felt(self.axes[other], felt.torque(strays))
         return found
 
-    def deflected(self, simulation: Simulation, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> Array | None:
+    def deflected(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> Array | None:
         """How much further (n,), filtered, an effect has the joint ahead of its motor [rad or m]; None: no further."""
-        ahead = effect.deflect(self._carrying(simulation, axis, dynamics), dynamics)
+        ahead = effect.deflect(self.axes[axis].motion, dynamics)
         return self.smooth(ahead) if ahead is not None else None
-
-    def _carrying(self, simulation: Simulation, axis: str, dynamics: AxisDynamics) -> Motion:
-        """The motion of an axis, with what bodies beyond the model need of it; the slope of the weight is the model's."""
-        motion, bodies = self.axes[axis].motion, dynamics.bodies
-        return motion.changed_lately(bodies, lambda same: self._with(simulation, axis, same, bodies)) if bodies else motion
-
-    def _with(self, simulation: Simulation, axis: str, motion: Motion, bodies: tuple[tuple[str, Hashable], ...]) -> Motion:
-        k, torque, inertia = simulation.axes.index(axis), motion.rigid_torque, motion.inertia
-        for placed, effect in bodies:
-            assert isinstance(effect, ModelEffect)
-            changed = simulation.rigid_with(placed, effect)
-            torque = torque + self.beyond_rigid(simulation, (placed, effect), changed)[:, k]
-            inertia = inertia + self._spread(simulation.inertia(self._few, k, changed) - simulation.inertia(self._few, k))
-        return replace(motion, rigid_torque=torque, inertia=inertia)
-
-    def beyond_rigid(self, simulation: Simulation, key: Hashable, changed: Model) -> Array:
-        """What changed rigid bodies need beyond the model's, (n, k): evaluated once while a search or patches ask for them."""
-        as_it_stands = self.kept("rigid", lambda: simulation.torques(self._few))
-        few = self._bodies.get(key, lambda: simulation.torques_of(changed, self._few) - as_it_stands, BODIES)
-        return self._spread(few)
-
-    @cached_property
-    def _few(self) -> Kinematics:
-        """As many samples as the rigid bodies are evaluated at; between them a cubic spline."""
-        return self.kinematics.every(self._stride)
-
-    @property
-    def _stride(self) -> int:
-        return max(1, int(1.0 / (SMOOTH_RATE * self.cutoff_hz * self.period)))
-
-    def _spread(self, few: Array) -> Array:
-        """Values (m, ...) at these, at every sample (n, ...)."""
-        return between(few, len(self.recording.time), self._stride)
 
     def earlier(self, own: AxisRun, late: float) -> Array:
         """How what is compared of the measured torque changes (n,), where it is read `late` [s] earlier."""

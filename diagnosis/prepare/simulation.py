@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from drivetwin.diagnosis.prepare.kinematics import Kinematics
 from drivetwin.emulator.assembly import DrivenJoint, assemble
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw
-from drivetwin.emulator.effects import Effect, ModelEffect, PlacedEffect
+from drivetwin.emulator.effects import Effect, PlacedEffect
 from drivetwin.emulator.effects.model_tree import free_name, outermost
 from drivetwin.foundation.cached import cached_property
 from drivetwin.foundation.errors import UserError
@@ -32,9 +32,6 @@ logger = logging.getLogger(__name__)
 ASSEMBLED = 512
 """Axes with some effects that are remembered: a search asks for those of a few sets again and again."""
 
-CHANGED = 8
-"""Models with other rigid bodies that are remembered."""
-
 ASIDE = 1e-4
 """Step of a position [rad or m], over which a torque is differentiated."""
 
@@ -49,7 +46,6 @@ class Simulation:
     path: Path
     drives: Mapping[str, DrivenJoint]
     _assembled: Lately[Hashable, AxisDynamics] = field(init=False, repr=False, compare=False, default_factory=Lately)
-    _changed: Lately[Hashable, Model] = field(init=False, repr=False, compare=False, default_factory=Lately)
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -92,12 +88,10 @@ class Simulation:
         return {axis: self.dynamics_of(axis, effects) for axis in self.axes}
 
     def dynamics_of(self, axis: str, effects: Sequence[PlacedEffect]) -> AxisDynamics:
-        """The same of one axis: its own effects say what it is, each on top of those before it, and bodies of any axis."""
+        """The same of one axis: its own effects alone say what it is, each on top of those before it."""
         own = tuple(one for one in effects if one.axis == axis)
-        bodies = tuple((one.axis, one.effect) for one in effects if isinstance(one.effect, ModelEffect))
         key = axis, tuple((one.effect, *one.units.items()) for one in own)
-        alone = self._assembled.get(key, lambda: self._assemble(axis, own), ASSEMBLED)
-        return self._assembled.get((key, bodies), lambda: replace(alone, bodies=bodies), ASSEMBLED) if bodies else alone
+        return self._assembled.get(key, lambda: self._assemble(axis, own), ASSEMBLED)
 
     def _assemble(self, axis: str, effects: tuple[PlacedEffect, ...]) -> AxisDynamics:
         alone = assemble(self.spec(), {axis: self.drives[axis]}, effects)[axis]
@@ -132,26 +126,14 @@ class Simulation:
         )
         return np.asarray((ahead - behind) / (2.0 * ASIDE))
 
-    def inertia(self, kinematics: Kinematics, k: int, rigid: Model | None = None) -> Array:
-        """d torque / d acceleration (n,) of the k-th axis on its way, of a changed model where one is given [kg·m² or kg]."""
-        changed = rigid or self.rigid
-        pushed, still = (self.torques_of(changed, each)[:, k] for each in (kinematics.pushed(k), kinematics))
-        return np.asarray(pushed - still)
-
     def rigid_with(self, axis: str, effect: Effect) -> Model:
         """The model as an effect on the rigid bodies changes it."""
-        return self._changed.get((axis, effect), lambda: self._with_bodies(axis, effect), CHANGED)
-
-    def _with_bodies(self, axis: str, effect: Effect) -> Model:
         spec = self.spec()
         effect.add_to(spec, spec.joint(self.drives[axis].joint), AxisDynamics())
         return Model(spec.compile(), self.path)
 
     def rigid_with_heavier(self, body: int) -> Model:
         """The model in which one body, by its number, has twice its mass and inertia."""
-        return self._changed.get(body, lambda: self._with_heavier(body), CHANGED)
-
-    def _with_heavier(self, body: int) -> Model:
         heavier = copy.copy(self.model)
         heavier.body_mass[body] *= 2.0
         heavier.body_inertia[body] *= 2.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.drive_law import asked_of, given_with
+from drivetwin.diagnosis.prepare.motion import between
 from drivetwin.diagnosis.prepare.run import AxisRun, Run
 from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.diagnosis.report.result import AxisPrediction, Prediction
@@ -19,6 +20,10 @@ from drivetwin.foundation.errors import UserError
 from drivetwin.motion.inverse_dynamics import Model
 
 Array = NDArray[np.float64]
+
+SMOOTH_RATE = 6.0
+"""Samples a period of the cut-off at which the rigid bodies are evaluated; between them a cubic spline."""
+
 
 @dataclass(frozen=True)
 class Patch:
@@ -110,9 +115,9 @@ def cost(simulation: Simulation, run: Run, placed: PlacedEffect, dynamics: Mappi
     """Torque (n,) that an effect costs on the axes that it acts on, filtered."""
     effect = placed.effect
     if isinstance(effect, AxisEffect):
-        return run.cost(simulation, placed.axis, effect, dynamics[placed.axis])
+        return run.cost(placed.axis, effect, dynamics[placed.axis])
     if isinstance(effect, ModelEffect):
-        return _beyond_rigid(simulation, run, (placed.axis, effect), simulation.rigid_with(placed.axis, effect))
+        return _beyond_rigid(simulation, run, (placed.axis, effect), lambda: simulation.rigid_with(placed.axis, effect))
     if isinstance(effect, UnnamedEffect):
         own = run.axes[placed.axis]
         return {placed.axis: run.felt(own, effect.predict(own.motion, dynamics[placed.axis]))}
@@ -120,12 +125,16 @@ def cost(simulation: Simulation, run: Run, placed: PlacedEffect, dynamics: Mappi
 
 
 def _of_body(simulation: Simulation, run: Run, body: int) -> dict[str, Array]:
-    return _beyond_rigid(simulation, run, body, simulation.rigid_with_heavier(body))
+    return _beyond_rigid(simulation, run, body, lambda: simulation.rigid_with_heavier(body))
 
 
-def _beyond_rigid(simulation: Simulation, run: Run, key: Hashable, changed: Model) -> dict[str, Array]:
-    """What changed rigid bodies cost on every axis, (n,)."""
-    whole = run.beyond_rigid(simulation, key, changed)
+def _beyond_rigid(simulation: Simulation, run: Run, key: Hashable, changed: Callable[[], Model]) -> dict[str, Array]:
+    """What changed rigid bodies cost on every axis, (n,): evaluated once a recording, however many patches have the change."""
+    stride = max(1, int(1.0 / (SMOOTH_RATE * run.cutoff_hz * run.period)))
+    few = run.kinematics.every(stride)
+    as_it_stands = run.kept("rigid", lambda: simulation.torques(few))
+    torque = run.kept(("changed", key), lambda: simulation.torques_of(changed(), few) - as_it_stands)
+    whole = between(torque, len(run.recording.time), stride)
     return {axis: whole[:, k] * run.moves(run.axes[axis]) for k, axis in enumerate(simulation.axes)}
 
 

@@ -24,8 +24,8 @@ from drivetwin.foundation.errors import UserError
 from drivetwin.foundation.lately import Lately, OfSame
 
 Array = NDArray[np.float64]
-Later = tuple[tuple[str, AxisEffect, AxisDynamics], ...]
-"""Effects by axis, and the axis as each finds it."""
+Later = tuple[tuple[AxisEffect, AxisDynamics], ...]
+"""Effects, and the axis as each finds it."""
 
 LATELY = 32
 """Columns that are remembered while a search moves on: of what stands and of its neighbours."""
@@ -47,7 +47,7 @@ class Felt:
     effect: Effect
     dynamics: AxisDynamics
     later: Later = ()
-    """What bends with the friction under it, or has to bear the body as well."""
+    """What bends with the friction under it, and the axis as that finds it."""
     beside: AxisDynamics | None = None
     """Of a part of the axis, the axis with all others of the set: there it has its slopes."""
 
@@ -60,8 +60,8 @@ class Felt:
     def added(self) -> Column:
         """What a set that has the later ones costs more with it [N·m or N]."""
         found = dict(self._with_later(self.effect))
-        for on, one, dynamics in self.later:
-            for axis, rows in self.bench.column(PlacedEffect(on, one, {}), dynamics).items():
+        for one, dynamics in self.later:
+            for axis, rows in self.bench.column(PlacedEffect(self.axis, one, {}), dynamics).items():
                 found[axis] = found[axis] - rows
         return found
 
@@ -83,7 +83,7 @@ class Felt:
     def _fields(self) -> list[Field]:
         wide = self.bench.settings.wide_step
         fields = movable_fields(self.effect, self.bench.rows.motion[self.axis], self.dynamics, wide)
-        if any(not one.scales for _, one, _ in self.later):  # what yields has steps, over which a slope is a wide difference
+        if self.later:  # what yields has steps, over which a slope is a wide difference
             fields = [replace(each, difference=wide) for each in fields]
         return fields
 
@@ -94,17 +94,12 @@ class Felt:
         if self.beside is not None:
             return self.bench.column(PlacedEffect(self.axis, effect, {}), self.beside)
         found = dict(self._cost(effect))
-        for on, one, dynamics in self.later:
-            for axis, rows in self.bench.column(PlacedEffect(on, one, {}), self._under(dynamics, effect)).items():
+        for one, dynamics in self.later:
+            assert isinstance(effect, FrictionEffect)
+            changed = replace(dynamics, friction=effect.change(dynamics.friction))
+            for axis, rows in self.bench.column(PlacedEffect(self.axis, one, {}), changed).items():
                 found[axis] = found[axis] + rows if axis in found else rows
         return found
-
-    def _under(self, dynamics: AxisDynamics, effect: Effect) -> AxisDynamics:
-        """The axis as a later effect finds it, with this one as another."""
-        if isinstance(effect, FrictionEffect):
-            return replace(dynamics, friction=effect.change(dynamics.friction))
-        others = tuple(one for one in dynamics.bodies if one != (self.axis, self.effect))
-        return replace(dynamics, bodies=(*others, (self.axis, effect)))
 
 
 def _highest(column: Column) -> float:

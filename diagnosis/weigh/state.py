@@ -23,7 +23,7 @@ from drivetwin.diagnosis.propose.search import Field, Predict, movable_fields
 from drivetwin.diagnosis.weigh.bench import Bench, Felt, Later
 from drivetwin.diagnosis.weigh.explained import colour_in, explained, plain_axis
 from drivetwin.emulator.dynamics import AxisDynamics
-from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, ModelEffect, PartEffect, PlacedEffect
+from drivetwin.emulator.effects import AxisEffect, Effect, FrictionEffect, PartEffect, PlacedEffect
 from drivetwin.foundation.cached import cached_property
 from drivetwin.foundation.errors import UserError
 
@@ -295,7 +295,7 @@ class State:
 
     def bends(self, axis: str, effect: Effect) -> bool:
         """Whether what yields in the set costs otherwise with an effect on its axis, which is the friction under it."""
-        return any(not later.scales for _, later, _ in self._place(axis, effect)[1])
+        return any(not later.scales for later, _ in self._place(axis, effect)[1])
 
     def _place(self, axis: str, effect: Effect) -> tuple[AxisDynamics, Later]:
         """What an effect would stand on in the set, and what of the set would then bend otherwise."""
@@ -411,19 +411,16 @@ def _of_one(column: Column, amount: float) -> Column:
 
 
 def _later(ordered: Sequence[PlacedEffect], before: Sequence[AxisDynamics], number: int) -> Later:
-    """What costs otherwise in a set where an effect is another: friction and joints that yield on the axis of a friction, and
-    the parts of every axis that bear a body.
+    """What costs otherwise on the axis of a friction effect, in a set, where that is another: friction and joints that yield.
 
     In sliding an asymmetry of friction is an offset. Behind play and bristles it is none.
     """
     one = ordered[number]
-    rest = zip(ordered[number + 1 :], before[number + 1 :], strict=True)
-    later = [(each.axis, each.effect, axis) for each, axis in rest if isinstance(each.effect, AxisEffect)]
-    if isinstance(one.effect, ModelEffect):
-        return tuple(each for each in later if isinstance(each[1], PartEffect) and each[1].family != one.effect.family)
     if not isinstance(one.effect, FrictionEffect) or one.effect.several:
         return ()
-    return tuple(each for each in later if each[0] == one.axis and _bends(each[1]))
+    rest = zip(ordered[number + 1 :], before[number + 1 :], strict=True)
+    own = [(each.effect, axis) for each, axis in rest if each.axis == one.axis]
+    return tuple((effect, axis) for effect, axis in own if isinstance(effect, AxisEffect) and _bends(effect))
 
 
 def _bends(effect: AxisEffect) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
@@ -23,8 +22,7 @@ from drivetwin.foundation.cached import cached_property
 class AxisDynamics:
     """Parts of an axis in the order in which torque passes them; joint side, SI.
 
-    `gear_ratio`: motor turns a joint turn, or rad/m; `slide`: the joint is prismatic. `bodies`: changes of the model's rigid
-    bodies, by axis and effect. MuJoCo moves them in the plant; a replay is given a motion that needs their torque.
+    `gear_ratio`: motor turns a joint turn, or rad/m; `slide`: the joint is prismatic.
     """
 
     gear_ratio: float = 1.0
@@ -36,7 +34,6 @@ class AxisDynamics:
     load: Load = field(default_factory=Load)
     joint: Joint = field(default_factory=Joint)
     resisting: tuple[Resisting, ...] = ()
-    bodies: tuple[tuple[str, Hashable], ...] = ()
     encoder: Encoder = field(default_factory=Encoder)
 
     def __hash__(self) -> int:

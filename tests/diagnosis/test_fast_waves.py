@@ -64,7 +64,7 @@ def left(made: Prepared, *, answered: bool) -> float:
         own = replace(own, motion=replace(own.motion, sampling=None))
         run = replace(run, axes={"turn": own})
     gap = (own.torque - own.base)[own.used]
-    cost = run.cost(made.simulation, "turn", RIPPLE, made.simulation.dynamics()["turn"])["turn"][own.used]
+    cost = run.cost("turn", RIPPLE, made.simulation.dynamics()["turn"])["turn"][own.used]
     return float(np.mean((gap - cost) ** 2) / np.mean(gap**2))
 
 

@@ -190,8 +190,8 @@ def test_what_an_effect_costs_is_the_same_on_fewer_samples(effect: AxisEffect, t
     step = round(few.period / whole.period)
     assert step == 4
     dynamics = told.rows.simulation.dynamics()["turn"]
-    expected = whole.cost(told.simulation, "turn", effect, dynamics)["turn"][::step]
-    apart = expected - few.cost(told.simulation, "turn", effect, dynamics)["turn"]
+    expected = whole.cost("turn", effect, dynamics)["turn"][::step]
+    apart = expected - few.cost("turn", effect, dynamics)["turn"]
     begins, edge = round(BEGINS / few.period), 2 * reach(few.period, few.cutoff_hz)
     most = max(0.25 * Settings().model_error * rms(whole.axes["turn"].torque), 0.033 * rms(expected[begins:-edge]))
     assert rms(apart[begins:-edge]) < most
