@@ -272,10 +272,15 @@ class State:
 
     def moved_by(self, earlier: Sequence[PlacedEffect], now: Sequence[PlacedEffect]) -> float:
         """What it means to the fit that some of its effects are where they are `now`, and not where they were earlier [nats]:
-        the evidence that a straight line loses between the two, all others where they are. Infinite for other effects.
+        the evidence that a straight line loses between the two, all others where they are. Infinite for other effects, and
+        where what is fixed was another.
         """
         if [name_of(one) for one in earlier] != [name_of(one) for one in now]:
             return np.inf
+        for last, one in zip(earlier, now, strict=True):
+            fixed = one.effect.fixed(self.dynamics[one.axis])
+            if any(getattr(one.effect, name) != getattr(last.effect, name) for name in fixed):
+                return np.inf
         step = np.zeros(len(self.system.columns))
         for last, one in zip(earlier, now, strict=True):
             number = next(k for k, each in enumerate(self.effects) if each is one)

@@ -284,3 +284,13 @@ def test_a_spring_that_was_found_elsewhere_is_sought_where_it_now_belongs(
     (effect,) = (one.effect.effect for one in found)
     assert isinstance(effect, Elasticity)
     assert effect.stiffness == pytest.approx(SOFT.stiffness, rel=0.1)
+
+
+def test_a_parameter_that_is_fixed_now_and_was_elsewhere_is_another_effect(tmp_path: Path) -> None:
+    """All friction behind a spring is a parameter less: no slope says how far away the share was."""
+    rows = compared(tmp_path, strokes(61, 4.0, {"turn": on_a_soft_spring}))
+    bench = bench_of(rows, Settings(), dict.fromkeys(rows.axes, True))
+    shared, behind = (placed(rows, "turn", replace(SOFT, motor_friction_share=share)) for share in (0.9, 0.0))
+    state = state_of(bench, [behind], bench.white, {})
+    assert state.moved_by([behind], state.effects) == 0.0
+    assert state.moved_by([shared], state.effects) == np.inf
