@@ -44,7 +44,7 @@ class Colour:
     """
 
     groups: tuple[Index, ...]
-    """Rows that share an interval of time, recording by recording."""
+    """Rows of recordings of the same sample rate: less of a sensor's noise is in the band of a faster one."""
     predictors: tuple[tuple[Array, ...], ...]
     deviation: tuple[Array, ...]
     scale: tuple[float, ...]
@@ -101,9 +101,9 @@ class Colour:
         return np.asarray((out.T * (self.weight * np.sqrt(self.counts))).T).reshape(columns.shape)
 
 
-def white(rows: AxisRows, intervals: Array, level: float, order: int) -> Colour:
-    """No colour: what a search begins with, at a level [N·m or N]. `intervals` [s] between rows, of each recording."""
-    groups = _groups(rows, intervals)
+def white(rows: AxisRows, periods: Array, level: float, order: int) -> Colour:
+    """No colour: what a search begins with, at a level [N·m or N]. `periods` [s] between samples, of each recording."""
+    groups = _groups(rows, periods)
     return Colour(
         groups,
         tuple(tuple(np.zeros(j) for j in range(order + 1)) for _ in groups),
@@ -116,12 +116,12 @@ def white(rows: AxisRows, intervals: Array, level: float, order: int) -> Colour:
     )
 
 
-def colour_of(rows: AxisRows, intervals: Array, residual: Array, order: int, floor: float) -> Colour:
-    """The colour of a residual (N,) [N·m or N], Yule-Walker, for each interval of time between rows on its own.
+def colour_of(rows: AxisRows, periods: Array, residual: Array, order: int, floor: float) -> Colour:
+    """The colour of a residual (N,) [N·m or N], Yule-Walker, for each sample rate on its own.
 
     `floor`: rms of white noise that is in any comparison.
     """
-    age, groups = _age(rows, order), _groups(rows, intervals)
+    age, groups = _age(rows, order), _groups(rows, periods)
     weight, excess, errors = np.ones(len(rows)), np.zeros(len(rows)), np.zeros((len(rows), 1))
     counts = _counts(rows, np.full(len(rows), np.mean(residual**2) if len(residual) else 0.0))
     predictors, deviations, levels = [], [], []
@@ -209,8 +209,8 @@ def _correlation(own: Array, counts: Array, known: Index, order: int, floor: flo
     return correlation
 
 
-def _groups(rows: AxisRows, intervals: Array) -> tuple[Index, ...]:
-    rounded = np.round(np.log(intervals) * 20.0).astype(int)
+def _groups(rows: AxisRows, periods: Array) -> tuple[Index, ...]:
+    rounded = np.round(np.log(periods) * 20.0).astype(int)
     return tuple(
         np.flatnonzero(np.isin(rows.run, np.flatnonzero(rounded == one)))
         for one in np.unique(rounded)

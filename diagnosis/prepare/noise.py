@@ -65,11 +65,11 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], settings: Se
     density in the compared band is what no cause makes, for none is spread evenly over frequency. `apart`: time [s] by which
     torque and position of a sample still differ, by the fit.
     """
-    powers, floors, weights, timing = [], [], [], []
-    quantum = 0.0
+    powers, floors, quanta, weights, timing = [], [], [], [], []
     for run, rest in zip(runs, left, strict=True):
         torque = run.axes[axis].motion.torque
-        quantum = max(quantum, run.recording.info.axes[axis].torque_resolution or 0.0)
+        quantum = run.recording.info.axes[axis].torque_resolution or 0.0
+        quanta.append(quantum**2 / 12.0 * _bandwidth(run) * 2.0 * run.period)
         density = min(float(run.kept(("density", axis), partial(_density, torque, run))), _of_differences(rest, run))
         powers.append(density * _bandwidth(run))
         floors.append(_floor(rest, run))
@@ -77,11 +77,7 @@ def noise_of(axis: str, runs: Sequence[Run], left: Sequence[Array], settings: Se
         slope = derivative(run.axes[axis].torque, run.period)[run.axes[axis].used]
         timing.append(float(np.mean(slope**2)) * min(apart, TIMING * run.period) ** 2 if slope.size else 0.0)
     weights = weights if any(weights) else [1.0] * len(weights)
-    band = _bandwidth(runs[0]) * 2.0 * runs[0].period
-    sensor = float(np.average(powers, weights=weights))
-    floor = float(np.average(floors, weights=weights))
-    resolution = quantum**2 / 12.0 * band
-    of_time = float(np.average(timing, weights=weights))
+    sensor, floor, resolution, of_time = (float(np.average(each, weights=weights)) for each in (powers, floors, quanta, timing))
     rms, alone = (float(np.sqrt(max(sensor, resolution, each) + of_time)) for each in (floor, 0.0))
     found_by = (
         f"spectrum of the torque above {ABOVE:g} cut-offs, or changes from sample to sample of what is left, the lesser, "

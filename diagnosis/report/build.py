@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from drivetwin.diagnosis.propose.placing import alike, placed
 from drivetwin.diagnosis.propose.search import ANGLES
 from drivetwin.diagnosis.report.distinguish import sensor_that_tells, tell_apart
 from drivetwin.diagnosis.report.divided import Divided, divided
-from drivetwin.diagnosis.report.gap_test import NAME, GapFound, gap_of, significance
+from drivetwin.diagnosis.report.gap_test import NAME, Errs, GapFound, significance
 from drivetwin.diagnosis.report.gaps import Gaps, gaps_of
 from drivetwin.diagnosis.report.masses import corrected_masses
 from drivetwin.diagnosis.report.patched_model import patched_xml
@@ -80,7 +80,7 @@ def build(
     gaps = gaps_of(ready, patch, settings)
     parts = {axis: divided(ready, gaps, axis, settings.seed) for axis in ready.simulation.axes}
     named = {axis for axis in ready.simulation.axes if _is_small_and_named(ready, gaps, axis, parts[axis], settings)}
-    gaps = _with_names(gaps, named)
+    gaps = gaps.with_names(named)
     tests = {axis: _tested(ready, gaps, axis) for axis in ready.simulation.axes}
     open_axes = [axis for axis in ready.simulation.axes if tests[axis].significant]
     felt = [
@@ -90,7 +90,7 @@ def build(
     ]
     kept = Patch(tuple(felt), gaps.patch.heavier if open_axes else None)
     if kept != gaps.patch:
-        gaps = _with_names(gaps_of(ready, kept, settings), named)
+        gaps = gaps_of(ready, kept, settings).with_names(named)
         parts = {axis: divided(ready, gaps, axis, settings.seed) for axis in ready.simulation.axes}
     axes = {axis: _axis(ready, gaps, axis, tests[axis], parts[axis]) for axis in ready.simulation.axes}
     weights = _weights(gaps, open_axes)
@@ -123,16 +123,13 @@ def _is_small_and_named(ready: Prepared, gaps: Gaps, axis: str, parts: Divided, 
     return explained and not _tested(ready, gaps, axis).significant
 
 
-def _with_names(gaps: Gaps, named: Collection[str]) -> Gaps:
-    return replace(gaps, noise={axis: replace(own, is_named=axis in named) for axis, own in gaps.noise.items()})
-
-
 def _tested(ready: Prepared, gaps: Gaps, axis: str) -> GapFound:
     """Whether an axis has a gap: more than a model is expected to miss; or where effects explain it, more than its misfit."""
-    noise = gaps.noise[axis]
-    if noise.is_named:
-        return gap_of(gaps.unseen, gaps.fitted, axis, noise.rms, ready.cutoff_hz, noise.misfit)
-    return gap_of(gaps.unseen, gaps.fitted, axis, noise.floor, ready.cutoff_hz)
+
+    def errs(noise: Noise) -> Errs:
+        return Errs(noise.rms, noise.misfit) if noise.is_named else Errs(noise.floor)
+
+    return gaps.tested(axis, ready.cutoff_hz, errs)
 
 
 def placed_drives(rows: Rows, drives: Sequence[DriveFound]) -> list[PlacedEffect]:
@@ -387,7 +384,7 @@ def _is_in(one: PlacedEffect, patch: Patch) -> bool:
 def _unknown_cause(gaps: Gaps, axis: str, share: float, cutoff_hz: float, repeats: float, named: bool) -> Cause:
     """What is left: how surely it is more than noise. Half of that is doubted of what does not repeat."""
     left = [_as_it_stands(each, axis) for each in gaps.unseen]
-    p_value = significance(left, axis, gaps.noise[axis].unasked, cutoff_hz)
+    p_value = significance(left, axis, Errs(gaps.noise[axis].unasked), cutoff_hz)
     probability = float(np.clip((1.0 - p_value) * (0.5 + 0.5 * repeats), 0.01, 0.99))
     return Cause(UNKNOWN, axis, probability if named else max(probability, LEAST_ALONE), share, {}, None)
 

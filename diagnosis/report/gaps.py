@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from drivetwin.diagnosis.prepare.noise import Noise, noise_of
 from drivetwin.diagnosis.prepare.prepared import Prepared
+from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.propose.side_by_side import by_key
-from drivetwin.diagnosis.report.gap_test import gap_of
+from drivetwin.diagnosis.report.gap_test import Errs, GapFound, gap_of
 from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
 from drivetwin.diagnosis.report.result import Prediction
 from drivetwin.diagnosis.settings import Settings
@@ -19,20 +21,38 @@ from drivetwin.diagnosis.weigh.averaging import Unexplained
 
 @dataclass(frozen=True)
 class Gaps:
-    """The gap without and with a patch, on both motions, and the noise in it."""
+    """The gap without and with a patch, on both motions, and the noise in it: `noise` of the unseen motion."""
 
     patch: Patch
     unseen: Sequence[Prediction]
     fitted: Sequence[Prediction]
     noise: Mapping[str, Noise]
+    fitted_noise: Mapping[str, Noise]
 
     def unexplained(self) -> Unexplained:
-        """Shares of what the patch leaves on each axis."""
-        left = {axis: max(gap_rms(motion, axis, "after") for motion in (self.unseen, self.fitted)) for axis in self.noise}
+        """Shares of what the patch leaves on each axis, on the motion on which that is more."""
+
+        def beyond(axis: str, level: Callable[[Noise], float]) -> float:
+            motions = ((self.unseen, self.noise), (self.fitted, self.fitted_noise))
+            return max(_beyond(level(noise[axis]), gap_rms(motion, axis, "after")) for motion, noise in motions)
+
         return Unexplained(
-            {axis: _beyond(own.rms, left[axis]) for axis, own in self.noise.items()},
-            {axis: _beyond(own.floor, left[axis]) for axis, own in self.noise.items()},
+            {axis: beyond(axis, lambda noise: noise.rms) for axis in self.noise},
+            {axis: beyond(axis, lambda noise: noise.floor) for axis in self.noise},
         )
+
+    def tested(self, axis: str, cutoff_hz: float, errs: Callable[[Noise], Errs]) -> GapFound:
+        """Whether an axis has a gap on either motion, more than the comparison errs by there."""
+        own = errs(self.noise[axis]), errs(self.fitted_noise[axis])
+        return gap_of(self.unseen, self.fitted, axis, cutoff_hz, *own)
+
+    def with_names(self, axes: Collection[str]) -> Gaps:
+        """The same, of which effects explain a small gap on some axes."""
+        noise, fitted = (
+            {axis: replace(own, is_named=axis in axes) for axis, own in each.items()}
+            for each in (self.noise, self.fitted_noise)
+        )
+        return replace(self, noise=noise, fitted_noise=fitted)
 
 
 def axes_with_gap(ready: Prepared, gaps: Gaps) -> frozenset[str]:
@@ -42,9 +62,9 @@ def axes_with_gap(ready: Prepared, gaps: Gaps) -> frozenset[str]:
     """
     return frozenset(
         axis
-        for axis, noise in gaps.noise.items()
+        for axis in gaps.noise
         if ready.rows.deflects(axis)
-        or gap_of(gaps.unseen, gaps.fitted, axis, noise.by_torque, ready.cutoff_hz, noise.misfit).significant
+        or gaps.tested(axis, ready.cutoff_hz, lambda noise: Errs(noise.by_torque, noise.misfit)).significant
     )
 
 
@@ -58,9 +78,10 @@ def gaps_of(ready: Prepared, patch: Patch, settings: Settings) -> Gaps:
     unseen = [predict(ready.simulation, run, patch) for run in ready.checks]
     fitted = [predict(ready.simulation, run, patch) for run in ready.runs]
 
-    def noise(axis: str) -> Noise:
-        parts = [each.axes[axis] for each in (*fitted, *unseen)]
+    def noise(motion: Sequence[Prediction], runs: Sequence[Run], axis: str) -> Noise:
+        parts = [each.axes[axis] for each in motion]
         left = [np.where(part.used, part.measured - part.after, np.nan) for part in parts]
-        return noise_of(axis, [*ready.runs, *ready.checks], left, settings, ready.apart.get(axis, 0.0))
+        return noise_of(axis, runs, left, settings, ready.apart.get(axis, 0.0))
 
-    return Gaps(patch, unseen, fitted, by_key(noise, ready.simulation.axes))
+    own = (by_key(partial(noise, *each), ready.simulation.axes) for each in ((unseen, ready.checks), (fitted, ready.runs)))
+    return Gaps(patch, unseen, fitted, *own)

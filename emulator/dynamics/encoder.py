@@ -47,7 +47,7 @@ class Encoder:
             slope = 1.0 + self.eccentricity * gear * np.cos(angle)
             position = position - (position + self.eccentricity * np.sin(angle) - motion.position) / slope
         velocity = motion.velocity / slope
-        bend = self.eccentricity * gear**2 * np.sin(angle) * velocity**2
+        bend = self.eccentricity * gear**2 * motion.wave(angle, gear) * velocity**2
         acceleration = (motion.acceleration + bend) / slope
         torque = motion.rigid_torque + motion.inertia * (acceleration - motion.acceleration)
         torque = torque + motion.weight_slope * (position - motion.position)

@@ -149,7 +149,7 @@ def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tupl
     angle = wave * motion.position + gear.error_phase
     ratio = 1.0 + gear.error_amplitude * wave * np.cos(angle)
     position = motion.position + gear.error_amplitude * np.sin(angle)
-    bend = gear.error_amplitude * wave**2 * np.sin(angle) * motion.velocity**2
+    bend = gear.error_amplitude * wave**2 * motion.wave(angle, wave) * motion.velocity**2
     velocity, acceleration = ratio * motion.velocity, ratio * motion.acceleration - bend
     needed = motion.rigid_torque + _link(motion) * (acceleration - motion.acceleration)
     joint = replace(motion, position=position, velocity=velocity, acceleration=acceleration, rigid_torque=needed)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import signal
 
 from drivetwin.diagnosis.prepare.testable import NotTestable
-from drivetwin.diagnosis.report.gap_test import NAME, significance
+from drivetwin.diagnosis.report.gap_test import NAME, Errs, significance
 from drivetwin.diagnosis.report.patterns import patterns
 from drivetwin.diagnosis.report.result import (
     Array,
@@ -129,7 +129,7 @@ def gap_of_axis(predictions: tuple[Prediction, ...], axis: str, selected: tuple[
         standstill_rms=0.1,
         significant=bool(gap > 0.04),
         test=NAME,
-        p_value=significance(predictions, axis, 0.02, CUTOFF),
+        p_value=significance(predictions, axis, Errs(0.02), CUTOFF),
         shares=tuple(Share(name, share, (0.9 * share, min(1.1 * share, 1.0))) for name, share in shares),
         where=regimes(predictions, axis, 0.02, STANDSTILL),
         where_after=(),

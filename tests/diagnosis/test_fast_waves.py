@@ -1,4 +1,4 @@
-"""Cogging that passes faster than a log has samples: what the drive's loops give against it, as a closed loop shows."""
+"""Cogging and errors of encoder and gear that pass faster than a log has samples: what the drive's loops give against them."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.dynamics import Motion
 from drivetwin.emulator.dynamics.sampling import Sampling
-from drivetwin.emulator.effects import PlacedEffect
+from drivetwin.emulator.effects import AxisEffect, PlacedEffect
+from drivetwin.emulator.effects.encoder_eccentricity import EncoderEccentricity
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
+from drivetwin.emulator.effects.transmission_error import TransmissionError
 from drivetwin.recording.recording import Recording, RecordingInfo
 from drivetwin.twin.replay import replay
 
@@ -39,32 +41,32 @@ def recorded(period: float, columns: dict[str, np.ndarray[tuple[int, ...], np.dt
     return Recording("strokes", RecordingInfo.model_validate(info), time, {"turn": columns})
 
 
-def made(folder: Path, late: float = 0.0, drive: Any = DRIVE) -> Prepared:
-    """Fifty samples a second of strokes at which the cogging passes with up to 76 Hz, from a closed loop in MuJoCo.
+def made(folder: Path, late: float = 0.0, drive: Any = DRIVE, wave: AxisEffect = RIPPLE, travel: float = 1.0) -> Prepared:
+    """Fifty samples a second of strokes at which a wave passes with up to 76 Hz, from a closed loop in MuJoCo.
 
     Its torque comes `late` [s], and the recording says so; it may say that other loops are the `drive`'s.
     """
     path = folder / "turn.xml"
     path.write_text(MODEL, encoding="utf-8")
     time = np.arange(round(24.0 / FINE)) * FINE
-    demand = 0.4 * np.sin(0.5 * time) + 0.25 * np.sin(2.4 * time)
+    demand = travel * (0.4 * np.sin(0.5 * time) + 0.25 * np.sin(2.4 * time))
     demanded = recorded(FINE, {"position": demand, "torque": np.zeros_like(time), "position_demand": demand})
-    run = replay(path, demanded, (PlacedEffect("turn", RIPPLE, {}),))["turn"]
+    run = replay(path, demanded, (PlacedEffect("turn", wave, {}),))["turn"]
     columns = {"position": run.position, "torque": np.roll(run.torque, round(late / FINE)), "position_demand": demand}
     told = {"torque_delay": late or None, "drive": drive}
     log = recorded(SLOW * FINE, {name: samples[::SLOW] for name, samples in columns.items()}, **told)
     return prepared(path, [log], [log], Settings())
 
 
-def left(made: Prepared, *, answered: bool) -> float:
-    """Of the gap's energy, the share that the cogging leaves."""
+def left(made: Prepared, *, answered: bool, wave: AxisEffect = RIPPLE) -> float:
+    """Of the gap's energy, the share that the wave leaves."""
     (run,) = made.runs
     own = run.axes["turn"]
     if not answered:
         own = replace(own, motion=replace(own.motion, sampling=None))
         run = replace(run, axes={"turn": own})
     gap = (own.torque - own.base)[own.used]
-    cost = run.cost("turn", RIPPLE, made.simulation.dynamics()["turn"])["turn"][own.used]
+    cost = run.cost("turn", wave, made.simulation.dynamics()["turn"])["turn"][own.used]
     return float(np.mean((gap - cost) ** 2) / np.mean(gap**2))
 
 
@@ -73,6 +75,18 @@ def test_a_slow_log_shows_of_a_cogging_what_the_loops_give_against_it(tmp_path: 
     log = made(tmp_path, late)
     assert left(log, answered=True) < most
     assert left(log, answered=False) > 0.4
+
+
+@pytest.mark.parametrize(
+    ("wave", "travel"),
+    [(EncoderEccentricity(1e-4, 0.7), 6.0), (TransmissionError(2e-5, 6.0, 0.7), 1.0)],
+    ids=["of the encoder", "of the gear"],
+)
+def test_so_it_does_of_an_error_of_encoder_or_gear(tmp_path: Path, wave: AxisEffect, travel: float) -> None:
+    """The loops see it as a motion, and give against it what they would give against the torque of that."""
+    log = made(tmp_path, wave=wave, travel=travel)
+    assert left(log, answered=True, wave=wave) < 0.06
+    assert left(log, answered=False, wave=wave) > 0.4
 
 
 @pytest.mark.parametrize(

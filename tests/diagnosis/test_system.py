@@ -66,9 +66,9 @@ def colours(kind: str) -> dict[str, Colour]:
     for axis, count in COUNT.items():
         rows = rows_of((count - 13, 13), blocks=8)
         remembers = np.convolve(np.random.default_rng(5).standard_normal(count), [1.0, 0.7], "same") * LEVEL[axis]
-        intervals = np.array([PERIOD])
+        periods = np.array([PERIOD])
         found[axis] = (
-            white(rows, intervals, LEVEL[axis], 3) if kind == "white" else colour_of(rows, intervals, remembers, 3, 0.1)
+            white(rows, periods, LEVEL[axis], 3) if kind == "white" else colour_of(rows, periods, remembers, 3, 0.1)
         )
     return found
 
