@@ -179,4 +179,10 @@ def tangents(effect: Effect, movable: Sequence[Field], predict: Predict) -> list
     ways = np.diag(np.array(ups) - np.array(downs))
     ways = np.where(ways > 0.0, ways, 1.0)
     pairs = zip(columns[: len(base)], columns[len(base) :], ways, strict=True)
-    return [{axis: (above[axis] - below[axis]) / way for axis in above} for above, below, way in pairs]
+    return [_slope(above, below, way) for above, below, way in pairs]
+
+
+def _slope(above: Column, below: Column, way: float) -> Column:
+    """Other axes feel nothing of an effect of size 0."""
+    none = {axis: np.zeros_like(rows) for axis, rows in (*above.items(), *below.items())}
+    return {axis: (above.get(axis, zero) - below.get(axis, zero)) / way for axis, zero in none.items()}

@@ -16,6 +16,8 @@ LATELY = 16
 """Results of a search that are kept of one motion: of the effect as it stands and of its neighbours."""
 CHANGED = 5
 """Motions made of one that are kept: each keeps as much itself."""
+WAVES = 8
+"""Kinds of waves, of which is kept what a torque shows of them: cogging and errors of gear and encoder have theirs for good."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,7 @@ class Motion:
     sampling: Sampling | None = None
     _kept: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
     _lately: Lately[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=Lately)
+    _waves: Lately[float, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=Lately)
     _changed: Lately[Hashable, Motion] = field(init=False, repr=False, compare=False, default_factory=Lately)
 
     def kept(self, key: Hashable, made: Callable[[Motion], NDArray[np.float64]]) -> NDArray[np.float64]:
@@ -70,7 +73,7 @@ class Motion:
         """
         if self.sampling is None:
             return np.sin(angle)
-        gain, turned = self.kept_lately(("seen", number), lambda same: same._seen(number))
+        gain, turned = self._waves.get(number, lambda: self._seen(number), WAVES)
         return np.asarray(gain * np.sin(angle + turned))
 
     def _seen(self, number: float) -> NDArray[np.float64]:

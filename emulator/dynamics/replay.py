@@ -85,7 +85,7 @@ def _driven(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """Torque of the motor's shaft, acceleration of the joint and how far it is ahead of its motor, (3, n)."""
     through = _through_a_spring if axis.transmission.elastic else _through_a_rigid_gear
     found = through(motion, axis)
-    found[0] += motion.rotor_inertia * motion.acceleration
+    found[0] += motion.kept("rotor", lambda same: same.rotor_inertia * same.acceleration)
     return found
 
 
@@ -97,6 +97,16 @@ def _weight(motion: Motion) -> NDArray[np.float64]:
 def _link(motion: Motion) -> NDArray[np.float64]:
     """Inertia behind the motor, (n,); shared, not to be written to."""
     return motion.kept("link", lambda same: same.inertia - same.rotor_inertia)
+
+
+def _without_friction(motion: Motion) -> NDArray[np.float64]:
+    """What a rigid gear without friction asks of the motor beside its own inertia, (n,); shared, not to be written to."""
+    return motion.kept("without friction", lambda same: _weight(same) + _link(same) * same.acceleration)
+
+
+def _at_rest(motion: Motion) -> NDArray[np.float64]:
+    """Zeros (n,): how far a rigid gear lets the joint move ahead; shared, not to be written to."""
+    return motion.kept("rigid", lambda same: np.zeros_like(same.position))
 
 
 def _slope(motion: Motion) -> NDArray[np.float64]:
@@ -133,6 +143,8 @@ def _line(samples, period):  # type: ignore[no-untyped-def]
 
 def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """Torque that the load asks of the motor, acceleration and deflection of the joint, (3, n): by virtual work."""
+    if axis.transmission.error_amplitude == 0.0:
+        return np.stack((_without_friction(motion) + axis.friction.resistance(motion), motion.acceleration, _at_rest(motion)))
     joint, ratio = _at_the_joint(motion, axis.transmission, axis.gear_ratio)
     link = _link(motion)
     ahead = joint.position - motion.position
@@ -143,8 +155,6 @@ def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> NDArray[np.floa
 
 def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tuple[Motion, NDArray[np.float64]]:
     """How the joint moves on a rigid gear, and d joint / d motor on the way (n,): q = m + e(m), m as measured."""
-    if gear.error_amplitude == 0.0:
-        return motion, np.ones_like(motion.position)
     wave = gear.error_order * gear_ratio
     angle = wave * motion.position + gear.error_phase
     ratio = 1.0 + gear.error_amplitude * wave * np.cos(angle)

@@ -13,10 +13,13 @@ Answer = Callable[[NDArray[np.float64]], NDArray[np.complex128]]
 MOST = 3.0
 """Times a disturbance that a drive gives against it at most: loops that give more would ring."""
 
+KNOWN = 0.999
+"""Share of an acceleration from which it is known."""
+
 
 @dataclass(frozen=True)
 class Sampling:
-    """Samples every `period` [s], of a drive whose loops `answer` a torque; the acceleration is known up to `motion_hz`.
+    """Samples every `period` [s], of a drive whose loops `answer` a torque; the motion is filtered at `motion_hz`.
 
     `late` [s]: by which the torque was recorded late, and is read earlier between samples.
     """
@@ -30,21 +33,31 @@ class Sampling:
         """Share (n,) of a wave of a frequency (n,) [Hz] that is in the torque beside the known acceleration, where the torque
         is read every `period` [s]; quasi-steady in speed.
 
-        The loops give T of the wave, and it accelerates the axis with 1 - T of it. While that acceleration is known, the two
-        together are the wave. Above half the sample rate the samples have an alias, whose acceleration is as much smaller as
-        the square of its frequency. To read an alias earlier turns it by its own frequency, and not by the wave's. What has an
-        alias above half the rate at which the torque is read was filtered before.
+        The loops give T of the wave, and it accelerates the axis with 1 - T of it. As far as that acceleration is known, the
+        two together are the wave. Above half the sample rate the samples have an alias, whose acceleration is as much smaller
+        as the square of its frequency. To read an alias earlier turns it by its own frequency, and not by the wave's. What has
+        an alias above half the rate at which the torque is read was filtered before.
         """
         rate = 1.0 / self.period
         alias = (frequency + 0.5 * rate) % rate - 0.5 * rate
         found = np.ones(len(frequency), dtype=np.complex128)
-        fast = frequency > min(self.motion_hz, 0.5 * rate)
-        own, at = frequency[fast], alias[fast]
-        given = self.answer(own)
-        found[fast] = given + (1.0 - given) * (np.abs(at) < self.motion_hz) * (at / own) ** 2
+        known = self._known(np.abs(alias)) * np.divide(alias, frequency, out=np.ones_like(alias), where=frequency > 0.0) ** 2
+        partly = known < KNOWN
+        given = self.answer(frequency[partly])
+        found[partly] = given + (1.0 - given) * known[partly]
         found *= np.exp(-2j * np.pi * (frequency - alias) * self.late)
         found[np.abs(alias) > 0.5 / period] = 0.0
         return found
+
+    def _known(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Share of an acceleration of a frequency (n,) [Hz] up to half the sample rate that the recorded motion shows: what of
+        it passes the filter and the two slopes (`motion/filtering.py`).
+        """
+        angle = np.pi * frequency * self.period
+        passes = 1.0 / (1.0 + (np.tan(angle) / np.tan(np.pi * min(self.motion_hz * self.period, 0.499))) ** 8)
+        slope = (45.0 * np.sin(2.0 * angle) - 9.0 * np.sin(4.0 * angle) + np.sin(6.0 * angle)) / 30.0
+        share = np.divide(slope, 2.0 * angle, out=np.ones_like(angle), where=angle > 0.0)
+        return np.asarray(passes * share**2)
 
     @property
     def is_likely(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +11,11 @@ import pytest
 from carts_bench import CUTOFF, GEAR, LOWER, MODEL, MOTOR, PERIOD, STIFFNESS, TIME, UPPER, VISCOUS, slope, waves
 
 from drivetwin.diagnosis.prepare.prepared import prepared
-from drivetwin.diagnosis.prepare.rows import Rows
+from drivetwin.diagnosis.prepare.rows import Column, Rows
+from drivetwin.diagnosis.propose.search import movable_fields, tangents
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.emulator.effects import AxisEffect
+from drivetwin.emulator.effects import AxisEffect, Effect
 from drivetwin.emulator.effects.backlash import Backlash
 from drivetwin.emulator.effects.delay import Delay
 from drivetwin.emulator.effects.elasticity import Elasticity
@@ -80,6 +81,27 @@ def test_the_other_axis_feels_how_the_joint_truly_moves(case: Case, tmp_path: Pa
     cost = rows.cost("upper", case.effect, rows.simulation.dynamics()["upper"])
     for axis, gap in rows.target.items():
         assert np.sum((gap - cost[axis]) ** 2) < 1e-3 * np.sum(gap**2)
+
+
+@pytest.mark.parametrize("case", CASES[1:], ids=lambda case: case.effect.name)
+def test_the_slope_of_an_effect_that_is_not_there_yet_is_felt_by_the_other_axis(case: Case, tmp_path: Path) -> None:
+    rows = compared(tmp_path, case)
+    dynamics = rows.simulation.dynamics()["upper"]
+    size = type(case.effect).parameters[0].name
+    none, small = (replace(case.effect, **{size: share * getattr(case.effect, size)}) for share in (0.0, 0.01))
+
+    def cost(effect: Effect) -> Column:
+        assert isinstance(effect, AxisEffect)
+        return rows.cost("upper", effect, dynamics)
+
+    def slope_of(effect: AxisEffect) -> Column:
+        field = movable_fields(effect, rows.motion["upper"], dynamics, Settings().wide_step)[0]
+        return {axis: own / field.size for axis, own in tangents(effect, [field], cost)[0].items()}
+
+    there, expected = slope_of(none), slope_of(small)
+    assert set(there) == {"lower", "upper"}
+    for axis, rows_of in expected.items():
+        assert np.linalg.norm(there[axis] - rows_of) < 0.1 * np.linalg.norm(rows_of)
 
 
 def test_nobody_feels_a_joint_that_moves_as_measured(tmp_path: Path) -> None:
