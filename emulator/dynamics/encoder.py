@@ -35,7 +35,11 @@ class Encoder:
         return self.eccentricity != 0.0 or self.delay > 0.0
 
     def truth(self, motion: Motion, gear: float) -> Motion:
-        """The motion that is read as this one, but for the delay: position + error(position) = reading, and its derivatives."""
+        """The motion that is read as this one, but for the delay: position + error(position) = reading, and its derivatives.
+
+        `rigid_torque` has what the drive gives for it. The acceleration is what other axes feel, as far as it is known: of what
+        passes faster than the samples their own drives give little.
+        """
         if self.eccentricity == 0.0:
             return motion
         return motion.changed_lately(("read", self.eccentricity, self.phase, gear), lambda same: self._truth(same, gear))
@@ -47,9 +51,11 @@ class Encoder:
             slope = 1.0 + self.eccentricity * gear * np.cos(angle)
             position = position - (position + self.eccentricity * np.sin(angle) - motion.position) / slope
         velocity = motion.velocity / slope
-        bend = self.eccentricity * gear**2 * motion.wave(angle, gear) * velocity**2
-        acceleration = (motion.acceleration + bend) / slope
-        torque = motion.rigid_torque + motion.inertia * (acceleration - motion.acceleration)
+        bend = self.eccentricity * gear**2 * velocity**2
+        given, acceleration = (
+            (motion.acceleration + bend * of(angle, gear)) / slope for of in (motion.wave, motion.known_wave)
+        )
+        torque = motion.rigid_torque + motion.inertia * (given - motion.acceleration)
         torque = torque + motion.weight_slope * (position - motion.position)
         return replace(motion, position=position, velocity=velocity, acceleration=acceleration, rigid_torque=torque)
 

@@ -49,7 +49,7 @@ class Motion:
     sampling: Sampling | None = None
     _kept: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
     _lately: Lately[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=Lately)
-    _waves: Lately[float, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=Lately)
+    _waves: Lately[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=Lately)
     _changed: Lately[Hashable, Motion] = field(init=False, repr=False, compare=False, default_factory=Lately)
 
     def kept(self, key: Hashable, made: Callable[[Motion], NDArray[np.float64]]) -> NDArray[np.float64]:
@@ -73,14 +73,26 @@ class Motion:
         """
         if self.sampling is None:
             return np.sin(angle)
-        gain, turned = self._waves.get(number, lambda: self._seen(number), WAVES)
+        gain, turned = self._waves.get(("seen", number), lambda: self._seen(number), WAVES)
         return np.asarray(gain * np.sin(angle + turned))
+
+    def known_wave(self, angle: NDArray[np.float64], number: float) -> NDArray[np.float64]:
+        """sin(angle), (n,), as far as a recorded motion shows an acceleration that passes so fast; `number` as of `wave`."""
+        if self.sampling is None:
+            return np.sin(angle)
+        sampling = self.sampling
+        share = self._waves.get(("known", number), lambda: sampling.known(self._frequency(number)), WAVES)
+        return np.asarray(share * np.sin(angle))
 
     def _seen(self, number: float) -> NDArray[np.float64]:
         """By how much a wave is larger, and by which angle it is ahead in position, (2, n)."""
         assert self.sampling is not None
-        share = self.sampling.seen(np.abs(number * self.velocity) / (2.0 * pi), self.period)
+        share = self.sampling.seen(self._frequency(number), self.period)
         return np.stack([np.abs(share), np.sign(number * self.velocity) * np.angle(share)])
+
+    def _frequency(self, number: float) -> NDArray[np.float64]:
+        """With which a wave of so many radians on the way passes, (n,) [Hz]."""
+        return np.abs(number * self.velocity) / (2.0 * pi)
 
     @property
     def period(self) -> float:

@@ -145,25 +145,30 @@ def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> NDArray[np.floa
     """Torque that the load asks of the motor, acceleration and deflection of the joint, (3, n): by virtual work."""
     if axis.transmission.error_amplitude == 0.0:
         return np.stack((_without_friction(motion) + axis.friction.resistance(motion), motion.acceleration, _at_rest(motion)))
-    joint, ratio = _at_the_joint(motion, axis.transmission, axis.gear_ratio)
+    joint, ratio, known = _at_the_joint(motion, axis.transmission, axis.gear_ratio)
     link = _link(motion)
     ahead = joint.position - motion.position
     weight = _weight(motion) + motion.weight_slope * ahead
     torque = (weight + link * joint.acceleration + axis.friction.resistance(joint)) * ratio
-    return np.stack((torque, joint.acceleration, ahead))
+    return np.stack((torque, known, ahead))
 
 
-def _at_the_joint(motion: Motion, gear: Transmission, gear_ratio: float) -> tuple[Motion, NDArray[np.float64]]:
-    """How the joint moves on a rigid gear, and d joint / d motor on the way (n,): q = m + e(m), m as measured."""
+def _at_the_joint(
+    motion: Motion, gear: Transmission, gear_ratio: float
+) -> tuple[Motion, NDArray[np.float64], NDArray[np.float64]]:
+    """How the joint moves on a rigid gear, and d joint / d motor on the way (n,): q = m + e(m), m as measured; and its
+    acceleration (n,) as far as that is known, which other axes feel.
+    """
     wave = gear.error_order * gear_ratio
     angle = wave * motion.position + gear.error_phase
     ratio = 1.0 + gear.error_amplitude * wave * np.cos(angle)
     position = motion.position + gear.error_amplitude * np.sin(angle)
-    bend = gear.error_amplitude * wave**2 * motion.wave(angle, wave) * motion.velocity**2
-    velocity, acceleration = ratio * motion.velocity, ratio * motion.acceleration - bend
+    bend = gear.error_amplitude * wave**2 * motion.velocity**2
+    velocity, along = ratio * motion.velocity, ratio * motion.acceleration
+    acceleration, known = (along - bend * of(angle, wave) for of in (motion.wave, motion.known_wave))
     needed = motion.rigid_torque + _link(motion) * (acceleration - motion.acceleration)
     joint = replace(motion, position=position, velocity=velocity, acceleration=acceleration, rigid_torque=needed)
-    return joint, ratio
+    return joint, ratio, known
 
 
 def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:

@@ -38,10 +38,8 @@ class Sampling:
         as the square of its frequency. To read an alias earlier turns it by its own frequency, and not by the wave's. What has
         an alias above half the rate at which the torque is read was filtered before.
         """
-        rate = 1.0 / self.period
-        alias = (frequency + 0.5 * rate) % rate - 0.5 * rate
+        alias, known = self._alias(frequency), self.known(frequency)
         found = np.ones(len(frequency), dtype=np.complex128)
-        known = self._known(np.abs(alias)) * np.divide(alias, frequency, out=np.ones_like(alias), where=frequency > 0.0) ** 2
         partly = known < KNOWN
         given = self.answer(frequency[partly])
         found[partly] = given + (1.0 - given) * known[partly]
@@ -49,15 +47,21 @@ class Sampling:
         found[np.abs(alias) > 0.5 / period] = 0.0
         return found
 
-    def _known(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Share of an acceleration of a frequency (n,) [Hz] up to half the sample rate that the recorded motion shows: what of
-        it passes the filter and the two slopes (`motion/filtering.py`).
+    def known(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Share of an acceleration of a frequency (n,) [Hz] that the recorded motion shows, by its alias: what of that passes the
+        filter and the two slopes (`motion/filtering.py`).
         """
-        angle = np.pi * frequency * self.period
+        alias = self._alias(frequency)
+        angle = np.pi * np.abs(alias) * self.period
         passes = 1.0 / (1.0 + (np.tan(angle) / np.tan(np.pi * min(self.motion_hz * self.period, 0.499))) ** 8)
         slope = (45.0 * np.sin(2.0 * angle) - 9.0 * np.sin(4.0 * angle) + np.sin(6.0 * angle)) / 30.0
         share = np.divide(slope, 2.0 * angle, out=np.ones_like(angle), where=angle > 0.0)
-        return np.asarray(passes * share**2)
+        slower = np.divide(alias, frequency, out=np.ones_like(alias), where=frequency > 0.0)
+        return np.asarray(passes * (share * slower) ** 2)
+
+    def _alias(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
+        rate = 1.0 / self.period
+        return (frequency + 0.5 * rate) % rate - 0.5 * rate
 
     @property
     def is_likely(self) -> bool:

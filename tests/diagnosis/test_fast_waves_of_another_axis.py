@@ -1,0 +1,63 @@
+"""An encoder error of one axis that passes faster than a log has samples: what the drive of the axis below gives for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drivetwin.diagnosis.prepare.prepared import prepared
+from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.effects import AxisEffect, PlacedEffect
+from drivetwin.emulator.effects.encoder_eccentricity import EncoderEccentricity
+from drivetwin.emulator.effects.transmission_error import TransmissionError
+from drivetwin.recording.recording import Recording, RecordingInfo
+from drivetwin.twin.replay import replay
+
+GEAR, FINE, SLOW = 400.0, 1e-3, 20
+"""Of the upper axis [rad/m]; periods of the closed loop [s], and how many of them the log has one sample of."""
+MODEL = f"""<mujoco model="carts"><option gravity="0 0 0"/><worldbody>
+<body><joint name="lower" type="slide" axis="1 0 0" damping="2"/><inertial pos="0 0 0" mass="5" diaginertia="1 1 1"/>
+<body><joint name="upper" type="slide" axis="1 0 0" damping="4"/><inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/>
+</body></body></worldbody>
+<actuator><motor name="lower" joint="lower"/><motor name="upper" joint="upper" gear="{GEAR}"/></actuator></mujoco>"""
+GAINS = {"lower": 700.0, "upper": 200.0}
+
+
+def recorded(period: float, columns: dict[str, dict[str, np.ndarray[tuple[int, ...], np.dtype[np.float64]]]]) -> Recording:
+    drive = {"position_gain": 30.0, "integral_time": 0.1, "servo_period": 2.5e-4, "velocity_filter_hz": 500.0}
+    axes: dict[str, Any] = {
+        axis: {"joint": axis, "actuator": axis, "gear_ratio": ratio, "drive": {**drive, "velocity_gain": GAINS[axis]}}
+        for axis, ratio in (("lower", 1.0), ("upper", GEAR))
+    }
+    info = RecordingInfo.model_validate({"schema": "recording/2", "machine": "carts", "sample_period": period, "axes": axes})
+    count = len(columns["upper"]["position"])
+    return Recording("strokes", info, np.arange(count, dtype=np.float64) * period, columns)
+
+
+@pytest.mark.parametrize("wave", [EncoderEccentricity(2e-5, 0.7), TransmissionError(2e-5, 1.0, 0.7)], ids=lambda one: one.name)
+def test_another_axis_is_not_said_to_feel_what_its_drive_does_not_give(wave: AxisEffect, tmp_path: Path) -> None:
+    """Waves of up to 76 Hz in 50 samples a second. The whole wave would leave five times the lower axis's gap."""
+    path = tmp_path / "carts.xml"
+    path.write_text(MODEL, encoding="utf-8")
+    time = np.arange(round(24.0 / FINE)) * FINE
+    demands = {"lower": 0.3 * np.sin(0.9 * time), "upper": 0.6 * np.sin(0.5 * time) + 0.3 * np.sin(2.4 * time)}
+    asked = {axis: {"position": own, "torque": np.zeros_like(time), "position_demand": own} for axis, own in demands.items()}
+    runs = replay(path, recorded(FINE, asked), (PlacedEffect("upper", wave, {}),))
+    columns = {
+        axis: {"position": run.position[::SLOW], "torque": run.torque[::SLOW], "position_demand": demands[axis][::SLOW]}
+        for axis, run in runs.items()
+    }
+    log = recorded(SLOW * FINE, columns)
+    made = prepared(path, [log], [log], Settings())
+    (run,) = made.runs
+    cost = run.cost("upper", wave, made.simulation.dynamics()["upper"])
+    left = {}
+    for axis, felt in cost.items():
+        own = run.axes[axis]
+        gap = (own.torque - own.base)[own.used]
+        left[axis] = float(np.mean((gap - felt[own.used]) ** 2) / np.mean(gap**2))
+    assert left["upper"] < 0.3
+    assert left["lower"] < 1.3
