@@ -48,8 +48,8 @@ class Sampling:
         return found
 
     def known(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Share of an acceleration of a frequency (n,) [Hz] that the recorded motion shows: what of its alias passes the filter and
-        the two slopes (`motion/filtering.py`).
+        """Share of an acceleration of a frequency (n,) [Hz] that the recorded motion shows: what of its alias passes filter and
+        two slopes (`motion/filtering.py`).
         """
         alias = self._alias(frequency)
         angle = np.pi * np.abs(alias) * self.period
