@@ -44,7 +44,7 @@ class Colour:
     """
 
     groups: tuple[Index, ...]
-    """Rows of recordings of the same sample rate: less of a sensor's noise is in the band of a faster one."""
+    """Rows of recordings of the same sample rate, at equal intervals: a faster one has less of a sensor's noise in the band."""
     predictors: tuple[tuple[Array, ...], ...]
     deviation: tuple[Array, ...]
     scale: tuple[float, ...]
@@ -101,9 +101,9 @@ class Colour:
         return np.asarray((out.T * (self.weight * np.sqrt(self.counts))).T).reshape(columns.shape)
 
 
-def white(rows: AxisRows, periods: Array, level: float, order: int) -> Colour:
-    """No colour: what a search begins with, at a level [N·m or N]. `periods` [s] between samples, of each recording."""
-    groups = _groups(rows, periods)
+def white(rows: AxisRows, clocks: Array, level: float, order: int) -> Colour:
+    """No colour: what a search begins with, at a level [N·m or N]. `clocks`: see `colour_of`."""
+    groups = _groups(rows, clocks)
     return Colour(
         groups,
         tuple(tuple(np.zeros(j) for j in range(order + 1)) for _ in groups),
@@ -116,12 +116,14 @@ def white(rows: AxisRows, periods: Array, level: float, order: int) -> Colour:
     )
 
 
-def colour_of(rows: AxisRows, periods: Array, residual: Array, order: int, floor: float) -> Colour:
+def colour_of(rows: AxisRows, clocks: Array, residual: Array, order: int, floor: float) -> Colour:
     """The colour of a residual (N,) [N·m or N], Yule-Walker, for each sample rate on its own.
+
+    `clocks` (R, 2) [s]: of each recording, between samples as they were recorded and between rows.
 
     `floor`: rms of white noise that is in any comparison.
     """
-    age, groups = _age(rows, order), _groups(rows, periods)
+    age, groups = _age(rows, order), _groups(rows, clocks)
     weight, excess, errors = np.ones(len(rows)), np.zeros(len(rows)), np.zeros((len(rows), 1))
     counts = _counts(rows, np.full(len(rows), np.mean(residual**2) if len(residual) else 0.0))
     predictors, deviations, levels = [], [], []
@@ -209,13 +211,10 @@ def _correlation(own: Array, counts: Array, known: Index, order: int, floor: flo
     return correlation
 
 
-def _groups(rows: AxisRows, periods: Array) -> tuple[Index, ...]:
-    rounded = np.round(np.log(periods) * 20.0).astype(int)
-    return tuple(
-        np.flatnonzero(np.isin(rows.run, np.flatnonzero(rounded == one)))
-        for one in np.unique(rounded)
-        if np.isin(rows.run, np.flatnonzero(rounded == one)).any()
-    )
+def _groups(rows: AxisRows, clocks: Array) -> tuple[Index, ...]:
+    rounded = np.round(np.log(clocks) * 20.0).astype(int)
+    alike = [np.flatnonzero((rounded == one).all(axis=1)) for one in np.unique(rounded, axis=0)]
+    return tuple(np.flatnonzero(own) for runs in alike if (own := np.isin(rows.run, runs)).any())
 
 
 def _age(rows: AxisRows, order: int) -> Index:

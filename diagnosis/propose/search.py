@@ -112,15 +112,17 @@ def moved(
     low = np.array([field.low / field.size for field in movable])
     high = np.array([field.high / field.size for field in movable])
     steps = np.array([field.difference for field in movable])
+    start = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))
     try:
-        felt = predict(effect)
+        felt = predict(at(effect, movable, np.where(start - low < steps, np.minimum(low + steps, high), start)))
     except UserError:
         return effect
     axes = [axis for axis in system.axes if axis in felt]
     project = system.projector(axes, fit, held)
 
     def torque(values: Array) -> Column:
-        return system.whiten(predict(at(effect, movable, values)))
+        column = system.whiten(predict(at(effect, movable, values)))
+        return {axis: column[axis] if axis in column else np.zeros_like(system.axes[axis].target) for axis in axes}
 
     def left(values: Array) -> Array:
         column = torque(values)
@@ -138,7 +140,6 @@ def moved(
         able = all(np.isfinite(rows).all() for rows in differences.values())
         return project.left(differences if able else {axis: np.zeros_like(rows) for axis, rows in differences.items()})
 
-    start = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))
     try:
         found = least_squares(
             left, start, jac=slopes, bounds=(low, high), x_scale=1.0, max_nfev=evaluations, xtol=1e-4, ftol=1e-5

@@ -70,7 +70,7 @@ def axes_with_gap(ready: Prepared, gaps: Gaps) -> frozenset[str]:
 
 def _beyond(level: float, left: float) -> float:
     """Share of the energy of an rms `left` that is above a level."""
-    return 1.0 - min(level / max(left, level, 1e-300), 1.0) ** 2
+    return 0.0 if left <= level else 1.0 - (level / left) ** 2
 
 
 def gaps_of(ready: Prepared, patch: Patch, settings: Settings) -> Gaps:

@@ -115,8 +115,8 @@ class Bench:
     nominals: tuple[Nominal, ...]
     unknown: Mapping[str, tuple[Component, ...]]
     polynomials: Mapping[tuple[str, str], Polynomial]
-    periods: Array
-    """Between samples, of each recording [s]."""
+    clocks: Array
+    """Between samples as they were recorded, and between rows, of each recording (R, 2) [s]."""
     same: Mapping[tuple[str, str], frozenset[int]] = field(default_factory=dict)
     """Inertias of axes, by number, that an effect of bodies is another name of, by axis and name: of a load on a slide."""
     without_gap: frozenset[str] = frozenset()
@@ -143,7 +143,7 @@ class Bench:
         """Noise of each axis as it is taken to be at first: white, at the level of the gap."""
         order = self.settings.colour_order
         level = {axis: max(_rms(self.rows.target[axis]), self.noise_floor(axis)) for axis in self.rows.compared}
-        return {axis: white(self.rows.of[axis], self.periods, level[axis], order) for axis in self.rows.compared}
+        return {axis: white(self.rows.of[axis], self.clocks, level[axis], order) for axis in self.rows.compared}
 
     def noise_floor(self, axis: str) -> float:
         """A quarter of what the comparison itself errs by is white; and never nothing [N·m or N]."""
@@ -247,7 +247,7 @@ def bench_of(
         nominals,
         by_key(unknown, rows.axes),
         told,
-        np.array([run.recording.info.sample_period for run in rows.runs]),
+        np.array([(run.recording.info.sample_period, run.period * run.stride) for run in rows.runs]),
         {(axis, name): _same(rows, axis, found, nominals) for (axis, name), found in told.items()},
         without_gap,
     )

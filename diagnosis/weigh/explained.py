@@ -52,6 +52,6 @@ def colours_of(bench: Bench, residual: Mapping[str, Array]) -> dict[str, Colour]
 
     def colour(axis: str) -> Colour:
         rows, order = bench.rows.of[axis], bench.settings.colour_order
-        return colour_of(rows, bench.periods, residual[axis], order, bench.noise_floor(axis))
+        return colour_of(rows, bench.clocks, residual[axis], order, bench.noise_floor(axis))
 
     return by_key(colour, residual)

@@ -37,8 +37,7 @@ class Encoder:
     def truth(self, motion: Motion, gear: float) -> Motion:
         """The motion that is read as this one, but for the delay: position + error(position) = reading, and its derivatives.
 
-        `rigid_torque` has what the drive gives for it. The acceleration is what other axes feel, as far as it is known: of what
-        passes faster than the samples their own drives give little.
+        Of an error that passes faster than the samples, the acceleration is what the drive gives torque for.
         """
         if self.eccentricity == 0.0:
             return motion
@@ -51,13 +50,19 @@ class Encoder:
             slope = 1.0 + self.eccentricity * gear * np.cos(angle)
             position = position - (position + self.eccentricity * np.sin(angle) - motion.position) / slope
         velocity = motion.velocity / slope
-        bend = self.eccentricity * gear**2 * velocity**2
-        given, acceleration = (
-            (motion.acceleration + bend * of(angle, gear)) / slope for of in (motion.wave, motion.known_wave)
-        )
-        torque = motion.rigid_torque + motion.inertia * (given - motion.acceleration)
+        bend = self.eccentricity * gear**2 * motion.wave(angle, gear) * velocity**2
+        acceleration = (motion.acceleration + bend) / slope
+        torque = motion.rigid_torque + motion.inertia * (acceleration - motion.acceleration)
         torque = torque + motion.weight_slope * (position - motion.position)
         return replace(motion, position=position, velocity=velocity, acceleration=acceleration, rigid_torque=torque)
+
+    def unknown(self, motion: Motion, truth: Motion, gear: float) -> NDArray[np.float64] | float:
+        """Of the acceleration of the `truth` of a motion, what no recorded motion shows: other drives hardly feel that."""
+        if self.eccentricity == 0.0 or motion.sampling is None:
+            return 0.0
+        angle = gear * truth.position + self.phase
+        bend = self.eccentricity * gear**2 * truth.velocity**2 / (1.0 + self.eccentricity * gear * np.cos(angle))
+        return np.asarray(bend * (motion.wave(angle, gear) - motion.known_wave(angle, gear)))
 
     def later(self, motion: Motion, samples: NDArray[np.float64]) -> NDArray[np.float64]:
         """Samples (n,) as they are `delay` after each: what is read now was then. Straight lines between two.

@@ -17,7 +17,7 @@ LATELY = 16
 CHANGED = 5
 """Motions made of one that are kept: each keeps as much itself."""
 WAVES = 8
-"""Kinds of waves, of which is kept what a torque shows of them: cogging and errors of gear and encoder have theirs for good."""
+"""Shares of waves that are kept, by how fast the wave turns on the way."""
 
 
 @dataclass(frozen=True)

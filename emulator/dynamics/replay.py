@@ -41,7 +41,8 @@ _TAKEN_UP = 0.05
 @dataclass(frozen=True)
 class Followed:
     """What an axis does while its encoder reads what was measured, (n,) each: torque that its drive reports [joint side, N·m or
-    N], acceleration of the joint [rad/s² or m/s²], and how far the joint is ahead of the reading, by the gear ratio [rad or m].
+    N], acceleration of the joint as far as it is known [rad/s² or m/s²], and how far the joint is ahead of the reading, by the
+    gear ratio [rad or m].
     """
 
     torque: NDArray[np.float64]
@@ -73,7 +74,8 @@ def _followed(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return _driven(carried(motion, axis), axis)
     truth = axis.encoder.truth(motion, axis.gear_ratio)
     there = followed(truth, axis.mechanics)
-    current, acceleration, joint = axis.by_current(there.torque, truth), there.acceleration, truth.position + there.ahead
+    current, joint = axis.by_current(there.torque, truth), truth.position + there.ahead
+    acceleration = there.acceleration - axis.encoder.unknown(motion, truth, axis.gear_ratio)
     if axis.encoder.delay > 0.0:
         read = (current - motion.from_others, acceleration, joint)
         own, acceleration, joint = (axis.encoder.later(motion, each) for each in read)
@@ -156,8 +158,8 @@ def _through_a_rigid_gear(motion: Motion, axis: AxisDynamics) -> NDArray[np.floa
 def _at_the_joint(
     motion: Motion, gear: Transmission, gear_ratio: float
 ) -> tuple[Motion, NDArray[np.float64], NDArray[np.float64]]:
-    """How the joint moves on a rigid gear, and d joint / d motor on the way (n,): q = m + e(m), m as measured; and its
-    acceleration (n,) as far as that is known, which other axes feel.
+    """How the joint moves on a rigid gear, q = m + e(m), m as measured; d joint / d motor on the way (n,), as a torque shows
+    it; and the joint's acceleration (n,) as far as that is known, which other axes feel.
     """
     wave = gear.error_order * gear_ratio
     angle = wave * motion.position + gear.error_phase
@@ -168,7 +170,7 @@ def _at_the_joint(
     acceleration, known = (along - bend * of(angle, wave) for of in (motion.wave, motion.known_wave))
     needed = motion.rigid_torque + _link(motion) * (acceleration - motion.acceleration)
     joint = replace(motion, position=position, velocity=velocity, acceleration=acceleration, rigid_torque=needed)
-    return joint, ratio, known
+    return joint, 1.0 + gear.error_amplitude * wave * motion.wave(angle + 0.5 * pi, wave), known
 
 
 def _through_a_spring(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:

@@ -21,7 +21,7 @@ LAW = (1.6, -0.9, 0.2)
 
 
 def coloured(residual: Array, stretches: tuple[int, ...], floor: float = 0.0, order: int = ORDER) -> Colour:
-    return colour_of(rows_of(stretches), np.array([PERIOD]), residual, order, floor)
+    return colour_of(rows_of(stretches), np.array([[PERIOD, PERIOD]]), residual, order, floor)
 
 
 def _plain(count: int) -> tuple[Array, Array, Array]:
@@ -118,7 +118,7 @@ def test_each_interval_of_time_has_a_colour_of_its_own() -> None:
     rng = np.random.default_rng(6)
     parts = [2.0 * rng.standard_normal(20_000), autoregressive(rng, 20_000, LAW, 0.5)]
     rows = rows_of((20_000, 20_000), runs=(0, 1))
-    found = colour_of(rows, np.array([0.02, PERIOD]), np.concatenate(parts), ORDER, 0.0)
+    found = colour_of(rows, np.array([[0.02, 0.02], [PERIOD, PERIOD]]), np.concatenate(parts), ORDER, 0.0)
     own = {float(np.round(scale, 1)): table[ORDER] for scale, table in zip(found.scale, found.predictors, strict=True)}
     assert set(own) == {2.0, 0.5}
     assert np.abs(own[2.0]).max() < 0.03
@@ -130,7 +130,7 @@ def test_each_interval_of_time_has_a_colour_of_its_own() -> None:
 def test_without_colour_rows_are_divided_by_their_level() -> None:
     rows = rows_of((50, 20))
     columns = np.random.default_rng(7).standard_normal((70, 3))
-    found = white(rows, np.array([PERIOD]), 2.5, ORDER)
+    found = white(rows, np.array([[PERIOD, PERIOD]]), 2.5, ORDER)
     np.testing.assert_allclose(found.whiten(columns), columns / 2.5)
     assert found.logarithm == pytest.approx(70.0 * np.log(2.5))
 
@@ -212,8 +212,8 @@ def test_a_plateau_of_coarse_steps_counts_as_one_row() -> None:
     count, length = 6000, 10
     levels = np.repeat(np.random.default_rng(7).normal(size=count // length), length)
     rows = replace(rows_of((count,)), repeats=np.full(count, float(length)), coarse=np.full(count, float(np.mean(levels**2))))
-    assert colour_of(rows, np.array([PERIOD]), levels, ORDER, 0.0).counts.sum() == pytest.approx(count / length)
-    twice = colour_of(rows, np.array([PERIOD]), np.sqrt(2.0) * levels, ORDER, 0.0)
+    assert colour_of(rows, np.array([[PERIOD, PERIOD]]), levels, ORDER, 0.0).counts.sum() == pytest.approx(count / length)
+    twice = colour_of(rows, np.array([[PERIOD, PERIOD]]), np.sqrt(2.0) * levels, ORDER, 0.0)
     assert twice.counts.sum() == pytest.approx(count / (1.0 + 0.5 * (length - 1)))
 
 
@@ -221,4 +221,4 @@ def test_rows_that_count_less_leave_the_level_of_the_noise_as_it_is() -> None:
     residual = np.random.default_rng(8).normal(size=40_000)
     repeats = np.where(np.arange(len(residual)) % 2 == 0, 1.0, 50.0)
     rows = replace(rows_of((len(residual),)), repeats=repeats, coarse=np.full(len(residual), 10.0))
-    assert colour_of(rows, np.array([PERIOD]), residual, ORDER, 0.0).scale[0] == pytest.approx(1.0, rel=0.02)
+    assert colour_of(rows, np.array([[PERIOD, PERIOD]]), residual, ORDER, 0.0).scale[0] == pytest.approx(1.0, rel=0.02)

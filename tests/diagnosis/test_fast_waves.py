@@ -11,10 +11,11 @@ import pytest
 
 from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.emulator.dynamics import Motion
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.dynamics.sampling import Sampling
 from drivetwin.emulator.effects import AxisEffect, PlacedEffect
 from drivetwin.emulator.effects.encoder_eccentricity import EncoderEccentricity
+from drivetwin.emulator.effects.inertia import Inertia
 from drivetwin.emulator.effects.torque_ripple import TorqueRipple
 from drivetwin.emulator.effects.transmission_error import TransmissionError
 from drivetwin.recording.recording import Recording, RecordingInfo
@@ -113,6 +114,27 @@ def moving(speed: float, period: float, sampling: Sampling) -> Motion:
     still = np.zeros_like(time)
     steady = np.full_like(time, speed)
     return Motion(speed * time, steady, still, still, time, still, still + 1.0, 0.0, sampling=sampling)
+
+
+def answered(share: float) -> Sampling:
+    """Of a hundred samples a second, where the loops give a share of every torque."""
+    return Sampling(0.01, lambda frequency: np.full(len(frequency), complex(share)), 20.0)
+
+
+def test_a_body_that_the_model_lacks_feels_as_much_of_the_wave_as_one_that_it_has() -> None:
+    """An inertia as large as the model's doubles what the drive gives for the error of its encoder."""
+    motion, axis = moving(1.0, 0.01, answered(0.5)), AxisDynamics(gear_ratio=2.0 * np.pi * 70.0)
+    wave = EncoderEccentricity(1e-6, 0.3)
+    alone, beside = (wave.predict(motion, each) for each in (axis, Inertia(1.0).on(axis)))
+    np.testing.assert_allclose(beside, 2.0 * alone, rtol=1e-6)
+
+
+def test_loops_that_give_nothing_do_not_bear_a_weight_through_an_uneven_gear_either() -> None:
+    motion = moving(1.0, 0.01, answered(0.0))
+    motion = replace(motion, rigid_torque=motion.rigid_torque + 200.0)
+    cost = TransmissionError(1e-6, 1.0).predict(motion, AxisDynamics(gear_ratio=2.0 * np.pi * 70.0))
+    whole = 200.0 * 1e-6 * 2.0 * np.pi * 70.0 / np.sqrt(2.0)
+    assert np.std(cost) < 0.01 * whole
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from drivetwin.diagnosis.diagnose import diagnose
 from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.report.gaps import gaps_of
 from drivetwin.diagnosis.report.prediction import Patch
-from drivetwin.diagnosis.report.result import Array
+from drivetwin.diagnosis.report.result import Array, AxisPrediction
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.motion.filtering import zero_phase
 from drivetwin.recording.recording import Recording
@@ -36,6 +37,20 @@ def test_the_noise_of_each_motion_is_its_own(tmp_path: Path) -> None:
     ):
         white = recording.columns["turn"]["torque"] - quiet.columns["turn"]["torque"]
         assert found["turn"].rms == pytest.approx(float(np.std(zero_phase(white, PERIOD, CUTOFF))), rel=0.1)
+
+
+def test_where_nothing_is_left_nothing_is_unexplained(tmp_path: Path) -> None:
+    """Of an axis that stands in one of the motions, with a torque of exactly 0."""
+    gaps = gaps_of(prepared(written_model(tmp_path), [strokes(1, 20.0)], [strokes(2, 20.0)], SETTINGS), Patch(), SETTINGS)
+    silent = {axis: replace(own, rms=0.0, model_error=0.0) for axis, own in gaps.noise.items()}
+    still = [replace(each, axes={axis: at_rest(own) for axis, own in each.axes.items()}) for each in gaps.unseen]
+    told = replace(gaps, unseen=still, noise=silent).unexplained()
+    assert told == replace(gaps, unseen=gaps.fitted, noise=gaps.fitted_noise).unexplained()
+
+
+def at_rest(axis: AxisPrediction) -> AxisPrediction:
+    none = np.zeros_like(axis.measured)
+    return replace(axis, before=none, after=none, measured=none, used=none > 0.0)
 
 
 @pytest.mark.parametrize("louder", ["fitted", "unseen"])

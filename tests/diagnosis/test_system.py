@@ -66,9 +66,9 @@ def colours(kind: str) -> dict[str, Colour]:
     for axis, count in COUNT.items():
         rows = rows_of((count - 13, 13), blocks=8)
         remembers = np.convolve(np.random.default_rng(5).standard_normal(count), [1.0, 0.7], "same") * LEVEL[axis]
-        periods = np.array([PERIOD])
+        clocks = np.array([[PERIOD, PERIOD]])
         found[axis] = (
-            white(rows, periods, LEVEL[axis], 3) if kind == "white" else colour_of(rows, periods, remembers, 3, 0.1)
+            white(rows, clocks, LEVEL[axis], 3) if kind == "white" else colour_of(rows, clocks, remembers, 3, 0.1)
         )
     return found
 
@@ -272,7 +272,7 @@ def test_what_acts_on_one_axis_hardly_changes_the_others(kind: str) -> None:
 
 def _free_of_logarithm(count: int) -> Colour:
     """Rows that are white already."""
-    return white(rows_of((count,)), np.array([PERIOD]), 1.0, 3)
+    return white(rows_of((count,)), np.array([[PERIOD, PERIOD]]), 1.0, 3)
 
 
 def _only(own: AxisSystem, kept: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> AxisSystem:
@@ -323,7 +323,7 @@ def smooth_rows(seed: int) -> System:
     for part in parts:
         if draw.random() < 0.5:
             rows += part @ draw.standard_normal(part.shape[1]) * 10.0 ** draw.uniform(-2.0, 1.0)
-    colour = white(rows_of((count,), blocks=8), np.array([PERIOD]), noise * 10.0 ** draw.uniform(-0.5, 0.5), 3)
+    colour = white(rows_of((count,), blocks=8), np.array([[PERIOD, PERIOD]]), noise * 10.0 ** draw.uniform(-0.5, 0.5), 3)
     component = np.repeat(np.arange(len(parts)), [part.shape[1] for part in parts])
     own = axis_system(colour, np.column_stack(parts), component, 1.0, rows, np.zeros(count, dtype=np.intp))
     return made({"turn": own}, [], np.zeros(0))
