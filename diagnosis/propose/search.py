@@ -113,7 +113,7 @@ def moved(
     high = np.array([field.high / field.size for field in movable])
     steps = np.array([field.difference for field in movable])
     start = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))
-    try:
+    try:  # a step off its bounds: of size 0 an effect is felt by its own axis alone
         felt = predict(at(effect, movable, np.where(start - low < steps, np.minimum(low + steps, high), start)))
     except UserError:
         return effect

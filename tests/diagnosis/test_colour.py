@@ -222,3 +222,11 @@ def test_rows_that_count_less_leave_the_level_of_the_noise_as_it_is() -> None:
     repeats = np.where(np.arange(len(residual)) % 2 == 0, 1.0, 50.0)
     rows = replace(rows_of((len(residual),)), repeats=repeats, coarse=np.full(len(residual), 10.0))
     assert colour_of(rows, np.array([[PERIOD, PERIOD]]), residual, ORDER, 0.0).scale[0] == pytest.approx(1.0, rel=0.02)
+
+
+def test_recordings_of_one_rate_whose_rows_stand_at_other_intervals_have_a_colour_each() -> None:
+    """Sample periods of 2.772 and 2.786 ms: every third sample of one is compared, and every second of the other."""
+    rows = rows_of((40, 60), (0, 1))
+    found = white(rows, np.array([[0.002772, 3 * 0.002772], [0.002786, 2 * 0.002786]]), 1.0, ORDER)
+    assert sorted(len(group) for group in found.groups) == [40, 60]
+    assert len(white(rows, np.array([[0.002772, 0.0083], [0.002786, 0.0083]]), 1.0, ORDER).groups) == 1
