@@ -6,14 +6,11 @@ from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, signal
 
+from drivetwin.motion.earlier import earlier
 from drivetwin.recording.recording import AxisInfo, Recording
 
 Array = NDArray[np.float64]
-
-REACH = 24
-"""Samples before and after, of which a value between two samples is made."""
 
 
 def delay_of(info: AxisInfo) -> float:
@@ -39,19 +36,3 @@ def unchanged(torque: Array, period: float) -> Array:
     begins = np.flatnonzero(np.diff(torque, prepend=np.nan) != 0.0)
     lengths = np.diff(begins, append=len(torque))
     return np.asarray(np.repeat(lengths, lengths) * period)
-
-
-def earlier(torque: Array, late: float, period: float) -> Array:
-    """A torque (n,), sampled every `period` [s], as it was `late` [s] after each sample; band-limited interpolation.
-
-    Sinc under a Kaiser window (Laakso et al., IEEE Signal Processing Magazine 13(1), 1996, sec. 3), which passes all
-    frequencies up to 0.9 of half the sample rate alike. A spline damps noise there, and noise would decide how late torque is.
-    """
-    whole = round(late / period)
-    shifted = ndimage.shift(torque, -whole, order=0, mode="nearest") if whole else torque
-    part = late / period - whole
-    if part == 0.0:
-        return np.asarray(shifted, dtype=np.float64)
-    at = np.arange(-REACH, REACH + 1)
-    kernel = np.sinc(at - part) * signal.windows.kaiser(2 * REACH + 1, 6.0)
-    return np.asarray(ndimage.correlate1d(shifted, kernel / kernel.sum(), mode="nearest"))

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
-from drivetwin.diagnosis.prepare.channel import earlier
 from drivetwin.diagnosis.prepare.cutoff import HIGHEST_SHARE_OF_RATE
 from drivetwin.diagnosis.prepare.kinematics import Kinematics
 from drivetwin.diagnosis.prepare.positions import moved
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects import AxisEffect
 from drivetwin.emulator.effects.base import Strays
+from drivetwin.motion.earlier import earlier
 from drivetwin.motion.filtering import reach, zero_phase
 from drivetwin.motion.moving import widen
 from drivetwin.recording.recording import Recording
@@ -197,6 +197,14 @@ class Run:
         position = self.kinematics.position + [zeros.get(name, 0.0) for name in self.axes]
         kinematics = replace(self.kinematics, position=position)
         return replace(self, recording=moved(self.recording, zeros), kinematics=kinematics, axes=axes)
+
+    def with_weight_at(self, zeros: Mapping[str, float]) -> Run:
+        """The recording with the weight of some axes as it is so far from where it was prepared [rad or m]."""
+        axes = {
+            name: replace(own, base=own.base + self.felt(own, np.asarray(zeros.get(name, 0.0) * own.motion.weight_slope)))
+            for name, own in self.axes.items()
+        }
+        return replace(self, axes=axes)
 
     def later(self, began: float) -> Run:
         """The recording with its time counted from `began` [s] before: since when the machine was switched on."""

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from drivetwin.diagnosis.prepare.channel import earlier, torque_of
+from drivetwin.diagnosis.prepare.channel import torque_of
 from drivetwin.diagnosis.prepare.rigid_fit import REACHES, left_by_rigid_body, tells
 from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.foundation.quantities import number
 from drivetwin.motion.axis_motion import STEADIED, measured_position
+from drivetwin.motion.earlier import earlier
 from drivetwin.motion.filtering import effective_cutoff, fine_derivative, reach, zero_phase
 from drivetwin.recording.recording import Recording
 

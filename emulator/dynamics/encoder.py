@@ -13,6 +13,7 @@ from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.emulator.dynamics.place import Place
 from drivetwin.emulator.dynamics.records import records
 from drivetwin.foundation.compiled import in_place
+from drivetwin.motion.earlier import earlier
 
 STEPS = 10
 """Of Newton's method: an error of the disc bends a position by little."""
@@ -65,12 +66,8 @@ class Encoder:
         return np.asarray(bend * (motion.wave(angle, gear) - motion.known_wave(angle, gear)))
 
     def later(self, motion: Motion, samples: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Samples (n,) as they are `delay` after each: what is read now was then. Straight lines between two.
-
-        By their numbers, for recordings that are joined may each begin at 0.
-        """
-        number = np.arange(len(samples), dtype=np.float64)
-        return np.interp(number + self.delay / motion.period, number, samples)
+        """Samples (n,) as they are `delay` after each: what is read now was then."""
+        return earlier(samples, self.delay, motion.period)
 
     def joint_at(self, reading: float, gear: float) -> float:
         """Where a joint stands [rad or m] that is read at `reading`, by Newton's method; `gear`: motor angle over joint."""

@@ -11,9 +11,10 @@ from rig_bench import COULOMB, MODEL, PERIOD, as_modelled, moved, recording
 from scipy import signal
 
 from drivetwin.diagnosis.diagnose import diagnose
-from drivetwin.diagnosis.prepare.channel import earlier, step_of, torque_of, unchanged
+from drivetwin.diagnosis.prepare.channel import step_of, torque_of, unchanged
 from drivetwin.diagnosis.report.result import Array, Diagnosis, Verdict
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.motion.earlier import earlier
 from drivetwin.recording.recording import Recording
 
 LATE = 2
