@@ -20,7 +20,7 @@ from drivetwin.diagnosis.report.build import build
 from drivetwin.diagnosis.report.gaps import axes_with_gap, gaps_of
 from drivetwin.diagnosis.report.prediction import Patch
 from drivetwin.diagnosis.report.result import Diagnosis
-from drivetwin.diagnosis.report.zeros import placed_by
+from drivetwin.diagnosis.report.zeros import placed_by, with_aside
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.averaging import preferred, weighed
 from drivetwin.diagnosis.weigh.bench import bench_of
@@ -32,7 +32,7 @@ from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.refit import refitted
 from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
-from drivetwin.emulator.effects import DriveEffect, Effect, ModelEffect
+from drivetwin.emulator.effects import DriveEffect, Effect, ModelEffect, PlacedEffect
 from drivetwin.recording.recording import Recording
 
 TURN = 5e-4
@@ -58,8 +58,10 @@ def proposer_of(ready: Prepared, settings: Settings) -> Proposer:
     whole = bench_of(rows.searched, settings, ready.absolute, without)
     part = whole if rows.part is rows.searched else bench_of(rows.part, settings, ready.absolute, without)
     kinds = {
-        axis: [kind for kind in each.kinds if not issubclass(kind, DriveEffect) and (axis in gaps or _is_felt(kind, gaps))]
-        for axis, each in ready.testable.items()
+        axis: [
+            kind for kind in ready.kinds(axis) if not issubclass(kind, DriveEffect) and (axis in gaps or _is_felt(kind, gaps))
+        ]
+        for axis in ready.testable
         if rows.count(axis)
     }
     asked = {axis: ready.testable[axis] for axis in kinds}
@@ -107,7 +109,12 @@ def diagnose(
     progress("filter, inverse dynamics", 0.02)
     ready = prepared(model, training, validation, settings)
     proposer = proposer_of(ready, settings)
-    found = Search(proposer, progress).run()
+    begun: tuple[PlacedEffect, ...] = ()
+    if ready.aside:
+        begun = Search(proposer.of_what_does_not_yield(), progress).begun().effects
+        ready = with_aside(ready, Patch(in_order(begun)))
+        proposer = proposer_of(ready, settings)
+    found = Search(proposer, progress).run(begun)
     progress("probabilities", 0.8)
     first = refitted(found.state, heavier(found.state))
     patch = Patch(in_order(first.effects), first.heavier)

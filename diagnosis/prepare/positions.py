@@ -1,9 +1,9 @@
-"""Recordings whose position has a zero of its own: left out where others are enough, else their zero is found by the torque."""
+"""Recordings whose position has a zero of its own: left aside where others are enough, else placed by the model's torque."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import mujoco
 import numpy as np
@@ -38,40 +38,59 @@ MOVED = 1e-4
 class Placed:
     """Recordings in the model's coordinates as far as that can be told, and what a reader needs to know of it.
 
-    `adrift`: by recording, relative axes whose zero the model's torque does not tell.
+    `zeros`: by recording, by how much relative axes were moved [rad or m]; `adrift`: those whose zero the model's torque does
+    not tell. `aside`: relative recordings as they are, where the absolute ones are enough.
     """
 
     recordings: tuple[Recording, ...]
-    notes: tuple[str, ...]
-    adrift: Mapping[str, tuple[str, ...]]
+    notes: tuple[str, ...] = ()
+    zeros: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    adrift: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    aside: tuple[Recording, ...] = ()
 
 
 def positions(
+    simulation: Simulation,
+    recordings: Sequence[Recording],
+    cutoff_hz: float,
+    floating: Collection[str] = (),
+    enough: float = ENOUGH,
+) -> Placed:
+    """Leaves relative recordings aside, or moves each relative axis to where the model needs the measured torque.
+
+    `floating`: axes whose torque is known but for a constant in each recording. `enough`: share of the recorded time from which
+    the absolute recordings are enough.
+    """
+    absolute = [recording for recording in recordings if not relative_axes(recording)]
+    if seconds(absolute) >= enough * seconds(recordings):
+        return Placed(tuple(absolute), aside=tuple(one for one in recordings if relative_axes(one)))
+    return by_the_model(simulation, recordings, cutoff_hz, floating)
+
+
+def by_the_model(
     simulation: Simulation, recordings: Sequence[Recording], cutoff_hz: float, floating: Collection[str] = ()
 ) -> Placed:
-    """Leaves relative recordings out, or moves each relative axis to where the model needs the measured torque.
-
-    `floating`: axes whose torque is known but for a constant in each recording.
-    """
-    relative = {recording.name: relative_axes(recording) for recording in recordings}
-    absolute = [recording for recording in recordings if not relative[recording.name]]
-    left_out = [recording.name for recording in recordings if relative[recording.name]]
-    if not left_out:
-        return Placed(tuple(recordings), (), {})
-    if seconds(absolute) >= ENOUGH * seconds(recordings):
-        used = ", ".join(recording.name for recording in absolute)
-        note = f"{', '.join(left_out)}: left out, for the position is relative; that of {used} is absolute."
-        return Placed(tuple(absolute), (note,), {})
-    placed, notes, adrift = [], [], {}
+    """Each relative axis, moved to where the model needs the measured torque."""
+    placed, notes, zeros, adrift = [], [], {}, {}
     for recording in recordings:
-        found = _zeros(simulation, recording, relative[recording.name], cutoff_hz, floating)
+        relative = relative_axes(recording)
+        found = zeros_of(simulation, recording, relative, cutoff_hz, floating) if relative else {}
         placed.append(moved(recording, found) if found else recording)
-        adrift[recording.name] = tuple(axis for axis in relative[recording.name] if axis not in found)
+        zeros[recording.name] = found
+        adrift[recording.name] = tuple(axis for axis in relative if axis not in found)
         unit = {axis: "m" if simulation.slides(axis) else "rad" for axis in found}
         if found:
             told = ", ".join(f"{axis} {value:+.3g} {unit[axis]}" for axis, value in found.items())
             notes.append(f"{recording.name}: the position is relative; by the model's torque its zero is at {told}.")
-    return Placed(tuple(placed), tuple(notes), adrift)
+    return Placed(tuple(placed), tuple(notes), zeros, adrift)
+
+
+def left_out(placed: Placed) -> tuple[str, ...]:
+    """A note of the recordings that are left aside, where they stay so."""
+    if not placed.aside:
+        return ()
+    aside, used = (", ".join(one.name for one in part) for part in (placed.aside, placed.recordings))
+    return (f"{aside}: left out, for the position is relative; that of {used} is absolute.",)
 
 
 def relative_axes(recording: Recording) -> tuple[str, ...]:
@@ -91,7 +110,7 @@ def moved(recording: Recording, zeros: Mapping[str, float]) -> Recording:
     return replace(recording, columns=columns)
 
 
-def _zeros(
+def zeros_of(
     simulation: Simulation, recording: Recording, axes: Sequence[str], cutoff_hz: float, floating: Collection[str]
 ) -> dict[str, float]:
     """Zero of each axis whose position the model's torque depends on: least squares over all axes, friction free.

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
-from drivetwin.diagnosis.prepare.asked_torque import completed, levelled, notes
+from drivetwin.diagnosis.prepare.asked_torque import AskedTorque, completed, levelled, notes
 from drivetwin.diagnosis.prepare.cutoff import chosen_cutoff, motion_cutoff
 from drivetwin.diagnosis.prepare.drive_law import law_is_far, law_missing
 from drivetwin.diagnosis.prepare.hold_back import hold_back
 from drivetwin.diagnosis.prepare.motion import begins, prepare, standstill_of
-from drivetwin.diagnosis.prepare.positions import positions
+from drivetwin.diagnosis.prepare.positions import by_the_model, left_out, positions, relative_axes
 from drivetwin.diagnosis.prepare.rates import fast_enough
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.prepare.run import Run
@@ -23,9 +24,60 @@ from drivetwin.diagnosis.prepare.testable import Testable, is_absolute, testable
 from drivetwin.diagnosis.prepare.turns import placed_within_a_turn
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.effects import Effect
-from drivetwin.emulator.effects.base import Look
+from drivetwin.emulator.effects.base import Look, Need
 from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Recording
+
+OF_POSITION = frozenset({Need.ABSOLUTE_POSITION, Need.MOTOR_ANGLE})
+"""What an effect of the position needs."""
+BEGINS = 0.1
+"""Share of the fitted time, from which absolute recordings begin a search, and what they tell places the others."""
+
+
+@dataclass(frozen=True)
+class Aside:
+    """A recording that is fitted once what was found on others places it, where the model has it until then.
+
+    `zeros` [rad or m]: by how much the model moved its axes; `adrift`: relative axes whose zero it does not tell. `prepare`:
+    makes the recording ready, at this or another zero.
+    """
+
+    recording: Recording
+    zeros: Mapping[str, float]
+    adrift: tuple[str, ...]
+    prepare: Callable[[Recording], Run]
+
+    @property
+    def relative(self) -> tuple[str, ...]:
+        """Axes whose position has a zero of the recording's own."""
+        return relative_axes(self.recording)
+
+
+@dataclass(frozen=True)
+class Asking:
+    """What says, beside the rows, which effects an axis can be asked for. `absolute`: its position means the same in all that
+    is fitted; `turned`: axes of which it does within a turn of the motor; `dated`: their times count from one start.
+    """
+
+    absolute: Mapping[str, bool]
+    turned: frozenset[str]
+    unrecorded: Mapping[str, AskedTorque]
+    dated: bool
+
+    def of(self, rows: Rows, runs: Sequence[Run]) -> dict[str, Testable]:
+        """By axis; `runs` are the rows' as they were recorded."""
+        return {
+            axis: testable(
+                rows,
+                axis,
+                self.absolute[axis],
+                axis in self.turned,
+                law_missing(runs, axis),
+                self.unrecorded.get(axis),
+                dated=self.dated,
+            )
+            for axis in rows.axes
+        }
 
 
 @dataclass(frozen=True)
@@ -34,6 +86,7 @@ class Prepared:
 
     `standstill` [rad/s or m/s]: of each axis, the middle one of its recordings'. `notes`: what a reader needs to
     know of what was used. `adrift`: by name of a validation recording, axes whose position has a zero that nothing tells yet.
+    `aside`: recordings to be fitted once they are placed; `unplaced`: axes of which one is fitted whose zero nothing tells.
     `turned_one_way`: axes that are placed by a wave of their torque, and go one way in every recording.
     `apart` [s]: by how much torque and position of each axis still differ in time, once that is known.
     """
@@ -44,13 +97,39 @@ class Prepared:
     rows: Rows
     cutoff_hz: float
     standstill: Mapping[str, float]
-    absolute: Mapping[str, bool]
+    asking: Asking
     testable: Mapping[str, Testable]
     held_back: bool
     notes: tuple[str, ...]
     adrift: Mapping[str, tuple[str, ...]]
+    aside: tuple[Aside, ...] = ()
+    unplaced: frozenset[str] = frozenset()
     turned_one_way: frozenset[str] = frozenset()
     apart: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def absolute(self) -> dict[str, bool]:
+        """Whether the position of an axis means the same in all that is fitted."""
+        return {axis: told and axis not in self.unplaced for axis, told in self.asking.absolute.items()}
+
+    def kinds(self, axis: str) -> list[type[Effect]]:
+        """Effects that an axis can be asked for; those of the position only where all that is fitted is placed."""
+        asked = self.testable[axis].kinds
+        return [kind for kind in asked if axis not in self.unplaced or not kind.needs & OF_POSITION]
+
+    def with_more(self, more: Mapping[str, Run], unplaced: frozenset[str], told: Sequence[str]) -> Prepared:
+        """The same with the recordings that were left aside fitted too, as they are placed now; `told`: notes of that."""
+        runs = [*self.runs, *more.values()]
+        rows = replace(self.rows, runs=[run.thinned() for run in runs])
+        return replace(
+            self,
+            runs=runs,
+            rows=rows,
+            testable=self.asking.of(rows, runs),
+            aside=(),
+            unplaced=unplaced,
+            notes=(*self.notes, *told),
+        )
 
     def waves_alike(self, kind: type[Effect], axis: str) -> tuple[str, ...]:
         """Names of other effects whose wave is that of an effect, half a period off, while every recording goes one way.
@@ -85,18 +164,32 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     smooth = smoothed(twin, steady.training, steady.validation, cutoff, steady.by_velocity)
     training, validation = smooth.training, smooth.validation
     floating = [axis for axis, how in unrecorded.items() if how.floats]
-    fit_at, check_at = (positions(twin, part, cutoff, floating) for part in (training, validation))
-    training, validation = (levelled(twin, part.recordings, floating) for part in (fit_at, check_at))
-    recordings = [*training, *validation]
+    fit_at, check_at = positions(twin, training, cutoff, floating, BEGINS), positions(twin, validation, cutoff, floating)
+    more_at = by_the_model(twin, fit_at.aside, cutoff, floating)
+    training, more, validation = (levelled(twin, part.recordings, floating) for part in (fit_at, more_at, check_at))
+    recordings = [*training, *more, *validation]
     motion = motion_cutoff(recordings, twin.home_inertia(), steady.by_velocity)
     standstill = standstill_of(twin, recordings, min(cutoff, motion))
-    each = zip(recordings, standstill, begins(recordings), strict=True)
-    every = [prepare(twin, one, cutoff, motion, still, start, settings.reversal, unrecorded) for one, still, start in each]
-    given, fitted = ", ".join(one.name for one in training), every[: len(training)]
+    ways = [
+        partial(
+            prepare,
+            twin,
+            cutoff_hz=cutoff,
+            motion_hz=motion,
+            stands=still,
+            began=start,
+            reversal=settings.reversal,
+            asked=unrecorded,
+        )
+        for still, start in zip(standstill, begins(recordings), strict=True)
+    ]
+    every = [way(recording) for way, recording in zip(ways, recordings, strict=True)]
+    given, first, last = ", ".join(one.name for one in training), len(training), len(training) + len(more)
+    fitted, beside = every[:first], every[first:last]
     absolute = {axis: is_absolute(fitted, axis) for axis in twin.axes}
-    turned = placed_within_a_turn(twin, fitted, every[len(training) :], [axis for axis in twin.axes if not absolute[axis]])
-    clock = started(twin.axes, turned.runs, turned.checks)
-    runs, checks = hold_back(clock.runs) if held_back else (clock.runs, clock.checks)
+    turned = placed_within_a_turn(twin, fitted, every[last:], [axis for axis in twin.axes if not absolute[axis]])
+    clock = started(twin.axes, [*turned.runs, *beside], turned.checks)
+    runs, checks = hold_back(clock.runs[:first]) if held_back else (clock.runs[:first], clock.checks)
     if not checks:
         raise UserError(f"{given}: too short to hold a quarter back for validation: record longer, or give --validate")
     foreign = [axis for axis in twin.axes if law_is_far(runs, axis)]
@@ -107,20 +200,41 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
             f"{given}: no axis moves faster than its position's noise: nothing can be asked of them; "
             "record a motion, or give the true `position_resolution`"
         )
-    asked = {
-        axis: testable(
-            rows,
-            axis,
-            absolute[axis],
-            axis in turned.axes,
-            law_missing(runs, axis),
-            unrecorded.get(axis),
-            dated=bool(clock.notes),
-        )
-        for axis in twin.axes
-    }
+    asking = Asking(absolute, turned.axes, unrecorded, dated=bool(clock.notes))
     adrift = {name: tuple(axis for axis in axes if axis not in turned.axes) for name, axes in check_at.adrift.items()}
     middle = {axis: sorted(each[axis].velocity for each in standstill)[len(standstill) // 2] for axis in twin.axes}
-    placed = (*fit_at.notes, *check_at.notes, *turned.notes, *clock.notes)
+    able = all(absolute.values())
+    later = [_began(one) - _began(run) for one, run in zip(clock.runs[first:], beside, strict=True)]
+    aside = tuple(
+        Aside(one, more_at.zeros[one.name], more_at.adrift[one.name], partial(_prepared_later, way, shift, foreign))
+        for one, way, shift in zip(more, ways[first:last], later, strict=True)
+        if able
+    )
+    unused = (() if able else left_out(fit_at)) + left_out(check_at)
+    placed = (*fit_at.notes, *unused, *check_at.notes, *turned.notes, *clock.notes)
     told = (*notes(unrecorded), *slow, *steady.notes, *smooth.notes, *placed)
-    return Prepared(twin, runs, checks, rows, cutoff, middle, absolute, asked, held_back, told, adrift, turned.one_way)
+    asked = asking.of(rows, runs)
+    return Prepared(
+        twin,
+        runs,
+        checks,
+        rows,
+        cutoff,
+        middle,
+        asking,
+        asked,
+        held_back,
+        told,
+        adrift,
+        aside,
+        turned_one_way=turned.one_way,
+    )
+
+
+def _prepared_later(way: Callable[[Recording], Run], shift: float, foreign: Sequence[str], recording: Recording) -> Run:
+    """A recording made ready as others, its time counted from `shift` [s] before."""
+    return way(recording).later(shift).of_unknown_loops(foreign)
+
+
+def _began(run: Run) -> float:
+    return float(next(iter(run.axes.values())).motion.time[0])

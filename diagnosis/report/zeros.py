@@ -1,49 +1,126 @@
-"""Validation recordings whose position has a zero of its own: moved to where what was found gives their torque best.
+"""Recordings whose position has a zero of its own: moved to where what was found gives their torque best.
 
-What was fitted has an absolute position, or one within a turn of the motor (`prepare/turns.py`). Where the model's torque tells
+What was found has an absolute position, or one within a turn of the motor (`prepare/turns.py`). Where the model's torque tells
 no zero, as on a level slide, an effect of the position would be judged at a wrong place.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from drivetwin.diagnosis.prepare.positions import zeros_within
-from drivetwin.diagnosis.prepare.prepared import Prepared
+from drivetwin.diagnosis.prepare.positions import moved, zeros_of, zeros_within
+from drivetwin.diagnosis.prepare.prepared import OF_POSITION, Aside, Prepared
 from drivetwin.diagnosis.prepare.run import Run
-from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
-from drivetwin.emulator.effects import Need
+from drivetwin.diagnosis.prepare.simulation import Simulation
+from drivetwin.diagnosis.report.prediction import Patch, contributions, gap_rms, predict
+from drivetwin.recording.recording import TORQUE, Recording
 
 TRIED = 400
 """Zeros over an axis's range, before the best is moved: a shorter wave than a hundredth of the range is not placed."""
+ROUNDS = 2
+"""Times that the model places a recording by the torque that what was found leaves, which hangs on the place itself."""
 
 
 def placed_by(ready: Prepared, patch: Patch) -> Prepared:
     """The same, each validation recording that is adrift placed by the patch's effects of the position; with a note of each."""
-    told = {one.axis for one in patch.effects if one.effect.needs & {Need.ABSOLUTE_POSITION, Need.MOTOR_ANGLE}}
+    told = _axes_of_position(patch)
     checks, notes = [], []
     for run in ready.checks:
-        zeros = {axis: _zero(ready, run, patch, axis) for axis in ready.adrift.get(run.recording.name, ()) if axis in told}
+        sought = [axis for axis in ready.adrift.get(run.recording.name, ()) if axis in told]
+        zeros = {axis: _zero(ready.simulation, run, patch, axis) for axis in sought}
         checks.append(run.placed(zeros) if zeros else run)
-        for axis, zero in zeros.items():
-            at = f"{axis} {zero:+.3g} {'m' if ready.simulation.slides(axis) else 'rad'}"
-            notes.append(f"{run.recording.name}: the position is relative; by what was found its zero is at {at}.")
+        notes += [
+            f"{run.recording.name}: the position is relative; by what was found its zero is at {at}."
+            for at in _with_units(ready.simulation, zeros)
+        ]
     return replace(ready, checks=checks, notes=(*ready.notes, *notes))
 
 
-def _zero(ready: Prepared, run: Run, patch: Patch, axis: str) -> float:
-    """Zero [rad or m] with which least of the axis's gap is left; that of the recording where no other is better."""
+def with_aside(ready: Prepared, patch: Patch) -> Prepared:
+    """The same with the recordings that were left aside fitted too, each placed by the model and what was found on the others.
+
+    An axis of which neither tells the zero stays where it began: no effect of the position was found on it.
+    """
+    told = _axes_of_position(patch)
+    more, notes = {}, []
+    for aside in ready.aside:
+        zeros = _by_the_model(ready, aside, patch)
+        run = aside.prepare(moved(aside.recording, zeros))
+        waves = {axis: _zero_of(ready.simulation, run, patch, axis, aside) for axis in aside.relative if axis in told}
+        more[aside.recording.name] = aside.prepare(moved(run.recording, waves)) if waves else run
+        notes.append(_how_placed(ready.simulation, aside, _sum(aside.zeros, zeros, waves)))
+    unplaced = {axis for aside in ready.aside for axis in aside.adrift if axis not in told}
+    return ready.with_more(more, frozenset(unplaced), notes)
+
+
+def _axes_of_position(patch: Patch) -> set[str]:
+    return {one.axis for one in patch.effects if one.effect.needs & OF_POSITION}
+
+
+def _by_the_model(ready: Prepared, aside: Aside, patch: Patch) -> dict[str, float]:
+    """By how much further the zeros are that the model tells, where what was found takes its part of the torque."""
+    axes = [axis for axis in aside.relative if axis not in aside.adrift]
+    floating = [axis for axis, how in ready.asking.unrecorded.items() if how.floats]
+    zeros = dict.fromkeys(axes, 0.0)
+    for _ in range(ROUNDS if axes and patch.effects else 0):
+        run = aside.prepare(moved(aside.recording, zeros))
+        left = _without(ready.simulation, run, patch)
+        zeros = _sum(zeros, zeros_of(ready.simulation, left, axes, ready.cutoff_hz, floating))
+    return zeros
+
+
+def _without(simulation: Simulation, run: Run, patch: Patch) -> Recording:
+    """The recording without the torque that a patch adds."""
+    columns = dict(run.recording.columns)
+    for part in contributions(simulation, run, patch):
+        for axis, torque in part.items():
+            columns[axis] = {**columns[axis], TORQUE: columns[axis][TORQUE] - torque}
+    return replace(run.recording, columns=columns)
+
+
+def _zero_of(simulation: Simulation, run: Run, patch: Patch, axis: str, aside: Aside) -> float:
+    """Zero [rad or m] of an axis by what was found; within a turn of its motor, where the model tells the rest."""
+    if axis in aside.adrift:
+        return _zero(simulation, run, patch, axis)
+    turn = 2.0 * np.pi / simulation.dynamics()[axis].gear_ratio
+    return _zero(simulation, run, patch, axis, (-turn, turn))
+
+
+def _zero(simulation: Simulation, run: Run, patch: Patch, axis: str, within: tuple[float, float] | None = None) -> float:
+    """Zero [rad or m] with which least of the axis's gap is left; that of the recording where no other is better.
+
+    `within` [rad or m]: over the joint's range, if not told; there the model's own torque does not depend on it.
+    """
     own = replace(patch, effects=tuple(one for one in patch.effects if one.axis == axis), heavier=None)
-    low, high = zeros_within(ready.simulation, axis, run.axes[axis].motion.position)
+    low, high = within or zeros_within(simulation, axis, run.axes[axis].motion.position)
 
     def left(zero: float) -> float:
-        return gap_rms([predict(ready.simulation, run.placed({axis: zero}), own)], axis, "after")
+        there = run.placed({axis: zero}) if within is None else run.placed({axis: zero}).with_weight_at({axis: zero})
+        return gap_rms([predict(simulation, there, own)], axis, "after")
 
     tried = np.append(np.linspace(low, high, TRIED), 0.0)
     best = float(min(tried, key=left))
     step = (high - low) / (TRIED - 1)
     near = minimize_scalar(left, bounds=(best - step, best + step), method="bounded", options={"xatol": 1e-3 * step})
     return float(near.x) if left(float(near.x)) < left(best) else best
+
+
+def _sum(*parts: Mapping[str, float]) -> dict[str, float]:
+    """Zeros on top of others."""
+    axes = dict.fromkeys(axis for part in parts for axis in part)
+    return {axis: sum(part.get(axis, 0.0) for part in parts) for axis in axes}
+
+
+def _how_placed(simulation: Simulation, aside: Aside, zeros: Mapping[str, float]) -> str:
+    at, untold = ", ".join(_with_units(simulation, zeros)), ", ".join(axis for axis in aside.adrift if axis not in zeros)
+    found = [f"by the model and what was found on the others its zero is at {at}"] if at else []
+    rest = [f"nothing tells the zero of {untold}: effects of the position are sought on the others"] if untold else []
+    return f"{aside.recording.name}: the position is relative; {'; '.join([*found, *rest])}."
+
+
+def _with_units(simulation: Simulation, zeros: Mapping[str, float]) -> list[str]:
+    return [f"{axis} {zero:+.3g} {'m' if simulation.slides(axis) else 'rad'}" for axis, zero in zeros.items()]

@@ -1,4 +1,5 @@
-"""Recordings with a zero of their own, of a pendulum whose torque is a formula: left out, or put where the weight says."""
+"""Recordings with a zero of their own, of a pendulum whose torque is a formula: placed by what was found on others, or by the
+weight."""
 
 from __future__ import annotations
 
@@ -8,16 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivetwin.diagnosis.prepare.positions import positions
-from drivetwin.diagnosis.prepare.prepared import prepared
+from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.prepare.positions import left_out, positions
+from drivetwin.diagnosis.prepare.prepared import OF_POSITION, Prepared, prepared
 from drivetwin.diagnosis.prepare.simulation import simulation
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
-from drivetwin.diagnosis.report.zeros import placed_by
+from drivetwin.diagnosis.report.zeros import placed_by, with_aside
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import bench_of
 from drivetwin.diagnosis.weigh.state import state_of
 from drivetwin.emulator.effects.position_friction import PositionFriction
+from drivetwin.emulator.effects.spring import Spring
 from drivetwin.emulator.effects.torque_offset import TorqueOffset
 from drivetwin.recording.recording import Recording, RecordingInfo
 
@@ -37,12 +40,20 @@ def model(folder: Path, gravity: float = -9.81) -> Path:
 
 
 def swinging(
-    name: str, zero: float | None, seed: int, weight: float = WEIGHT, seconds: float = 20.0, offset: float = 0.0
+    name: str,
+    zero: float | None,
+    seed: int,
+    weight: float = WEIGHT,
+    seconds: float = 20.0,
+    offset: float = 0.0,
+    pace: float = 1.0,
 ) -> Recording:
-    """Of which the position is told from `zero` [rad] on and said to be relative; None: as it is. `offset` of the torque."""
+    """Of which the position is told from `zero` [rad] on and said to be relative; None: as it is. `offset` of the torque,
+    `pace` of the motion.
+    """
     rng = np.random.default_rng(seed)
     time = np.arange(round(seconds / PERIOD), dtype=np.float64) * PERIOD
-    slow, fast = rng.uniform(1.5, 2.0), rng.uniform(4.0, 5.0)
+    slow, fast = pace * rng.uniform(1.5, 2.0), pace * rng.uniform(4.0, 5.0)
     position = 0.9 * np.sin(slow * time) + 0.2 * np.sin(fast * time)
     velocity = 0.9 * slow * np.cos(slow * time) + 0.2 * fast * np.cos(fast * time)
     acceleration = -0.9 * slow**2 * np.sin(slow * time) - 0.2 * fast**2 * np.sin(fast * time)
@@ -56,11 +67,12 @@ def swinging(
     return Recording(name, info, time, {"swing": columns})
 
 
-def test_relative_recordings_are_left_out_where_others_are_enough(tmp_path: Path) -> None:
+def test_relative_recordings_are_left_aside_where_others_are_enough(tmp_path: Path) -> None:
     given = [swinging("one", None, 1), swinging("two", 0.7, 2), swinging("three", None, 3)]
     found = positions(simulation(model(tmp_path), given[0].info.axes), given, CUTOFF)
     assert [one.name for one in found.recordings] == ["one", "three"]
-    assert found.notes == ("two: left out, for the position is relative; that of one, three is absolute.",)
+    assert found.aside == (given[1],)
+    assert left_out(found) == ("two: left out, for the position is relative; that of one, three is absolute.",)
 
 
 @pytest.mark.parametrize("zero", [-1.2, 0.0, 0.7, 2.0])
@@ -112,22 +124,26 @@ def test_a_relative_validation_has_the_gap_of_an_absolute_one(tmp_path: Path) ->
     assert np.sqrt(np.mean((own.torque - own.base)[own.used] ** 2)) > 0.2
 
 
+WAVES = PositionFriction(0.2, 0.9, 0.4)
+
+
+def rubbing(name: str, at: float | None, seed: int, weight: float = 0.0, offset: float = 0.0) -> Recording:
+    """`swinging`, with friction that has `WAVES` over the position."""
+    plain = swinging(name, at, seed, weight=weight, offset=offset)
+    own = plain.columns["swing"]
+    joint = own["position"] + (at or 0.0)
+    angle = 2.0 * np.pi * joint / WAVES.period + WAVES.phase
+    more = WAVES.amplitude * np.sin(angle) * np.sign(np.gradient(joint))
+    return replace(plain, columns={"swing": {**own, "torque": own["torque"] + more}})
+
+
 @pytest.mark.parametrize("zero", [-1.0, 0.3])
 def test_a_validation_without_a_zero_is_placed_by_what_was_found(zero: float, tmp_path: Path) -> None:
     """Nothing hangs on this pendulum, so its model tells no zero; friction that has waves over the position does."""
-    waves = PositionFriction(0.2, 0.9, 0.4)
-
-    def rubbing(name: str, at: float | None, seed: int) -> Recording:
-        plain = swinging(name, at, seed, weight=0.0)
-        own = plain.columns["swing"]
-        joint = own["position"] + (at or 0.0)
-        more = 0.2 * np.sin(2.0 * np.pi * joint / 0.9 + 0.4) * np.sign(np.gradient(joint))
-        return replace(plain, columns={"swing": {**own, "torque": own["torque"] + more}})
-
     training, validation = [rubbing("one", None, 1)], [rubbing("two", zero, 2)]
     ready = prepared(model(tmp_path, gravity=0.0), training, validation, Settings())
     assert ready.adrift == {"two": ("swing",)}
-    patch = Patch((placed(ready.rows, "swing", waves),))
+    patch = Patch((placed(ready.rows, "swing", WAVES),))
     found = placed_by(ready, patch)
     gaps = [gap_rms([predict(each.simulation, each.checks[0], patch)], "swing", "after") for each in (ready, found)]
     assert gaps[1] < 0.2 * gaps[0]
@@ -136,3 +152,83 @@ def test_a_validation_without_a_zero_is_placed_by_what_was_found(zero: float, tm
     np.testing.assert_allclose(waves_off, np.round(waves_off), atol=0.02, err_msg="a whole wave farther is as good")
     assert "two: the position is relative; by what was found its zero is at swing" in found.notes[-1]
     assert placed_by(ready, Patch()).checks == ready.checks, "nothing was found that depends on it"
+
+
+def moved_by(ready: Prepared, given: Recording) -> float:
+    """Zero [rad] at which a recording that had none is fitted."""
+    run = next(run for run in ready.runs if run.recording.name == given.name)
+    return float(np.mean(run.recording.columns["swing"]["position"] - given.columns["swing"]["position"]))
+
+
+@pytest.mark.parametrize("zero", [-1.0, 0.3])
+def test_a_recording_beside_an_absolute_one_is_placed_by_what_was_found_on_that(zero: float, tmp_path: Path) -> None:
+    """As above, where no weight tells the zero; and every effect of the position can still be asked for."""
+    given = [rubbing("one", None, 1), rubbing("two", zero, 2)]
+    ready = prepared(model(tmp_path, gravity=0.0), given, [rubbing("three", None, 3)], Settings())
+    assert [run.recording.name for run in ready.runs] == ["one"]
+    found = with_aside(ready, Patch((placed(ready.rows, "swing", WAVES),)))
+    assert [run.recording.name for run in found.runs] == ["one", "two"]
+    waves_off = (moved_by(found, given[1]) - zero) / WAVES.period
+    assert waves_off == pytest.approx(round(waves_off), abs=0.02), "a whole wave farther is as good"
+    assert (found.unplaced, found.absolute) == (frozenset(), {"swing": True})
+    assert PositionFriction in found.kinds("swing")
+    assert found.notes[-1].startswith(
+        "two: the position is relative; by the model and what was found on the others its zero is at swing"
+    )
+
+
+def test_beside_a_recording_that_nothing_places_no_effect_of_the_position_is_asked_for(tmp_path: Path) -> None:
+    """It was, on the absolute ones. What can be told of all others is asked for on all recordings."""
+    given = [rubbing("one", None, 1), rubbing("two", 0.3, 2)]
+    ready = prepared(model(tmp_path, gravity=0.0), given, [rubbing("three", None, 3)], Settings())
+    found = with_aside(ready, Patch())
+    assert (found.unplaced, found.absolute) == (frozenset({"swing"}), {"swing": False})
+    assert set(ready.kinds("swing")) - set(found.kinds("swing")) >= {PositionFriction, Spring}
+    assert not {kind for kind in found.kinds("swing") if kind.needs & OF_POSITION}
+    assert found.testable["swing"].not_testable == ready.testable["swing"].not_testable
+    assert found.notes[-1] == (
+        "two: the position is relative; nothing tells the zero of swing: effects of the position are sought on the others."
+    )
+
+
+@pytest.mark.parametrize("zero", [-1.2, 0.7])
+def test_what_was_found_takes_its_part_before_the_weight_says_where_the_zero_is(zero: float, tmp_path: Path) -> None:
+    """An offset of the torque looks like a turn of 0.1 rad, a ninth of a wave; beside it the zero is right to a hundredth of
+    one."""
+    given = [rubbing("one", None, 1, WEIGHT, 0.6), rubbing("two", zero, 2, WEIGHT, 0.6)]
+    ready = prepared(model(tmp_path), given, [rubbing("three", None, 3, WEIGHT, 0.6)], Settings())
+    (aside,) = ready.aside
+    assert abs(aside.zeros["swing"] - zero) > 0.05
+    patch = Patch((placed(ready.rows, "swing", WAVES), placed(ready.rows, "swing", TorqueOffset(-0.6))))
+    found = with_aside(ready, patch)
+    assert moved_by(found, given[1]) == pytest.approx(zero, abs=0.01)
+    run = found.runs[1]
+    left = predict(found.simulation, run, patch).axes["swing"]
+    assert np.sqrt(np.mean((left.measured - left.after)[left.used] ** 2)) < 0.02, "its weight is that at the zero"
+
+
+def test_recordings_that_are_no_absolute_ones_leave_nothing_aside(tmp_path: Path) -> None:
+    """Two that begin at one place in full motion have a zero each, whatever they say: the third is left out, as before."""
+    one, two = swinging("one", None, 1), swinging("two", None, 2)
+    ready = prepared(model(tmp_path), [one, two, swinging("three", 0.7, 3)], [swinging("four", None, 4)], Settings())
+    assert ready.aside == ()
+    assert "three: left out, for the position is relative; that of one, two is absolute." in ready.notes
+
+
+def test_what_only_a_relative_recording_shows_is_found(tmp_path: Path) -> None:
+    """Drag that grows with the square of the speed, where the absolute recording goes at a tenth of it."""
+    given = [dragged("slow", None, 1, 0.1), dragged("fast", 0.7, 2)]
+    found = diagnose(model(tmp_path), given, [dragged("held", None, 3)], Settings(), lambda *_: None)
+    first = found.causes[0]
+    assert (first.effect, first.axis) == ("viscous_nonlinear", "swing")
+    assert first.probability > 0.9
+    assert first.gap_closed is not None
+    assert first.gap_closed.validation > 0.95
+
+
+def dragged(name: str, at: float | None, seed: int, pace: float = 1.0) -> Recording:
+    """`swinging`, at so much of its pace, with a drag."""
+    plain = swinging(name, at, seed, pace=pace)
+    own = plain.columns["swing"]
+    velocity = np.gradient(own["position"], PERIOD)
+    return replace(plain, columns={"swing": {**own, "torque": own["torque"] + 0.15 * velocity * np.abs(velocity)}})
