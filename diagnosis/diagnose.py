@@ -32,7 +32,7 @@ from drivetwin.diagnosis.weigh.proposer import Proposer
 from drivetwin.diagnosis.weigh.refit import refitted
 from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.diagnosis.weigh.yielding import settled_on
-from drivetwin.emulator.effects import DriveEffect, Effect, ModelEffect, PlacedEffect
+from drivetwin.emulator.effects import DriveEffect, Effect, ModelEffect
 from drivetwin.recording.recording import Recording
 
 TURN = 5e-4
@@ -109,12 +109,11 @@ def diagnose(
     progress("filter, inverse dynamics", 0.02)
     ready = prepared(model, training, validation, settings)
     proposer = proposer_of(ready, settings)
-    begun: tuple[PlacedEffect, ...] = ()
     if ready.aside:
-        begun = Search(proposer.of_what_does_not_yield(), progress).begun().effects
-        ready = with_aside(ready, Patch(in_order(begun)))
+        begun = Search(proposer.briefly(), progress).begun()
+        ready = with_aside(ready, Patch(in_order(begun.effects)))
         proposer = proposer_of(ready, settings)
-    found = Search(proposer, progress).run(begun)
+    found = Search(proposer, progress).run()
     progress("probabilities", 0.8)
     first = refitted(found.state, heavier(found.state))
     patch = Patch(in_order(first.effects), first.heavier)

@@ -20,9 +20,8 @@ from drivetwin.diagnosis.report.prediction import Patch, contributions, gap_rms,
 from drivetwin.recording.recording import TORQUE, Recording
 
 TRIED = 400
-"""Zeros over an axis's range, before the best is moved: a shorter wave than a hundredth of the range is not placed."""
-ROUNDS = 2
-"""Times that the model places a recording by the torque that what was found leaves, which hangs on the place itself."""
+"""Zeros over an axis's range, or over two turns of its motor, before the best is moved: a wave shorter than a hundredth of that
+is not placed."""
 
 
 def placed_by(ready: Prepared, patch: Patch) -> Prepared:
@@ -31,7 +30,7 @@ def placed_by(ready: Prepared, patch: Patch) -> Prepared:
     checks, notes = [], []
     for run in ready.checks:
         sought = [axis for axis in ready.adrift.get(run.recording.name, ()) if axis in told]
-        zeros = {axis: _zero(ready.simulation, run, patch, axis) for axis in sought}
+        zeros = {axis: _zero(ready.simulation, run, patch, axis, _range(ready.simulation, run, axis)) for axis in sought}
         checks.append(run.placed(zeros) if zeros else run)
         notes += [
             f"{run.recording.name}: the position is relative; by what was found its zero is at {at}."
@@ -64,13 +63,11 @@ def _axes_of_position(patch: Patch) -> set[str]:
 def _by_the_model(ready: Prepared, aside: Aside, patch: Patch) -> dict[str, float]:
     """By how much further the zeros are that the model tells, where what was found takes its part of the torque."""
     axes = [axis for axis in aside.relative if axis not in aside.adrift]
+    if not axes or not patch.effects:
+        return {}
     floating = [axis for axis, how in ready.asking.unrecorded.items() if how.floats]
-    zeros = dict.fromkeys(axes, 0.0)
-    for _ in range(ROUNDS if axes and patch.effects else 0):
-        run = aside.prepare(moved(aside.recording, zeros))
-        left = _without(ready.simulation, run, patch)
-        zeros = _sum(zeros, zeros_of(ready.simulation, left, axes, ready.cutoff_hz, floating))
-    return zeros
+    left = _without(ready.simulation, aside.prepare(aside.recording), patch)
+    return zeros_of(ready.simulation, left, axes, ready.cutoff_hz, floating)
 
 
 def _without(simulation: Simulation, run: Run, patch: Patch) -> Recording:
@@ -83,23 +80,25 @@ def _without(simulation: Simulation, run: Run, patch: Patch) -> Recording:
 
 
 def _zero_of(simulation: Simulation, run: Run, patch: Patch, axis: str, aside: Aside) -> float:
-    """Zero [rad or m] of an axis by what was found; within a turn of its motor, where the model tells the rest."""
-    if axis in aside.adrift:
-        return _zero(simulation, run, patch, axis)
-    turn = 2.0 * np.pi / simulation.dynamics()[axis].gear_ratio
-    return _zero(simulation, run, patch, axis, (-turn, turn))
-
-
-def _zero(simulation: Simulation, run: Run, patch: Patch, axis: str, within: tuple[float, float] | None = None) -> float:
-    """Zero [rad or m] with which least of the axis's gap is left; that of the recording where no other is better.
-
-    `within` [rad or m]: over the joint's range, if not told; there the model's own torque does not depend on it.
+    """Zero [rad or m] of an axis by what was found: over the joint's range where the model does not tell it, then within a turn
+    of the motor, for waves of its angle.
     """
+    turn = 2.0 * np.pi / simulation.dynamics()[axis].gear_ratio
+    far = _zero(simulation, run, patch, axis, _range(simulation, run, axis)) if axis in aside.adrift else 0.0
+    return far + _zero(simulation, run.placed({axis: far}), patch, axis, (-turn, turn))
+
+
+def _range(simulation: Simulation, run: Run, axis: str) -> tuple[float, float]:
+    return zeros_within(simulation, axis, run.axes[axis].motion.position)
+
+
+def _zero(simulation: Simulation, run: Run, patch: Patch, axis: str, within: tuple[float, float]) -> float:
+    """Zero [rad or m] `within` some, with which least of the axis's gap is left; 0 where no other is better."""
     own = replace(patch, effects=tuple(one for one in patch.effects if one.axis == axis), heavier=None)
-    low, high = within or zeros_within(simulation, axis, run.axes[axis].motion.position)
+    low, high = within
 
     def left(zero: float) -> float:
-        there = run.placed({axis: zero}) if within is None else run.placed({axis: zero}).with_weight_at({axis: zero})
+        there = run.placed({axis: zero}).with_weight_at({axis: zero})
         return gap_rms([predict(simulation, there, own)], axis, "after")
 
     tried = np.append(np.linspace(low, high, TRIED), 0.0)

@@ -47,21 +47,18 @@ class Search:
 
     def begun(self) -> State:
         """A set that adding alone finds: enough to place recordings by."""
-        pair, _ = self.added(self._first(()))
+        pair, _ = self.added(self._first())
         return pair.whole
 
-    def _first(self, begun: Sequence[PlacedEffect]) -> Pair:
-        """Where a search begins, as noise is there: a set that was found on some of the recordings, or no effect."""
+    def _first(self) -> Pair:
+        """No effect, the noise as it is where each of them could be."""
         self.progress("every effect on every axis", 0.1)
         pair = empty(self.proposer.bench, self.proposer.part)
-        if begun:
-            there = pair.settled(begun)
-            pair = Pair(there, pair.part.of(there.effects))
         return pair.as_noise_is(pair.whole, self.proposer.further(pair, list(self.proposer.kinds)))
 
-    def run(self, begun: Sequence[PlacedEffect] = ()) -> Found:
-        """The set of effects that explains the recordings best, from one that was `begun` on."""
-        pair = self._first(begun)
+    def run(self) -> Found:
+        """The set of effects that explains the recordings best."""
+        pair = self._first()
         exchange, restart = Exchange(self.proposer, self._rivals, self.progress), Restart(self.proposer)
         done: set[tuple[Name, ...]] = set()
         for _ in range(EXCHANGES):

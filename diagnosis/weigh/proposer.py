@@ -52,9 +52,13 @@ class Proposer:
         """Kinds of effects that could have been named on an axis."""
         return max(len(self.kinds[axis]), 1)
 
-    def of_what_does_not_yield(self) -> Proposer:
-        """The same of the effects that no motion has to be replayed for: those take little of the time."""
-        return replace(self, kinds={axis: [kind for kind in kinds if not yields(kind)] for axis, kinds in self.kinds.items()})
+    def briefly(self) -> Proposer:
+        """The same on the part alone, of effects of one axis that no motion is replayed for: they take little of the time."""
+        kinds = {
+            axis: [kind for kind in kinds if not yields(kind) and not issubclass(kind, ModelEffect)]
+            for axis, kinds in self.kinds.items()
+        }
+        return replace(self, bench=self.part, kinds=kinds)
 
     def rated(self, state: State) -> float:
         """Log evidence of a set, less what it costs that each of its effects is one of many that were tried [nats]."""

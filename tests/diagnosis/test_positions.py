@@ -30,12 +30,12 @@ INERTIA = MASS * LENGTH**2 + 0.01
 MODEL = """<mujoco model="pendulum"><option gravity="0 0 {gravity}"/><worldbody><body>
 <joint name="swing" axis="0 1 0" range="-180 180" limited="true" frictionloss="0.4"/>
 <inertial pos="0 0 -0.3" mass="2" diaginertia="0.01 0.01 0.01"/></body></worldbody>
-<actuator><motor name="swing" joint="swing"/></actuator></mujoco>"""
+<actuator><motor name="swing" joint="swing" gear="{gear}"/></actuator></mujoco>"""
 
 
-def model(folder: Path, gravity: float = -9.81) -> Path:
+def model(folder: Path, gravity: float = -9.81, gear: float = 1.0) -> Path:
     path = folder / "model.xml"
-    path.write_text(MODEL.format(gravity=gravity), encoding="utf-8")
+    path.write_text(MODEL.format(gravity=gravity, gear=gear), encoding="utf-8")
     return path
 
 
@@ -127,13 +127,21 @@ def test_a_relative_validation_has_the_gap_of_an_absolute_one(tmp_path: Path) ->
 WAVES = PositionFriction(0.2, 0.9, 0.4)
 
 
-def rubbing(name: str, at: float | None, seed: int, weight: float = 0.0, offset: float = 0.0) -> Recording:
-    """`swinging`, with friction that has `WAVES` over the position."""
-    plain = swinging(name, at, seed, weight=weight, offset=offset)
+def rubbing(
+    name: str,
+    at: float | None,
+    seed: int,
+    weight: float = 0.0,
+    offset: float = 0.0,
+    pace: float = 1.0,
+    waves: PositionFriction = WAVES,
+) -> Recording:
+    """`swinging`, with friction that has `waves` over the position."""
+    plain = swinging(name, at, seed, weight=weight, offset=offset, pace=pace)
     own = plain.columns["swing"]
     joint = own["position"] + (at or 0.0)
-    angle = 2.0 * np.pi * joint / WAVES.period + WAVES.phase
-    more = WAVES.amplitude * np.sin(angle) * np.sign(np.gradient(joint))
+    angle = 2.0 * np.pi * joint / waves.period + waves.phase
+    more = waves.amplitude * np.sin(angle) * np.sign(np.gradient(joint))
     return replace(plain, columns={"swing": {**own, "torque": own["torque"] + more}})
 
 
@@ -161,14 +169,17 @@ def moved_by(ready: Prepared, given: Recording) -> float:
 
 
 @pytest.mark.parametrize("zero", [-1.0, 0.3])
-def test_a_recording_beside_an_absolute_one_is_placed_by_what_was_found_on_that(zero: float, tmp_path: Path) -> None:
+@pytest.mark.parametrize("waves", [WAVES, replace(WAVES, period=0.005)], ids=["long waves", "short waves"])
+def test_a_recording_beside_an_absolute_one_is_placed_by_what_was_found_on_that(
+    waves: PositionFriction, zero: float, tmp_path: Path
+) -> None:
     """As above, where no weight tells the zero; and every effect of the position can still be asked for."""
-    given = [rubbing("one", None, 1), rubbing("two", zero, 2)]
-    ready = prepared(model(tmp_path, gravity=0.0), given, [rubbing("three", None, 3)], Settings())
+    given = [rubbing("one", None, 1, pace=0.05, waves=waves), rubbing("two", zero, 2, pace=0.05, waves=waves)]
+    ready = prepared(model(tmp_path, gravity=0.0, gear=20), given, [rubbing("three", None, 3, pace=0.05)], Settings())
     assert [run.recording.name for run in ready.runs] == ["one"]
-    found = with_aside(ready, Patch((placed(ready.rows, "swing", WAVES),)))
+    found = with_aside(ready, Patch((placed(ready.rows, "swing", waves),)))
     assert [run.recording.name for run in found.runs] == ["one", "two"]
-    waves_off = (moved_by(found, given[1]) - zero) / WAVES.period
+    waves_off = (moved_by(found, given[1]) - zero) / waves.period
     assert waves_off == pytest.approx(round(waves_off), abs=0.02), "a whole wave farther is as good"
     assert (found.unplaced, found.absolute) == (frozenset(), {"swing": True})
     assert PositionFriction in found.kinds("swing")
