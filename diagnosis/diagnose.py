@@ -58,10 +58,8 @@ def proposer_of(ready: Prepared, settings: Settings) -> Proposer:
     whole = bench_of(rows.searched, settings, ready.absolute, without)
     part = whole if rows.part is rows.searched else bench_of(rows.part, settings, ready.absolute, without)
     kinds = {
-        axis: [
-            kind for kind in ready.kinds(axis) if not issubclass(kind, DriveEffect) and (axis in gaps or _is_felt(kind, gaps))
-        ]
-        for axis in ready.testable
+        axis: [kind for kind in each.kinds if not issubclass(kind, DriveEffect) and (axis in gaps or _is_felt(kind, gaps))]
+        for axis, each in ready.testable.items()
         if rows.count(axis)
     }
     asked = {axis: ready.testable[axis] for axis in kinds}

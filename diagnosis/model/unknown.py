@@ -77,6 +77,8 @@ def _columns(rows: Rows, axis: str, scale: _Scale, curves: Array) -> Array:
     for run in rows.runs:
         own = run.axes[axis]
         place, times = scale.at(run, own), scale.times(own)
+        if scale.goes_with == "position" and axis in run.unplaced:
+            times = np.zeros_like(times)
         parts.append([run.felt(own, np.interp(place, knots, curve) * times) for curve in curves.T])
     return np.column_stack([rows.picked(axis, [part[k] for part in parts]) for k in range(curves.shape[1])])
 

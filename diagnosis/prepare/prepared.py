@@ -13,30 +13,28 @@ from drivetwin.diagnosis.prepare.drive_law import law_is_far, law_missing
 from drivetwin.diagnosis.prepare.hold_back import hold_back
 from drivetwin.diagnosis.prepare.motion import begins, prepare, standstill_of
 from drivetwin.diagnosis.prepare.positions import by_the_model, left_out, positions, relative_axes
-from drivetwin.diagnosis.prepare.rates import fast_enough
+from drivetwin.diagnosis.prepare.rates import ENOUGH, fast_enough
 from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.diagnosis.prepare.simulation import Simulation, simulation
 from drivetwin.diagnosis.prepare.smoothed import smoothed
 from drivetwin.diagnosis.prepare.started import started
 from drivetwin.diagnosis.prepare.steadied import steadied
-from drivetwin.diagnosis.prepare.testable import Testable, is_absolute, testable
+from drivetwin.diagnosis.prepare.testable import Testable, is_absolute, is_integrated, testable
 from drivetwin.diagnosis.prepare.turns import placed_within_a_turn
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.emulator.effects import Effect
-from drivetwin.emulator.effects.base import Look, Need
+from drivetwin.emulator.effects.base import Look
 from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Recording
 
-OF_POSITION = frozenset({Need.ABSOLUTE_POSITION, Need.MOTOR_ANGLE})
-"""What an effect of the position needs."""
-BEGINS = 0.1
-"""Share of the fitted time, from which absolute recordings begin a search, and what they tell places the others."""
+ENOUGH_TO_PLACE = 0.1
+"""Share of the time of all training recordings that absolute ones must hold, for what is found on them to place the others."""
 
 
 @dataclass(frozen=True)
 class Aside:
-    """A recording that is fitted once what was found on others places it, where the model has it until then.
+    """A recording that is fitted once what was found on others places it. `recording` is as the model places it.
 
     `zeros` [rad or m]: by how much the model moved its axes; `adrift`: relative axes whose zero it does not tell. `prepare`:
     makes the recording ready, at this or another zero.
@@ -86,7 +84,7 @@ class Prepared:
 
     `standstill` [rad/s or m/s]: of each axis, the middle one of its recordings'. `notes`: what a reader needs to
     know of what was used. `adrift`: by name of a validation recording, axes whose position has a zero that nothing tells yet.
-    `aside`: recordings to be fitted once they are placed; `unplaced`: axes of which one is fitted whose zero nothing tells.
+    `aside`: recordings to be fitted once they are placed.
     `turned_one_way`: axes that are placed by a wave of their torque, and go one way in every recording.
     `apart` [s]: by how much torque and position of each axis still differ in time, once that is known.
     """
@@ -103,33 +101,20 @@ class Prepared:
     notes: tuple[str, ...]
     adrift: Mapping[str, tuple[str, ...]]
     aside: tuple[Aside, ...] = ()
-    unplaced: frozenset[str] = frozenset()
     turned_one_way: frozenset[str] = frozenset()
     apart: Mapping[str, float] = field(default_factory=dict)
 
     @property
-    def absolute(self) -> dict[str, bool]:
-        """Whether the position of an axis means the same in all that is fitted."""
-        return {axis: told and axis not in self.unplaced for axis, told in self.asking.absolute.items()}
+    def absolute(self) -> Mapping[str, bool]:
+        """Whether the position of an axis means the same in all recordings that place what is found."""
+        return self.asking.absolute
 
-    def kinds(self, axis: str) -> list[type[Effect]]:
-        """Effects that an axis can be asked for; those of the position only where all that is fitted is placed."""
-        asked = self.testable[axis].kinds
-        return [kind for kind in asked if axis not in self.unplaced or not kind.needs & OF_POSITION]
-
-    def with_more(self, more: Mapping[str, Run], unplaced: frozenset[str], told: Sequence[str]) -> Prepared:
+    def with_more(self, more: Sequence[Run], told: Sequence[str]) -> Prepared:
         """The same with the recordings that were left aside fitted too, as they are placed now; `told`: notes of that."""
-        runs = [*self.runs, *more.values()]
+        runs = [*self.runs, *more]
         rows = replace(self.rows, runs=[run.thinned() for run in runs])
-        return replace(
-            self,
-            runs=runs,
-            rows=rows,
-            testable=self.asking.of(rows, runs),
-            aside=(),
-            unplaced=unplaced,
-            notes=(*self.notes, *told),
-        )
+        asked = self.asking.of(rows, runs)
+        return replace(self, runs=runs, rows=rows, testable=asked, aside=(), notes=(*self.notes, *told))
 
     def waves_alike(self, kind: type[Effect], axis: str) -> tuple[str, ...]:
         """Names of other effects whose wave is that of an effect, half a period off, while every recording goes one way.
@@ -152,8 +137,15 @@ class Prepared:
         return replace(self, runs=runs, checks=checks, rows=rows, notes=(*self.notes, *told), apart=apart)
 
 
-def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Recording], settings: Settings) -> Prepared:
-    """Raises UserError where a recording's axes do not fit the model, or no axis moves in what is fitted."""
+def prepared(
+    model: Path, training: Sequence[Recording], validation: Sequence[Recording], settings: Settings, *, aside: bool = True
+) -> Prepared:
+    """Raises UserError where a recording's axes do not fit the model, or no axis moves in what is fitted.
+
+    `aside`: whether training recordings with a relative position may wait for what is found on the others. They do not where no
+    validation is given, for blocks of every recording that is fitted are held back then.
+    """
+    given_to_fit, given_to_check = training, validation
     held_back = not validation
     twin = simulation(model, training[0].info.axes)
     whole = completed(model, twin, training, validation, settings)
@@ -164,8 +156,10 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     smooth = smoothed(twin, steady.training, steady.validation, cutoff, steady.by_velocity)
     training, validation = smooth.training, smooth.validation
     floating = [axis for axis, how in unrecorded.items() if how.floats]
-    fit_at, check_at = positions(twin, training, cutoff, floating, BEGINS), positions(twin, validation, cutoff, floating)
-    more_at = by_the_model(twin, fit_at.aside, cutoff, floating)
+    waits = aside and not held_back
+    fit_at = positions(twin, training, cutoff, floating, ENOUGH_TO_PLACE if waits else ENOUGH)
+    check_at = positions(twin, validation, cutoff, floating)
+    more_at = by_the_model(twin, fit_at.aside if waits else (), cutoff, floating)
     training, more, validation = (levelled(twin, part.recordings, floating) for part in (fit_at, more_at, check_at))
     recordings = [*training, *more, *validation]
     motion = motion_cutoff(recordings, twin.home_inertia(), steady.by_velocity)
@@ -187,6 +181,8 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     given, first, last = ", ".join(one.name for one in training), len(training), len(training) + len(more)
     fitted, beside = every[:first], every[first:last]
     absolute = {axis: is_absolute(fitted, axis) for axis in twin.axes}
+    if more and not _places_others(fitted, absolute, more):
+        return prepared(model, given_to_fit, given_to_check, settings, aside=False)
     turned = placed_within_a_turn(twin, fitted, every[last:], [axis for axis in twin.axes if not absolute[axis]])
     clock = started(twin.axes, [*turned.runs, *beside], turned.checks)
     runs, checks = hold_back(clock.runs[:first]) if held_back else (clock.runs[:first], clock.checks)
@@ -203,14 +199,12 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
     asking = Asking(absolute, turned.axes, unrecorded, dated=bool(clock.notes))
     adrift = {name: tuple(axis for axis in axes if axis not in turned.axes) for name, axes in check_at.adrift.items()}
     middle = {axis: sorted(each[axis].velocity for each in standstill)[len(standstill) // 2] for axis in twin.axes}
-    able = all(absolute.values())
     later = [_began(one) - _began(run) for one, run in zip(clock.runs[first:], beside, strict=True)]
-    aside = tuple(
+    waiting = tuple(
         Aside(one, more_at.zeros[one.name], more_at.adrift[one.name], partial(_prepared_later, way, shift, foreign))
         for one, way, shift in zip(more, ways[first:last], later, strict=True)
-        if able
     )
-    unused = (() if able else left_out(fit_at)) + left_out(check_at)
+    unused = (() if waits else left_out(fit_at)) + left_out(check_at)
     placed = (*fit_at.notes, *unused, *check_at.notes, *turned.notes, *clock.notes)
     told = (*notes(unrecorded), *slow, *steady.notes, *smooth.notes, *placed)
     asked = asking.of(rows, runs)
@@ -226,9 +220,17 @@ def prepared(model: Path, training: Sequence[Recording], validation: Sequence[Re
         held_back,
         told,
         adrift,
-        aside,
+        waiting,
         turned_one_way=turned.one_way,
     )
+
+
+def _places_others(runs: Sequence[Run], absolute: Mapping[str, bool], others: Sequence[Recording]) -> bool:
+    """Whether recordings of absolute axes can place others: something moves in them, and what is relative in the others is said
+    to be so.
+    """
+    moves = any(run.axes[axis].fitted.any() for run in runs for axis in absolute)
+    return moves and all(absolute.values()) and not any(is_integrated(one, axis) for one in others for axis in absolute)
 
 
 def _prepared_later(way: Callable[[Recording], Run], shift: float, foreign: Sequence[str], recording: Recording) -> Run:

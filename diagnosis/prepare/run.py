@@ -15,7 +15,7 @@ from drivetwin.diagnosis.prepare.kinematics import Kinematics
 from drivetwin.diagnosis.prepare.positions import moved
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.effects import AxisEffect
-from drivetwin.emulator.effects.base import Strays
+from drivetwin.emulator.effects.base import Look, Need, Strays
 from drivetwin.motion.earlier import earlier
 from drivetwin.motion.filtering import reach, zero_phase
 from drivetwin.motion.moving import widen
@@ -34,6 +34,8 @@ PREDICTED_RATE = 8.0
 where that is lower: derivatives of them err by 0.2 %."""
 FOLLOWED_RATE = 4.0
 """The same, a period of the motion's own cut-off: what of it is above that of the comparison only bends friction and joints."""
+OF_POSITION = frozenset({Need.ABSOLUTE_POSITION, Need.MOTOR_ANGLE})
+"""What an effect of the position needs."""
 COMPARED_RATE = 2.5
 """Samples that are compared, a period of the cut-off: no more is in them."""
 
@@ -115,7 +117,8 @@ class Run:
     """One recording, prepared: every `stride`-th sample is compared; `kinematics` (n, k) of all axes through that filter.
 
     `period` [s]: between samples; `cutoff_hz`, `motion_hz` [Hz]: of the filters of the comparison, and of the motion.
-    `coupling`, by two axes: what the second feels of the first, where it feels any.
+    `coupling`, by two axes: what the second feels of the first, where it feels any. `unplaced`: axes of which nothing tells
+    where they are, as springs and weights need it; `unturned`: of which nothing tells the motor's angle, as waves need it.
     """
 
     recording: Recording
@@ -126,6 +129,8 @@ class Run:
     kinematics: Kinematics
     axes: Mapping[str, AxisRun]
     coupling: Mapping[tuple[str, str], Coupling]
+    unplaced: frozenset[str] = frozenset()
+    unturned: frozenset[str] = frozenset()
     _kept: dict[Hashable, Array] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def kept(self, key: Hashable, made: Callable[[], Array]) -> Array:
@@ -168,8 +173,13 @@ class Run:
         return replace(self, recording=recording, kinematics=self.kinematics.part(span), axes=axes, coupling=coupling)
 
     def cost(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> dict[str, Array]:
-        """Torque (n,), filtered, that an effect costs its axis, and those that feel the joint move otherwise than measured."""
+        """Torque (n,), filtered, that an effect costs its axis, and those that feel the joint move otherwise than measured.
+
+        None where the effect needs to know where the axis is, and nothing tells.
+        """
         motion = self.axes[axis].motion
+        if self._hides(axis, effect):
+            return {axis: np.zeros(len(motion.position))}
         torque, strays = effect.predict_with_joint(motion, dynamics)
         found = {axis: self.felt(self.axes[axis], torque)}
         if strays is not None:
@@ -180,8 +190,11 @@ class Run:
 
     def deflected(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> Array | None:
         """How much further (n,), filtered, an effect has the joint ahead of its motor [rad or m]; None: no further."""
-        ahead = effect.deflect(self.axes[axis].motion, dynamics)
+        ahead = None if self._hides(axis, effect) else effect.deflect(self.axes[axis].motion, dynamics)
         return self.smooth(ahead) if ahead is not None else None
+
+    def _hides(self, axis: str, effect: AxisEffect) -> bool:
+        return bool(effect.needs & OF_POSITION) and axis in (self.unturned if Look.WAVE in effect.looks else self.unplaced)
 
     def earlier(self, own: AxisRun, late: float) -> Array:
         """How what is compared of the measured torque changes (n,), where it is read `late` [s] earlier."""
@@ -198,13 +211,11 @@ class Run:
         kinematics = replace(self.kinematics, position=position)
         return replace(self, recording=moved(self.recording, zeros), kinematics=kinematics, axes=axes)
 
-    def with_weight_at(self, zeros: Mapping[str, float]) -> Run:
-        """The recording with the weight of some axes as it is so far from where it was prepared [rad or m]."""
-        axes = {
-            name: replace(own, base=own.base + self.felt(own, np.asarray(zeros.get(name, 0.0) * own.motion.weight_slope)))
-            for name, own in self.axes.items()
-        }
-        return replace(self, axes=axes)
+    def with_weight_moved(self, axis: str, zero: float) -> Run:
+        """The recording with the weight of an axis as it is so far from where it was prepared [rad or m]; near by."""
+        own = self.axes[axis]
+        moved_base = own.base + self.felt(own, np.asarray(zero * own.motion.weight_slope))
+        return replace(self, axes={**self.axes, axis: replace(own, base=moved_base)})
 
     def later(self, began: float) -> Run:
         """The recording with its time counted from `began` [s] before: since when the machine was switched on."""

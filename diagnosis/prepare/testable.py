@@ -15,6 +15,7 @@ from drivetwin.diagnosis.prepare.rows import Rows
 from drivetwin.diagnosis.prepare.run import Run
 from drivetwin.emulator.effects import AxisEffect, DriveEffect, Effect, ModelEffect, Need, library
 from drivetwin.emulator.effects.transmission_effect import TransmissionEffect
+from drivetwin.recording.recording import Recording
 
 Array = NDArray[np.float64]
 
@@ -195,6 +196,11 @@ def _time_told(runs: Sequence[Run]) -> bool:
     return (whole if told else longest * (len(runs) == 1)) >= LEAST_TIME
 
 
+def is_integrated(recording: Recording, axis: str) -> bool:
+    """Whether the position of an axis is the integral of its velocity, which begins anywhere."""
+    return f"{axis}.position" in recording.info.derived or "position" not in recording.columns[axis]
+
+
 def is_absolute(runs: Sequence[Run], axis: str) -> bool:
     """Whether the axis's position means the same in all recordings.
 
@@ -205,9 +211,7 @@ def is_absolute(runs: Sequence[Run], axis: str) -> bool:
     if len(runs) == 1:
         return True
     for run in runs:
-        info = run.recording.info
-        told = f"{axis}.position" in info.derived or "position" not in run.recording.columns[axis]
-        if told or getattr(info.axes[axis], "position_relative", False):
+        if is_integrated(run.recording, axis) or run.recording.info.axes[axis].position_relative:
             return False
     motions = [run.axes[axis].motion for run in runs]
     travel = max(float(np.ptp(motion.position)) for motion in motions)

@@ -91,8 +91,8 @@ def read_encoders(encoders, delays, history, newest, angle, reading) -> None:  #
         history[row, newest[0]] = _seen(encoder, angle[encoder.axis])
         whole = int(delays[row])
         share = delays[row] - whole
-        later, earlier = history[row, (newest[0] - whole) % length], history[row, (newest[0] - whole - 1) % length]
-        reading[encoder.axis] = later + share * (earlier - later)
+        last, before = history[row, (newest[0] - whole) % length], history[row, (newest[0] - whole - 1) % length]
+        reading[encoder.axis] = last + share * (before - last)
 
 
 @in_place

@@ -34,7 +34,7 @@ def recorded(rate: float) -> Recording:
 
 @pytest.mark.parametrize("rate", [50.0, 1000.0])
 def test_a_position_that_is_read_late_costs_what_the_torque_is_ahead(rate: float, tmp_path: Path) -> None:
-    """Straight lines between two samples left 16 % at 50 Hz."""
+    """Straight lines between two samples left 16 % at 50 Hz; a thousand samples a second show no difference."""
     path = tmp_path / "turn.xml"
     path.write_text(MODEL, encoding="utf-8")
     made = prepared(path, [recorded(rate)], [recorded(rate)], Settings())

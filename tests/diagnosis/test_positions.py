@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from drivetwin.diagnosis.diagnose import diagnose
+from drivetwin.diagnosis.model.unknown import components
 from drivetwin.diagnosis.prepare.positions import left_out, positions
-from drivetwin.diagnosis.prepare.prepared import OF_POSITION, Prepared, prepared
+from drivetwin.diagnosis.prepare.prepared import Prepared, prepared
 from drivetwin.diagnosis.prepare.simulation import simulation
 from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.report.prediction import Patch, gap_rms, predict
@@ -22,6 +23,7 @@ from drivetwin.diagnosis.weigh.state import state_of
 from drivetwin.emulator.effects.position_friction import PositionFriction
 from drivetwin.emulator.effects.spring import Spring
 from drivetwin.emulator.effects.torque_offset import TorqueOffset
+from drivetwin.emulator.effects.viscous import Viscous
 from drivetwin.recording.recording import Recording, RecordingInfo
 
 PERIOD, MASS, LENGTH, COULOMB, CUTOFF = 0.002, 2.0, 0.3, 0.4, 48.0
@@ -168,12 +170,12 @@ def moved_by(ready: Prepared, given: Recording) -> float:
     return float(np.mean(run.recording.columns["swing"]["position"] - given.columns["swing"]["position"]))
 
 
-@pytest.mark.parametrize("zero", [-1.0, 0.3])
+@pytest.mark.parametrize("zero", [-1.0013, 0.3021])
 @pytest.mark.parametrize("waves", [WAVES, replace(WAVES, period=0.005)], ids=["long waves", "short waves"])
 def test_a_recording_beside_an_absolute_one_is_placed_by_what_was_found_on_that(
     waves: PositionFriction, zero: float, tmp_path: Path
 ) -> None:
-    """As above, where no weight tells the zero; and every effect of the position can still be asked for."""
+    """As above, where no weight tells the zero: within a wave, which is enough for waves, and not for a spring."""
     given = [rubbing("one", None, 1, pace=0.05, waves=waves), rubbing("two", zero, 2, pace=0.05, waves=waves)]
     ready = prepared(model(tmp_path, gravity=0.0, gear=20), given, [rubbing("three", None, 3, pace=0.05)], Settings())
     assert [run.recording.name for run in ready.runs] == ["one"]
@@ -181,22 +183,27 @@ def test_a_recording_beside_an_absolute_one_is_placed_by_what_was_found_on_that(
     assert [run.recording.name for run in found.runs] == ["one", "two"]
     waves_off = (moved_by(found, given[1]) - zero) / waves.period
     assert waves_off == pytest.approx(round(waves_off), abs=0.02), "a whole wave farther is as good"
-    assert (found.unplaced, found.absolute) == (frozenset(), {"swing": True})
-    assert PositionFriction in found.kinds("swing")
+    assert (found.runs[1].unplaced, found.runs[1].unturned) == (frozenset({"swing"}), frozenset())
     assert found.notes[-1].startswith(
         "two: the position is relative; by the model and what was found on the others its zero is at swing"
     )
 
 
-def test_beside_a_recording_that_nothing_places_no_effect_of_the_position_is_asked_for(tmp_path: Path) -> None:
-    """It was, on the absolute ones. What can be told of all others is asked for on all recordings."""
+def test_effects_of_the_position_are_asked_for_where_the_zero_is_known(tmp_path: Path) -> None:
+    """What needs no position is asked for on all recordings."""
     given = [rubbing("one", None, 1), rubbing("two", 0.3, 2)]
     ready = prepared(model(tmp_path, gravity=0.0), given, [rubbing("three", None, 3)], Settings())
     found = with_aside(ready, Patch())
-    assert (found.unplaced, found.absolute) == (frozenset({"swing"}), {"swing": False})
-    assert set(ready.kinds("swing")) - set(found.kinds("swing")) >= {PositionFriction, Spring}
-    assert not {kind for kind in found.kinds("swing") if kind.needs & OF_POSITION}
-    assert found.testable["swing"].not_testable == ready.testable["swing"].not_testable
+    assert found.testable["swing"].kinds == ready.testable["swing"].kinds
+    dynamics, run = found.simulation.dynamics()["swing"], found.rows.of["swing"].run
+    for effect in (WAVES, Spring(1.0, 0.0)):
+        cost = found.rows.cost("swing", effect, dynamics)["swing"]
+        assert np.abs(cost[run == 0]).max() > 0.1
+        assert not cost[run == 1].any()
+    assert np.abs(found.rows.cost("swing", Viscous(0.1), dynamics)["swing"][run == 1]).max() > 0.1
+    for one in components(found.rows, "swing", 8.0, absolute=True, known=np.zeros((len(run), 1))):
+        assert one.columns[run == 0].any()
+        assert one.columns[run == 1].any() == (one.goes_with != "position")
     assert found.notes[-1] == (
         "two: the position is relative; nothing tells the zero of swing: effects of the position are sought on the others."
     )
@@ -218,18 +225,59 @@ def test_what_was_found_takes_its_part_before_the_weight_says_where_the_zero_is(
     assert np.sqrt(np.mean((left.measured - left.after)[left.used] ** 2)) < 0.02, "its weight is that at the zero"
 
 
-def test_recordings_that_are_no_absolute_ones_leave_nothing_aside(tmp_path: Path) -> None:
-    """Two that begin at one place in full motion have a zero each, whatever they say: the third is left out, as before."""
-    one, two = swinging("one", None, 1), swinging("two", None, 2)
-    ready = prepared(model(tmp_path), [one, two, swinging("three", 0.7, 3)], [swinging("four", None, 4)], Settings())
+def test_relative_recordings_do_not_wait_for_others_that_begin_at_one_place(tmp_path: Path) -> None:
+    """Two that begin there in full motion have a zero each, whatever they say. The model places what is relative."""
+    short = [swinging(name, None, seed, seconds=4.0) for name, seed in (("one", 1), ("two", 2))]
+    given = [*short, swinging("three", 0.7, 3)]
+    ready = prepared(model(tmp_path), given, [swinging("four", None, 4)], Settings())
     assert ready.aside == ()
-    assert "three: left out, for the position is relative; that of one, two is absolute." in ready.notes
+    assert [run.recording.name for run in ready.runs] == ["one", "two", "three"]
+    assert moved_by(ready, given[2]) == pytest.approx(0.7, abs=1e-3)
+
+
+def test_relative_recordings_do_not_wait_for_one_that_stands(tmp_path: Path) -> None:
+    standing = swinging("one", None, 1, seconds=8.0, pace=0.0)
+    ready = prepared(model(tmp_path), [standing, swinging("two", 0.7, 2)], [swinging("three", None, 3)], Settings())
+    assert [run.recording.name for run in ready.runs] == ["one", "two"]
+
+
+def test_relative_recordings_do_not_wait_where_their_own_blocks_are_held_back(tmp_path: Path) -> None:
+    given = [swinging("one", None, 1, seconds=6.0), swinging("two", 0.7, 2)]
+    ready = prepared(model(tmp_path), given, [], Settings())
+    assert ready.aside == ()
+    assert {run.recording.name for run in ready.checks} == {"one", "two"}
+
+
+def test_an_integrated_position_is_none_that_was_said_to_be_absolute(tmp_path: Path) -> None:
+    given = [swinging("one", None, 1), swinging("two", 0.7, 2)]
+    derived = given[1].info.model_copy(update={"derived": ["swing.position"]})
+    ready = prepared(model(tmp_path), [given[0], replace(given[1], info=derived)], [swinging("three", None, 3)], Settings())
+    assert ready.aside == ()
+
+
+@pytest.mark.parametrize("late", [0.004])
+def test_a_late_torque_is_placed_as_one_that_is_not(late: float, tmp_path: Path) -> None:
+    """What was found takes its part at the moment of the motion."""
+    given = [rubbing(name, at, seed, WEIGHT, 0.6) for name, at, seed in (("one", None, 1), ("two", 0.7, 2))]
+    two = given[1]
+    axes = {"swing": two.info.axes["swing"].model_copy(update={"torque_delay": late})}
+    torque = np.roll(two.columns["swing"]["torque"], round(late / PERIOD))
+    told = replace(
+        two,
+        info=two.info.model_copy(update={"axes": axes}),
+        columns={"swing": {**two.columns["swing"], "torque": torque}},
+    )
+    ready = prepared(model(tmp_path), [given[0], told], [rubbing("three", None, 3, WEIGHT, 0.6)], Settings())
+    patch = Patch((placed(ready.rows, "swing", WAVES), placed(ready.rows, "swing", TorqueOffset(-0.6))))
+    assert moved_by(with_aside(ready, patch), told) == pytest.approx(0.7, abs=0.01)
 
 
 def test_what_only_a_relative_recording_shows_is_found(tmp_path: Path) -> None:
-    """Drag that grows with the square of the speed, where the absolute recording goes at a tenth of it."""
-    given = [dragged("slow", None, 1, 0.1), dragged("fast", 0.7, 2)]
-    found = diagnose(model(tmp_path), given, [dragged("held", None, 3)], Settings(), lambda *_: None)
+    """Drag that grows with the square of the speed, where the absolute recording goes at a thirtieth of it."""
+    given, held = [dragged("slow", None, 1, 0.03), dragged("fast", 0.7, 2)], [dragged("held", None, 3)]
+    alone = diagnose(model(tmp_path), given[:1], held, Settings(), lambda *_: None)
+    assert all(cause.probability < 0.5 for cause in alone.causes if cause.effect == "viscous_nonlinear")
+    found = diagnose(model(tmp_path), given, held, Settings(), lambda *_: None)
     first = found.causes[0]
     assert (first.effect, first.axis) == ("viscous_nonlinear", "swing")
     assert first.probability > 0.9
