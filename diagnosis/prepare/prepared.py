@@ -106,7 +106,7 @@ class Prepared:
 
     @property
     def absolute(self) -> Mapping[str, bool]:
-        """Whether the position of an axis means the same in all recordings that place what is found."""
+        """Whether the position of an axis means the same in all recordings on which its effects of the position are sought."""
         return self.asking.absolute
 
     def with_more(self, more: Sequence[Run], told: Sequence[str]) -> Prepared:
@@ -226,11 +226,12 @@ def prepared(
 
 
 def _places_others(runs: Sequence[Run], absolute: Mapping[str, bool], others: Sequence[Recording]) -> bool:
-    """Whether recordings of absolute axes can place others: something moves in them, and what is relative in the others is said
-    to be so.
+    """Whether recordings of absolute axes can place others: something moves in them, and no position was integrated, which
+    begins anywhere and does not say so.
     """
     moves = any(run.axes[axis].fitted.any() for run in runs for axis in absolute)
-    return moves and all(absolute.values()) and not any(is_integrated(one, axis) for one in others for axis in absolute)
+    every = [*(run.recording for run in runs), *others]
+    return moves and all(absolute.values()) and not any(is_integrated(one, axis) for one in every for axis in absolute)
 
 
 def _prepared_later(way: Callable[[Recording], Run], shift: float, foreign: Sequence[str], recording: Recording) -> Run:

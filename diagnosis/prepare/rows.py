@@ -126,9 +126,10 @@ class Rows:
         none = [np.zeros(len(run.recording.time)) for run in self.runs]
         found = {on: self.picked(on, [cost.get(on, zero) for cost, zero in zip(costs, none, strict=True)]) for on in felt}
         if deflection_of(axis) in self.compared:
-            ahead = [one for run in self.runs if (one := run.deflected(axis, effect, dynamics)) is not None]
-            if ahead:
-                found[deflection_of(axis)] = centred(self.picked(axis, ahead), self.of[axis].run)
+            ahead = [run.deflected(axis, effect, dynamics) for run in self.runs]
+            if any(one is not None for one in ahead):
+                whole = [zero if one is None else one for one, zero in zip(ahead, none, strict=True)]
+                found[deflection_of(axis)] = centred(self.picked(axis, whole), self.of[axis].run)
         return found
 
     def rigid_rows(self, of_motion: Callable[[Kinematics], Array]) -> dict[str, Array]:

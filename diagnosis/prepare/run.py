@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Mapping
 from dataclasses import dataclass, field, replace
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,8 @@ PREDICTED_RATE = 8.0
 where that is lower: derivatives of them err by 0.2 %."""
 FOLLOWED_RATE = 4.0
 """The same, a period of the motion's own cut-off: what of it is above that of the comparison only bends friction and joints."""
+WHOLE = 0.02
+"""Of a period, that a number of them may differ from a whole one."""
 OF_POSITION = frozenset({Need.ABSOLUTE_POSITION, Need.MOTOR_ANGLE})
 """What an effect of the position needs."""
 COMPARED_RATE = 2.5
@@ -118,7 +121,8 @@ class Run:
 
     `period` [s]: between samples; `cutoff_hz`, `motion_hz` [Hz]: of the filters of the comparison, and of the motion.
     `coupling`, by two axes: what the second feels of the first, where it feels any. `unplaced`: axes of which nothing tells
-    where they are, as springs and weights need it; `unturned`: of which nothing tells the motor's angle, as waves need it.
+    where they are, as springs and weights need it; `waves_within`: by axis, the way within which waves know its place
+    [rad or m], 0 where they do not at all; everywhere, if not told.
     """
 
     recording: Recording
@@ -130,7 +134,7 @@ class Run:
     axes: Mapping[str, AxisRun]
     coupling: Mapping[tuple[str, str], Coupling]
     unplaced: frozenset[str] = frozenset()
-    unturned: frozenset[str] = frozenset()
+    waves_within: Mapping[str, float] = field(default_factory=dict)
     _kept: dict[Hashable, Array] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def kept(self, key: Hashable, made: Callable[[], Array]) -> Array:
@@ -175,10 +179,10 @@ class Run:
     def cost(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> dict[str, Array]:
         """Torque (n,), filtered, that an effect costs its axis, and those that feel the joint move otherwise than measured.
 
-        None where the effect needs to know where the axis is, and nothing tells.
+        Zero where it is hidden.
         """
         motion = self.axes[axis].motion
-        if self._hides(axis, effect):
+        if self._hides(axis, effect, dynamics):
             return {axis: np.zeros(len(motion.position))}
         torque, strays = effect.predict_with_joint(motion, dynamics)
         found = {axis: self.felt(self.axes[axis], torque)}
@@ -190,11 +194,17 @@ class Run:
 
     def deflected(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> Array | None:
         """How much further (n,), filtered, an effect has the joint ahead of its motor [rad or m]; None: no further."""
-        ahead = None if self._hides(axis, effect) else effect.deflect(self.axes[axis].motion, dynamics)
+        ahead = None if self._hides(axis, effect, dynamics) else effect.deflect(self.axes[axis].motion, dynamics)
         return self.smooth(ahead) if ahead is not None else None
 
-    def _hides(self, axis: str, effect: AxisEffect) -> bool:
-        return bool(effect.needs & OF_POSITION) and axis in (self.unturned if Look.WAVE in effect.looks else self.unplaced)
+    def _hides(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> bool:
+        """Whether an effect needs to know where an axis is, and nothing tells: of a wave, but for whole periods."""
+        if not effect.needs & OF_POSITION:
+            return False
+        if Look.WAVE not in effect.looks:
+            return axis in self.unplaced
+        periods = self.waves_within.get(axis, inf) / effect.repeats(dynamics)
+        return axis in self.waves_within and not (periods > 0.5 and abs(periods - round(periods)) < WHOLE)
 
     def earlier(self, own: AxisRun, late: float) -> Array:
         """How what is compared of the measured torque changes (n,), where it is read `late` [s] earlier."""

@@ -78,7 +78,8 @@ def _table(ready: Prepared, gaps: Gaps, axis: str, settings: Settings) -> Placed
     speed = np.abs(np.concatenate([part.velocity[part.used] for part in moving]))
     scales = _Axes((float(position.min()), float(position.max())), max(float(np.quantile(speed, 0.999)), 1e-9))
     regressors, left = (np.concatenate(each) for each in zip(*(_rows(*one, scales) for one in parts), strict=True))
-    basis = _basis(ready.absolute[axis], settings.misfit_waves)
+    known = ready.absolute[axis] and not any(axis in run.unplaced for run in ready.runs)
+    basis = _basis(known, settings.misfit_waves)
     chosen = _mean(regressors @ basis, left, settings)
     if chosen is None:
         return None

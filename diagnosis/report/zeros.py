@@ -6,8 +6,9 @@ no zero, as on a level slide, an effect of the position would be judged at a wro
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from math import gcd
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -15,7 +16,7 @@ from scipy.optimize import minimize_scalar
 from drivetwin.diagnosis.prepare.channel import torque_of
 from drivetwin.diagnosis.prepare.positions import moved, zeros_of, zeros_within
 from drivetwin.diagnosis.prepare.prepared import Aside, Prepared
-from drivetwin.diagnosis.prepare.run import OF_POSITION, Run
+from drivetwin.diagnosis.prepare.run import OF_POSITION, WHOLE, Run
 from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.diagnosis.report.prediction import Patch, contributions, gap_rms, predict
 from drivetwin.emulator.effects.base import Look
@@ -55,23 +56,48 @@ def with_aside(ready: Prepared, patch: Patch) -> Prepared:
 
 def _placed(ready: Prepared, aside: Aside, patch: Patch) -> tuple[Run, str]:
     """A recording, placed, and a note of that."""
-    waves, slow = (_axes_of_position(patch, wave=wave) for wave in (True, False))
+    by_wave, otherwise = (_axes_of_position(patch, wave=wave) for wave in (True, False))
     zeros = _by_the_model(ready, aside, patch)
     run = aside.prepare(moved(aside.recording, zeros))
-    sought = [axis for axis in aside.relative if axis in waves | slow]
+    sought = [axis for axis in aside.relative if axis in by_wave | otherwise]
     near = {axis: _zero_of(ready.simulation, run.thinned(), patch, axis, aside) for axis in sought}
-    if near:
-        run = aside.prepare(moved(run.recording, near))
-    unplaced = frozenset(axis for axis in aside.adrift if axis not in slow)
-    unturned = frozenset(axis for axis in aside.relative if axis not in waves)
-    found = _sum(aside.zeros, zeros, near)
-    return replace(run, unplaced=unplaced, unturned=unturned), _how_placed(ready.simulation, aside, found)
+    unknown = [axis for axis in aside.adrift if axis not in near]
+    run = aside.prepare(moved(run.recording, {**near, **_amid(ready.runs, run, unknown)}))
+    unplaced = frozenset(axis for axis in aside.adrift if axis not in otherwise)
+    within = {axis: _waves_within(ready.simulation, patch, axis) for axis in aside.relative}
+    known = {axis: way for axis, way in within.items() if way < np.inf}
+    note = _how_placed(ready.simulation, aside, _sum(aside.zeros, zeros, near), unplaced, known)
+    return replace(run, unplaced=unplaced, waves_within=known), note
 
 
 def _axes_of_position(patch: Patch, *, wave: bool) -> set[str]:
-    """Axes with an effect of the position that comes back on the way (`wave`), or with another one."""
+    """Axes with an effect of the position that is a wave, or with one that is none."""
     found = [one for one in patch.effects if one.effect.needs & OF_POSITION]
     return {one.axis for one in found if (Look.WAVE in one.effect.looks) is wave}
+
+
+def _amid(runs: Sequence[Run], one: Run, axes: Sequence[str]) -> dict[str, float]:
+    """By how much axes of a recording have to move to the middle of the others: a spring far away would be wound up there."""
+    middle = {axis: np.median(np.concatenate([run.axes[axis].motion.position for run in runs])) for axis in axes}
+    return {axis: float(middle[axis] - np.median(one.axes[axis].motion.position)) for axis in axes}
+
+
+def _waves_within(simulation: Simulation, patch: Patch, axis: str) -> float:
+    """Way within which the waves that were found tell where an axis is [rad or m]: all of them come back after it.
+
+    0 where none was found; infinite where several do not come back within a turn of the motor.
+    """
+    dynamics = simulation.dynamics()[axis]
+    effects = [one.effect for one in patch.effects if one.axis == axis and one.effect.needs & OF_POSITION]
+    periods = [effect.repeats(dynamics) for effect in effects if Look.WAVE in effect.looks]
+    if len(periods) < 2:
+        return periods[0] if periods else 0.0
+    turn = 2.0 * np.pi / dynamics.gear_ratio
+    orders = [turn / period for period in periods]
+    whole = [round(order) for order in orders]
+    if any(abs(order - number) > WHOLE for order, number in zip(orders, whole, strict=True)):
+        return float(np.inf)
+    return turn / gcd(*whole)
 
 
 def _by_the_model(ready: Prepared, aside: Aside, patch: Patch) -> dict[str, float]:
@@ -103,9 +129,11 @@ def _zero_of(simulation: Simulation, run: Run, patch: Patch, axis: str, aside: A
     of the motor, for waves of its angle.
     """
     turn, adrift = 2.0 * np.pi / simulation.dynamics()[axis].gear_ratio, axis in aside.adrift
-    far = _zero(simulation, run, patch, axis, _range(simulation, run, axis)) if adrift else 0.0
-    near = turn if adrift or simulation.slides(axis) else min(turn, NEAR)
-    return far + _zero(simulation, run.placed({axis: far}), patch, axis, (-near, near))
+    low, high = _range(simulation, run, axis)
+    far = _zero(simulation, run, patch, axis, (low, high)) if adrift else 0.0
+    near = turn if adrift or simulation.slides(axis) else NEAR
+    within = max(-near, min(low - far, 0.0)), min(near, max(high - far, 0.0))
+    return far + _zero(simulation, run.placed({axis: far}), patch, axis, within)
 
 
 def _range(simulation: Simulation, run: Run, axis: str) -> tuple[float, float]:
@@ -134,10 +162,23 @@ def _sum(*parts: Mapping[str, float]) -> dict[str, float]:
     return {axis: sum(part.get(axis, 0.0) for part in parts) for axis in axes}
 
 
-def _how_placed(simulation: Simulation, aside: Aside, zeros: Mapping[str, float]) -> str:
-    at, untold = ", ".join(_with_units(simulation, zeros)), ", ".join(axis for axis in aside.adrift if axis not in zeros)
+def _how_placed(
+    simulation: Simulation, aside: Aside, zeros: Mapping[str, float], unplaced: Collection[str], within: Mapping[str, float]
+) -> str:
+    at = ", ".join(_with_units(simulation, zeros))
     found = [f"by the model and what was found on the others its zero is at {at}"] if at else []
-    rest = [f"nothing tells the zero of {untold}: effects of the position are sought on the others"] if untold else []
+    nothing = [axis for axis in unplaced if not within.get(axis)]
+    wave = [axis for axis in unplaced if within.get(axis)]
+    some = [axis for axis in aside.relative if axis not in unplaced and axis in within and not within[axis]]
+    rest = [
+        f"{words} of {', '.join(axes)}: {what} are sought on the others"
+        for words, what, axes in (
+            ("nothing shows the zero", "effects of the position", nothing),
+            ("but for whole waves nothing shows the zero", "springs and weights", wave),
+            ("nothing shows the motor's angle", "waves", some),
+        )
+        if axes
+    ]
     return f"{aside.recording.name}: the position is relative; {'; '.join([*found, *rest])}."
 
 

@@ -156,6 +156,10 @@ class Effect(ABC):
         """The same with a parameter that nature makes a whole number at one; None where there is none, or it is one already."""
         return None
 
+    def repeats(self, axis: AxisDynamics) -> float:
+        """Way after which it is the same again on an axis [rad or m]; infinite where it is not."""
+        return np.inf
+
     def fixed(self, axis: AxisDynamics) -> frozenset[str]:
         """Parameters that stand at such a number, and are not fitted there."""
         return frozenset()

@@ -40,6 +40,9 @@ class EncoderEccentricity(PartEffect):
     def on(self, axis: AxisDynamics) -> AxisDynamics:
         return replace(axis, encoder=replace(axis.encoder, eccentricity=self.amplitude, phase=self.phase))
 
+    def repeats(self, axis: AxisDynamics) -> float:
+        return 2.0 * pi / axis.gear_ratio
+
     def sizes(self, motion: Motion, axis: AxisDynamics) -> dict[str, float]:
         return super().sizes(motion, axis) | {"phase": 1.0}
 

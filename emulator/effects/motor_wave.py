@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import log
+from math import log, pi
 from typing import ClassVar, Self
 
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
@@ -27,6 +27,9 @@ class MotorWave(AxisEffect):
         """Slots, poles and teeth come in whole numbers a turn."""
         whole = max(1.0, float(round(self.order)))
         return replace(self, order=whole) if whole != self.order else None
+
+    def repeats(self, axis: AxisDynamics) -> float:
+        return 2.0 * pi / (axis.gear_ratio * self.order)
 
     def fixed(self, axis: AxisDynamics) -> frozenset[str]:
         return frozenset({"order"}) if self.order == round(self.order) else frozenset()

@@ -57,6 +57,9 @@ class PositionFriction(FrictionEffect):
         whole = float(round(turn / self.period))
         return replace(self, period=turn / whole) if whole >= 1.0 and self.period * whole != turn else None
 
+    def repeats(self, axis: AxisDynamics) -> float:
+        return self.period
+
     def fixed(self, axis: AxisDynamics) -> frozenset[str]:
         return frozenset({"period"}) if self._is_whole(axis) else frozenset()
 

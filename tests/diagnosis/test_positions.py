@@ -183,9 +183,17 @@ def test_a_recording_beside_an_absolute_one_is_placed_by_what_was_found_on_that(
     assert [run.recording.name for run in found.runs] == ["one", "two"]
     waves_off = (moved_by(found, given[1]) - zero) / waves.period
     assert waves_off == pytest.approx(round(waves_off), abs=0.02), "a whole wave farther is as good"
-    assert (found.runs[1].unplaced, found.runs[1].unturned) == (frozenset({"swing"}), frozenset())
-    assert found.notes[-1].startswith(
-        "two: the position is relative; by the model and what was found on the others its zero is at swing"
+    assert (found.runs[1].unplaced, found.runs[1].waves_within) == (frozenset({"swing"}), {"swing": waves.period})
+    dynamics = found.simulation.dynamics()["swing"]
+    costs = {
+        effect: np.abs(found.runs[1].cost("swing", effect, dynamics)["swing"]).max()
+        for effect in (*(replace(waves, period=share * waves.period) for share in (1.0, 1.0 / 3.0, 0.7)), Spring(1.0, 0.0))
+    }
+    assert [cost > 0.0 for cost in costs.values()] == [True, True, False, False]
+    note = "two: the position is relative; by the model and what was found on the others its zero is at swing"
+    assert found.notes[-1].startswith(note)
+    assert found.notes[-1].endswith(
+        "but for whole waves nothing shows the zero of swing: springs and weights are sought on the others."
     )
 
 
@@ -205,7 +213,7 @@ def test_effects_of_the_position_are_asked_for_where_the_zero_is_known(tmp_path:
         assert one.columns[run == 0].any()
         assert one.columns[run == 1].any() == (one.goes_with != "position")
     assert found.notes[-1] == (
-        "two: the position is relative; nothing tells the zero of swing: effects of the position are sought on the others."
+        "two: the position is relative; nothing shows the zero of swing: effects of the position are sought on the others."
     )
 
 
@@ -248,28 +256,22 @@ def test_relative_recordings_do_not_wait_where_their_own_blocks_are_held_back(tm
     assert {run.recording.name for run in ready.checks} == {"one", "two"}
 
 
-def test_an_integrated_position_is_none_that_was_said_to_be_absolute(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [0, 1])
+def test_relative_recordings_do_not_wait_beside_an_integrated_position(number: int, tmp_path: Path) -> None:
+    """It begins anywhere, and is not said to be relative."""
     given = [swinging("one", None, 1), swinging("two", 0.7, 2)]
-    derived = given[1].info.model_copy(update={"derived": ["swing.position"]})
-    ready = prepared(model(tmp_path), [given[0], replace(given[1], info=derived)], [swinging("three", None, 3)], Settings())
+    derived = given[number].info.model_copy(update={"derived": ["swing.position"]})
+    given[number] = replace(given[number], info=derived)
+    ready = prepared(model(tmp_path), given, [swinging("three", None, 3)], Settings())
     assert ready.aside == ()
 
 
-@pytest.mark.parametrize("late", [0.004])
-def test_a_late_torque_is_placed_as_one_that_is_not(late: float, tmp_path: Path) -> None:
-    """What was found takes its part at the moment of the motion."""
-    given = [rubbing(name, at, seed, WEIGHT, 0.6) for name, at, seed in (("one", None, 1), ("two", 0.7, 2))]
-    two = given[1]
-    axes = {"swing": two.info.axes["swing"].model_copy(update={"torque_delay": late})}
-    torque = np.roll(two.columns["swing"]["torque"], round(late / PERIOD))
-    told = replace(
-        two,
-        info=two.info.model_copy(update={"axes": axes}),
-        columns={"swing": {**two.columns["swing"], "torque": torque}},
-    )
-    ready = prepared(model(tmp_path), [given[0], told], [rubbing("three", None, 3, WEIGHT, 0.6)], Settings())
-    patch = Patch((placed(ready.rows, "swing", WAVES), placed(ready.rows, "swing", TorqueOffset(-0.6))))
-    assert moved_by(with_aside(ready, patch), told) == pytest.approx(0.7, abs=0.01)
+def test_a_recording_that_nothing_places_is_moved_amid_the_others(tmp_path: Path) -> None:
+    """A count of 300 rad would wind up a spring that was found on the others, and stretch what is told over the position."""
+    given = [rubbing("one", None, 1), rubbing("two", 300.0, 2)]
+    ready = prepared(model(tmp_path, gravity=0.0), given, [rubbing("three", None, 3)], Settings())
+    run = with_aside(ready, Patch()).runs[1]
+    assert np.abs(run.axes["swing"].motion.position).max() < 2.0
 
 
 def test_what_only_a_relative_recording_shows_is_found(tmp_path: Path) -> None:

@@ -68,6 +68,19 @@ def test_without_it_in_every_recording_or_with_a_hole_in_it_torque_alone_is_comp
     assert compared(tmp_path, made, strokes(2, 20.0, name="others")).compared == ("turn", "lift")
 
 
+def test_a_wave_deflects_nothing_where_its_place_is_unknown(tmp_path: Path) -> None:
+    """One of two recordings does not know the motor's angle: the other has its deflection as it was."""
+    rows = compared(tmp_path, uneven(1, "one"), uneven(2, "two"))
+    one, two = rows.runs
+    hidden = replace(rows, runs=[one, replace(two, waves_within={"turn": 0.0})])
+    wave, dynamics = TransmissionError(AMPLITUDE, ORDER, PHASE), rows.simulation.dynamics()["turn"]
+    whole, part = (each.cost("turn", wave, dynamics)[deflection_of("turn")] for each in (rows, hidden))
+    run = rows.of["turn"].run
+    np.testing.assert_array_equal(part[run == 0], whole[run == 0])
+    assert np.abs(whole[run == 1]).max() > 0.5 * AMPLITUDE
+    assert not part[run == 1].any()
+
+
 @pytest.mark.parametrize("deviations", [2.0, 10.0])
 def test_energy_that_is_left_knows_no_encoder_read_unusually_far_off(deviations: float, tmp_path: Path) -> None:
     """A deflection that is all timing: none of it is left up to three deviations, and beyond what these do not take."""
