@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, signal
+from scipy import ndimage, special
 
 Array = NDArray[np.float64]
 
@@ -24,6 +24,11 @@ def earlier(samples: Array, late: float, period: float) -> Array:
     part = late / period - whole
     if part == 0.0:
         return np.asarray(shifted, dtype=np.float64)
-    at = np.arange(-REACH, REACH + 1)
-    kernel = np.sinc(at - part) * signal.windows.kaiser(2 * REACH + 1, 6.0)
+    at = np.arange(-REACH, REACH + 1, dtype=np.float64)
+    kernel = np.sinc(at - part) * _kaiser((at - part) / (REACH + 0.5))
     return np.asarray(ndimage.correlate1d(shifted, kernel / kernel.sum(), mode="nearest"))
+
+
+def _kaiser(share: Array) -> Array:
+    """The window at shares of its half-width, |share| <= 1; beta 6."""
+    return np.asarray(special.i0(6.0 * np.sqrt(1.0 - share**2)) / special.i0(6.0))

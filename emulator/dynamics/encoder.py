@@ -69,6 +69,11 @@ class Encoder:
         """Samples (n,) as they are `delay` after each: what is read now was then."""
         return earlier(samples, self.delay, motion.period)
 
+    def later_steps(self, motion: Motion, samples: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The same of samples (n,) that jump, at which band-limited interpolation would ring; by straight lines."""
+        number = np.arange(len(samples), dtype=np.float64)
+        return np.interp(number + self.delay / motion.period, number, samples)
+
     def joint_at(self, reading: float, gear: float) -> float:
         """Where a joint stands [rad or m] that is read at `reading`, by Newton's method; `gear`: motor angle over joint."""
         joint = reading

@@ -68,6 +68,11 @@ class FrictionLaw:
         """A law of the same form with `share` of every torque: one side of a transmission bears so much."""
         return replace(self, **{name: share * getattr(self, name) for name in _TORQUES})
 
+    @cached_property
+    def dry(self) -> FrictionLaw:
+        """The law without what vanishes with the velocity: what jumps at a reversal."""
+        return replace(self, viscous=0.0, viscous_asymmetry=0.0, quadratic=0.0, cubic=0.0)
+
     @property
     def least_slope(self) -> float:
         """Least of viscous - |viscous_asymmetry| + quadratic s + cubic s² over all speeds s; below 0 it would push."""

@@ -77,10 +77,18 @@ def _followed(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     current, joint = axis.by_current(there.torque, truth), truth.position + there.ahead
     acceleration = there.acceleration - axis.encoder.unknown(motion, truth, axis.gear_ratio)
     if axis.encoder.delay > 0.0:
-        read = (current - motion.from_others, acceleration, joint)
-        own, acceleration, joint = (axis.encoder.later(motion, each) for each in read)
+        steps = _steps(truth, axis)
+        own = axis.encoder.later(motion, current - motion.from_others - steps) + axis.encoder.later_steps(motion, steps)
+        acceleration, joint = (axis.encoder.later(motion, each) for each in (acceleration, joint))
         current = own + motion.from_others
     return np.stack((axis.motor.reported(current), acceleration, joint - motion.position))
+
+
+def _steps(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
+    """Dry friction that the motor bears directly (n,): a spring rounds the steps of the rest. Shared, not to be written to."""
+    share = axis.transmission.motor_friction_share if axis.transmission.elastic else 1.0
+    dry = axis.friction.scaled(share).dry
+    return motion.kept_lately(dry, dry.resistance)
 
 
 def _driven(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:

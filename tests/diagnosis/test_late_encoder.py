@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,14 @@ import pytest
 
 from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.settings import Settings
+from drivetwin.emulator.dynamics import AxisDynamics
+from drivetwin.emulator.dynamics.encoder import Encoder
+from drivetwin.emulator.dynamics.friction import FrictionLaw
+from drivetwin.emulator.dynamics.replay import motor_torque
 from drivetwin.emulator.effects.delay import Delay
 from drivetwin.recording.recording import Recording, RecordingInfo
 
-LATE, INERTIA, VISCOUS = 0.0033, 0.2, 0.3
+LATE, INERTIA, VISCOUS, COULOMB = 0.0033, 0.2, 0.3, 0.4
 WAVES = ((0.5, 2.0 * np.pi * 0.5, 0.0), (0.05, 2.0 * np.pi * 4.0, 1.0), (0.0125, 2.0 * np.pi * 8.0, 2.0))
 """Amplitude [rad], frequency [rad/s] and phase of a motion whose accelerations at 4 and 8 Hz are equal."""
 MODEL = f"""<mujoco model="turn"><option gravity="0 0 0"/><worldbody><body><joint name="turn" axis="0 0 1" damping="{VISCOUS}"/>
@@ -43,3 +48,15 @@ def test_a_position_that_is_read_late_costs_what_the_torque_is_ahead(rate: float
     gap = (own.torque - own.base)[own.used]
     cost = run.cost("turn", Delay(LATE), made.simulation.dynamics()["turn"])["turn"][own.used]
     assert np.mean((gap - cost) ** 2) < 0.01 * np.mean(gap**2)
+
+
+def test_what_is_read_late_does_not_ring_at_steps_of_friction(tmp_path: Path) -> None:
+    """Coulomb friction is one of two levels; half a sample late it passes from one to the other without going beyond."""
+    path = tmp_path / "turn.xml"
+    path.write_text(MODEL, encoding="utf-8")
+    (run,) = prepared(path, [recorded(1000.0)], [recorded(1000.0)], Settings()).runs
+    motion = run.axes["turn"].motion
+    late = AxisDynamics(friction=FrictionLaw(coulomb=COULOMB), encoder=Encoder(delay=0.0005))
+    friction = motor_torque(motion, late) - motor_torque(motion, replace(late, friction=FrictionLaw()))
+    assert np.max(friction) == pytest.approx(COULOMB)
+    assert np.min(friction) == pytest.approx(-COULOMB)
