@@ -54,11 +54,14 @@ class Exchange:
     _families: list[_Asked] = field(init=False, default_factory=list)
 
     def exchanged(self, pair: Pair, proposals: Sequence[Proposal]) -> tuple[Pair, list[Family], bool]:
-        """Each effect again beside the others: nothing in its place, or what could stand there; the better takes it."""
+        """Each effect again beside the others: nothing in its place, or what could stand there; the better takes it.
+
+        The largest first: what stands wrongly in the place of another bends those beside it.
+        """
         families, changed = [], False
         pair = Pair(settled_on(pair.whole), pair.part)
         stands: dict[str | None, State] = {}
-        for asked in pair.whole.effects:
+        for asked in _largest_first(pair.whole):
             one = next((each for each in pair.whole.effects if alike(each, asked)), None)
             if one is None:
                 continue
@@ -270,6 +273,17 @@ class Exchange:
 def _what_acts_on(axis: str, state: State) -> tuple[PlacedEffect, ...]:
     """The effects of an axis, and bodies of any."""
     return tuple(one for one in state.effects if one.axis == axis or isinstance(one.effect, ModelEffect))
+
+
+def _largest_first(state: State) -> list[PlacedEffect]:
+    """The effects of a set by the energy of their torque on their axis, as a share of the energy of its gap."""
+
+    def share(number: int) -> float:
+        one = state.effects[number]
+        torque = state.felts[number].cost.get(one.axis)
+        return 0.0 if torque is None else float(torque @ torque) / max(state.rows.gap_energy[one.axis], 1e-300)
+
+    return [state.effects[number] for number in sorted(range(len(state.effects)), key=lambda number: -share(number))]
 
 
 def _most_alike(state: State, one: PlacedEffect) -> list[PlacedEffect]:

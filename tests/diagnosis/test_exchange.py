@@ -294,3 +294,12 @@ def test_a_parameter_that_is_fixed_now_and_was_elsewhere_is_another_effect(tmp_p
     state = state_of(bench, [behind], bench.white, {})
     assert state.moved_by([behind], state.effects) == 0.0
     assert state.moved_by([shared], state.effects) == np.inf
+
+
+def test_the_largest_effect_is_asked_for_first(bench: Bench, proposer: Proposer) -> None:
+    """Of a set in which a small viscosity stands before a large cogging: what is wrong with the large one bends the small."""
+    small, large = (placed(bench.rows, "turn", one) for one in (Viscous(0.02), TorqueRipple(COGGING, ORDER, PHASE)))
+    found = state_of(bench, [small, large], bench.white, {})
+    asked: list[str] = []
+    Exchange(proposer, {}, lambda stage, _share: asked.append(stage)).exchanged(Pair(found, found), ())
+    assert asked[0] == "what else than torque_ripple on turn"
