@@ -95,6 +95,16 @@ class Motion:
         return np.abs(number * self.velocity) / (2.0 * pi)
 
     @property
+    def weight(self) -> NDArray[np.float64]:
+        """What the rigid machine needs beside its inertia, (n,); shared, not to be written to."""
+        return self.kept("weight", lambda same: same.rigid_torque - same.inertia * same.acceleration)
+
+    @property
+    def link(self) -> NDArray[np.float64]:
+        """Inertia behind the motor, (n,); shared, not to be written to."""
+        return self.kept("link", lambda same: same.inertia - same.rotor_inertia)
+
+    @property
     def period(self) -> float:
         """Between two samples [s]."""
         return float(self.time[1] - self.time[0])
