@@ -152,7 +152,8 @@ def _sampling(recording: Recording, axis: str, inertia: Array, motion_hz: float)
     answer = answer_of(info, inertia)
     if answer is None:
         return None
-    found = Sampling(recording.info.sample_period, answer, motion_hz, delay_of(info))
+    middle = float(np.median(inertia))
+    found = Sampling(recording.info.sample_period, answer, motion_hz, middle, delay_of(info))
     return found if found.is_likely else None
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Mapping
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any
@@ -14,9 +14,12 @@ from drivetwin.diagnosis.prepare.asked_torque import AskedTorque
 from drivetwin.diagnosis.prepare.cutoff import HIGHEST_SHARE_OF_RATE
 from drivetwin.diagnosis.prepare.kinematics import Kinematics
 from drivetwin.diagnosis.prepare.positions import moved
+from drivetwin.diagnosis.prepare.shaking import shaken
 from drivetwin.emulator.dynamics import AxisDynamics, Motion
+from drivetwin.emulator.dynamics.motion import Wave
 from drivetwin.emulator.effects import AxisEffect
 from drivetwin.emulator.effects.base import Look, Need, Strays
+from drivetwin.foundation.lately import OfSame
 from drivetwin.motion.earlier import earlier
 from drivetwin.motion.filtering import reach, zero_phase
 from drivetwin.motion.moving import widen
@@ -35,6 +38,8 @@ PREDICTED_RATE = 8.0
 where that is lower: derivatives of them err by 0.2 %."""
 FOLLOWED_RATE = 4.0
 """The same, a period of the motion's own cut-off: what of it is above that of the comparison only bends friction and joints."""
+SHAKEN = 8
+"""Waves of which it is kept what they cost other axes: a search asks for the same few again."""
 WHOLE = 0.02
 """Of a period, that a number of them may differ from a whole one."""
 OF_POSITION = frozenset({Need.ABSOLUTE_POSITION, Need.MOTOR_ANGLE})
@@ -135,6 +140,7 @@ class Run:
     coupling: Mapping[tuple[str, str], Coupling]
     unplaced: frozenset[str] = frozenset()
     waves_within: Mapping[str, float] = field(default_factory=dict)
+    _shaken: OfSame = field(init=False, repr=False, compare=False, default_factory=OfSame)
     _kept: dict[Hashable, Array] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def kept(self, key: Hashable, made: Callable[[], Array]) -> Array:
@@ -189,7 +195,33 @@ class Run:
         if strays is not None:
             for (of, other), felt in self.coupling.items():
                 if of == axis:
-                    found[other] = self.felt(self.axes[other], felt.torque(strays))
+                    shaken = sum(self._shaken_by(axis, other, wave) for wave in strays.unseen)
+                    found[other] = self.felt(self.axes[other], felt.torque(strays) + shaken)
+        return found
+
+    def _shaken_by(self, axis: str, other: str, wave: Wave) -> Array | float:
+        """Torque (n,) that another axis gives for a wave by which the encoder or the gear of an axis errs."""
+        shares = self._shaken.get((wave.frequency,), lambda: self._shares(axis, wave.frequency), SHAKEN)
+        return np.imag(wave.rotating * shares[other]) if other in shares else 0.0
+
+    def _shares(self, axis: str, frequency: Array) -> dict[str, NDArray[np.complex128]]:
+        """Of such a wave of an acceleration of 1, by the other axis whose loops are known, (n,)."""
+        loops = {name: own.motion.sampling for name, own in self.axes.items() if own.motion.sampling is not None}
+        there = loops[axis].unseen(frequency, self.period) > 0.0
+        found = {}
+        for name, torque in shaken(loops, self._inertia(list(loops), there), axis, frequency[there]).items():
+            found[name] = np.zeros(len(frequency), dtype=np.complex128)
+            found[name][there] = torque
+        return found
+
+    def _inertia(self, names: Sequence[str], there: Mask) -> Array:
+        """Of some axes, at some samples (m, k, k)."""
+        found = np.zeros((int(there.sum()), len(names), len(names)))
+        for k, of in enumerate(names):
+            found[:, k, k] = self.axes[of].motion.inertia[there]
+            for j, on in enumerate(names):
+                if (of, on) in self.coupling:
+                    found[:, j, k] = self.coupling[of, on].inertia[there]
         return found
 
     def deflected(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> Array | None:

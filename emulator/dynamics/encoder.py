@@ -9,7 +9,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.emulator.dynamics.motion import Motion
+from drivetwin.emulator.dynamics.motion import Motion, Wave
 from drivetwin.emulator.dynamics.place import Place
 from drivetwin.emulator.dynamics.records import records
 from drivetwin.foundation.compiled import in_place
@@ -62,8 +62,17 @@ class Encoder:
         if self.eccentricity == 0.0 or motion.sampling is None:
             return 0.0
         angle = gear * truth.position + self.phase
-        bend = self.eccentricity * gear**2 * truth.velocity**2 / (1.0 + self.eccentricity * gear * np.cos(angle))
-        return np.asarray(bend * (motion.wave(angle, gear) - motion.known_wave(angle, gear)))
+        return np.asarray(self._bend(truth, gear) * (motion.wave(angle, gear) - motion.known_wave(angle, gear)))
+
+    def unseen(self, motion: Motion, truth: Motion, gear: float) -> Wave | None:
+        """The wave of the eccentricity in the acceleration of the `truth`, as far as no recording shows it; None: no wave."""
+        wave = motion.unseen_wave(gear * truth.position + self.phase, gear) if self.eccentricity != 0.0 else None
+        return None if wave is None else wave.times(self._bend(truth, gear))
+
+    def _bend(self, truth: Motion, gear: float) -> NDArray[np.float64]:
+        """Height (n,) of the wave that the eccentricity is in the acceleration of a motion."""
+        slope = 1.0 + self.eccentricity * gear * np.cos(gear * truth.position + self.phase)
+        return np.asarray(self.eccentricity * gear**2 * truth.velocity**2 / slope)
 
     def later(self, motion: Motion, samples: NDArray[np.float64]) -> NDArray[np.float64]:
         """Samples (n,) as they are `delay` after each: what is read now was then."""

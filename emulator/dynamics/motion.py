@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf, pi
 
 import numpy as np
@@ -18,6 +18,18 @@ CHANGED = 5
 """Motions made of one that are kept: each keeps as much itself."""
 WAVES = 8
 """Shares of waves that are kept, by how fast the wave turns on the way."""
+
+
+@dataclass(frozen=True)
+class Wave:
+    """The imaginary part of what is `rotating` (n,) forward in time, at a `frequency` (n,) [Hz]."""
+
+    rotating: NDArray[np.complex128]
+    frequency: NDArray[np.float64]
+
+    def times(self, size: NDArray[np.complex128] | NDArray[np.float64] | float) -> Wave:
+        """The same, by a factor (n,) larger, and turned by its angle."""
+        return replace(self, rotating=np.asarray(self.rotating * size))
 
 
 @dataclass(frozen=True)
@@ -50,6 +62,9 @@ class Motion:
     _kept: dict[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=dict)
     _lately: Lately[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=Lately)
     _waves: Lately[Hashable, NDArray[np.float64]] = field(init=False, repr=False, compare=False, default_factory=Lately)
+    _unseen: Lately[float, tuple[NDArray[np.float64], NDArray[np.float64]]] = field(
+        init=False, repr=False, compare=False, default_factory=Lately
+    )
     _changed: Lately[Hashable, Motion] = field(init=False, repr=False, compare=False, default_factory=Lately)
 
     def kept(self, key: Hashable, made: Callable[[Motion], NDArray[np.float64]]) -> NDArray[np.float64]:
@@ -83,6 +98,23 @@ class Motion:
         sampling = self.sampling
         share = self._waves.get(("known", number), lambda: sampling.known(self._frequency(number)), WAVES)
         return np.asarray(share * np.sin(angle))
+
+    def unseen_wave(self, angle: NDArray[np.float64], number: float) -> Wave | None:
+        """sin(angle) of an acceleration that passes so fast, as far as no recording shows it; None where it shows all, or the
+        loops of the drive are unknown. `number` as of `wave`.
+        """
+        if self.sampling is None:
+            return None
+        frequency, share = self._unseen.get(number, lambda: self._share_unseen(number), WAVES)
+        if not share.any():
+            return None
+        ways = np.sign(number * self.velocity)
+        return Wave(np.asarray(ways * share * np.exp(1j * ways * angle), dtype=np.complex128), frequency)
+
+    def _share_unseen(self, number: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        assert self.sampling is not None
+        frequency = self._frequency(number)
+        return frequency, self.sampling.unseen(frequency, self.period)
 
     def _seen(self, number: float) -> NDArray[np.float64]:
         """By how much a wave is larger, and by which angle it is ahead in position, (2, n)."""

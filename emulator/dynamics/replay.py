@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.axis import AxisDynamics
 from drivetwin.emulator.dynamics.carried import carried
-from drivetwin.emulator.dynamics.motion import Motion
+from drivetwin.emulator.dynamics.motion import Motion, Wave
 from drivetwin.emulator.dynamics.sprung import load_on_a_spring
 from drivetwin.emulator.dynamics.transmission import Transmission
 
@@ -40,6 +40,24 @@ def followed(motion: Motion, axis: AxisDynamics) -> Followed:
 def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """Torque (n,) that the drive of an axis reports on a measured motion; joint side, N·m or N."""
     return followed(motion, axis).torque
+
+
+def unseen_waves(motion: Motion, axis: AxisDynamics) -> list[Wave]:
+    """Errors of encoder and gear that pass faster than the motion was recorded, as acceleration of the joint [rad/s² or m/s²]:
+    what they cost other axes depends on the drives of all.
+    """
+    truth = axis.encoder.truth(motion, axis.gear_ratio)
+    found = [axis.encoder.unseen(motion, truth, axis.gear_ratio), _unseen_of_gear(truth, axis)]
+    return [wave.times(np.exp(2j * pi * wave.frequency * axis.encoder.delay)) for wave in found if wave is not None]
+
+
+def _unseen_of_gear(motion: Motion, axis: AxisDynamics) -> Wave | None:
+    gear = axis.transmission
+    if gear.error_amplitude == 0.0 or gear.elastic:
+        return None
+    number = gear.error_order * axis.gear_ratio
+    wave = motion.unseen_wave(number * motion.position + gear.error_phase, number)
+    return None if wave is None else wave.times(-gear.error_amplitude * number**2 * motion.velocity**2)
 
 
 def _followed(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:

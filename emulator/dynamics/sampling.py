@@ -19,7 +19,8 @@ KNOWN = 0.999
 
 @dataclass(frozen=True)
 class Sampling:
-    """Samples every `period` [s], of a drive whose loops `answer` a torque; the motion is filtered at `motion_hz`.
+    """Samples every `period` [s], of a drive whose loops `answer` a torque on an `inertia` [kg·m² or kg]; the motion is
+    filtered at `motion_hz`.
 
     `late` [s]: by which the torque was recorded late, and is read earlier between samples.
     """
@@ -27,6 +28,7 @@ class Sampling:
     period: float
     answer: Answer
     motion_hz: float
+    inertia: float = 1.0
     late: float = 0.0
 
     def seen(self, frequency: NDArray[np.float64], period: float) -> NDArray[np.complex128]:
@@ -43,9 +45,26 @@ class Sampling:
         partly = known < KNOWN
         given = self.answer(frequency[partly])
         found[partly] = given + (1.0 - given) * known[partly]
-        found *= np.exp(-2j * np.pi * (frequency - alias) * self.late)
+        found *= self.turned(frequency)
         found[np.abs(alias) > 0.5 / period] = 0.0
         return found
+
+    def unseen(self, frequency: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+        """Share (n,) of an acceleration of a frequency (n,) [Hz] that the recorded motion does not show; 0 of what has an alias
+        that is not in the torque either. `period` as of `seen`.
+        """
+        known = self.known(frequency)
+        there = (known < KNOWN) & (np.abs(self._alias(frequency)) <= 0.5 / period)
+        return np.where(there, 1.0 - known, 0.0)
+
+    def stiffness(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """C (n,) [N·m/rad or N/m] of the loops at a frequency (n,) [Hz]: what they answer is C / (J s² + C)."""
+        given = self.answer(frequency)
+        return np.asarray(-self.inertia * (2.0 * np.pi * frequency) ** 2 * given / (1.0 - given))
+
+    def turned(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """By what (n,) the alias of a wave of a frequency (n,) [Hz] is turned as the torque is read earlier between samples."""
+        return np.asarray(np.exp(-2j * np.pi * (frequency - self._alias(frequency)) * self.late))
 
     def known(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
         """Share of an acceleration of a frequency (n,) [Hz] that the recorded motion shows: what of its alias passes filter and

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
-from drivetwin.emulator.dynamics.replay import followed
+from drivetwin.emulator.dynamics.motion import Wave
+from drivetwin.emulator.dynamics.replay import followed, unseen_waves
 from drivetwin.emulator.effects.ground import Ground, Site
 
 FAMILIES = ("friction", "rigid body", "motor and drive", "transmission", "sensing and timing")
@@ -188,10 +189,13 @@ class Start:
 
 @dataclass(frozen=True)
 class Strays:
-    """By how much a joint strays with an effect from where it is without it: acceleration and position (n,), SI."""
+    """By how much a joint strays with an effect from where it is without it: acceleration and position (n,), SI; `unseen`:
+    waves of acceleration beyond that, which pass faster than the motion was recorded.
+    """
 
     acceleration: NDArray[np.float64]
     position: NDArray[np.float64]
+    unseen: Sequence[Wave] = ()
 
 
 @dataclass(frozen=True)
@@ -263,7 +267,10 @@ class PartEffect(AxisEffect):
         torque = there.torque - without.torque
         if not changed.strays:
             return torque, None
-        return torque, Strays(there.acceleration - without.acceleration, there.ahead - without.ahead)
+        unseen = []
+        if (changed.encoder, changed.transmission) != (axis.encoder, axis.transmission):
+            unseen = [*unseen_waves(motion, changed), *(wave.times(-1.0) for wave in unseen_waves(motion, axis))]
+        return torque, Strays(there.acceleration - without.acceleration, there.ahead - without.ahead, unseen)
 
     def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64] | None:
         changed = _with(self, axis)
