@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any
@@ -19,7 +19,7 @@ from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.dynamics.motion import Wave
 from drivetwin.emulator.effects import AxisEffect
 from drivetwin.emulator.effects.base import Look, Need, Strays
-from drivetwin.foundation.lately import OfSame
+from drivetwin.foundation.lately import Lately, OfSame
 from drivetwin.motion.earlier import earlier
 from drivetwin.motion.filtering import reach, zero_phase
 from drivetwin.motion.moving import widen
@@ -27,6 +27,8 @@ from drivetwin.recording.recording import Recording
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Shares = Lately[tuple[float, float], dict[str, NDArray[np.complex128]]]
+"""What a wave costs each axis, (n,), by the inertia of a rotor in front of it and how late it is read."""
 
 SAMPLED = (
     *("position", "velocity", "acceleration", "torque", "time", "rigid_torque", "inertia"),
@@ -40,6 +42,8 @@ FOLLOWED_RATE = 4.0
 """The same, a period of the motion's own cut-off: what of it is above that of the comparison only bends friction and joints."""
 SHAKEN = 8
 """Waves of which it is kept what they cost other axes: a search asks for the same few again."""
+AT_ONCE = 20_000
+"""Samples of all axes whose loops are solved at once: more take memory and no less time."""
 WHOLE = 0.02
 """Of a period, that a number of them may differ from a whole one."""
 OF_POSITION = frozenset({Need.ABSOLUTE_POSITION, Need.MOTOR_ANGLE})
@@ -195,33 +199,35 @@ class Run:
         if strays is not None:
             for (of, other), felt in self.coupling.items():
                 if of == axis:
-                    shaken = sum(self._shaken_by(axis, other, wave) for wave in strays.unseen)
-                    found[other] = self.felt(self.axes[other], felt.torque(strays) + shaken)
+                    shaken_by = sum(self._shaken_by(axis, other, wave) for wave in strays.unseen)
+                    found[other] = self.felt(self.axes[other], felt.torque(strays) + shaken_by)
         return found
 
-    def _shaken_by(self, axis: str, other: str, wave: Wave) -> Array | float:
+    def _shaken_by(self, axis: str, other: str, wave: Wave) -> Array:
         """Torque (n,) that another axis gives for a wave by which the encoder or the gear of an axis errs."""
-        shares = self._shaken.get((wave.frequency,), lambda: self._shares(axis, wave.frequency), SHAKEN)
-        return np.imag(wave.rotating * shares[other]) if other in shares else 0.0
+        of_frequency: Shares = self._shaken.get((wave.frequency,), Lately, SHAKEN)
+        shares = of_frequency.get((wave.rotor, wave.late), lambda: self._shares(axis, wave), SHAKEN)
+        return np.asarray(np.imag(wave.rotating * shares[other]))
 
-    def _shares(self, axis: str, frequency: Array) -> dict[str, NDArray[np.complex128]]:
-        """Of such a wave of an acceleration of 1, by the other axis whose loops are known, (n,)."""
+    def _shares(self, axis: str, wave: Wave) -> dict[str, NDArray[np.complex128]]:
+        """Of such a wave of an acceleration of 1, by axis (n,), as their torques were read."""
         loops = {name: own.motion.sampling for name, own in self.axes.items() if own.motion.sampling is not None}
-        there = loops[axis].unseen(frequency, self.period) > 0.0
-        found = {}
-        for name, torque in shaken(loops, self._inertia(list(loops), there), axis, frequency[there]).items():
-            found[name] = np.zeros(len(frequency), dtype=np.complex128)
-            found[name][there] = torque
-        return found
+        there = loops[axis].unseen(wave.frequency, self.period) > 0.0
+        torque = np.zeros((len(there), len(self.axes)), dtype=np.complex128)
+        for rows in np.array_split(np.flatnonzero(there), there.sum() // AT_ONCE + 1):
+            torque[rows] = shaken(loops, list(self.axes), self._inertia(rows), axis, wave, rows)
+        torque *= np.exp(2j * np.pi * wave.late * wave.frequency)[:, None]
+        as_read = {name: each.turned(wave.frequency) for name, each in loops.items()}
+        return {name: column * as_read.get(name, 1.0) for name, column in zip(self.axes, torque.T, strict=True)}
 
-    def _inertia(self, names: Sequence[str], there: Mask) -> Array:
-        """Of some axes, at some samples (m, k, k)."""
-        found = np.zeros((int(there.sum()), len(names), len(names)))
-        for k, of in enumerate(names):
-            found[:, k, k] = self.axes[of].motion.inertia[there]
-            for j, on in enumerate(names):
+    def _inertia(self, rows: NDArray[np.intp]) -> Array:
+        """Between all axes, at some samples (m, k, k)."""
+        found = np.zeros((len(rows), len(self.axes), len(self.axes)))
+        for k, (of, own) in enumerate(self.axes.items()):
+            found[:, k, k] = own.motion.inertia[rows]
+            for j, on in enumerate(self.axes):
                 if (of, on) in self.coupling:
-                    found[:, j, k] = self.coupling[of, on].inertia[there]
+                    found[:, j, k] = self.coupling[of, on].inertia[rows]
         return found
 
     def deflected(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> Array | None:

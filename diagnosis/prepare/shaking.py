@@ -2,29 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.emulator.dynamics.motion import Wave
 from drivetwin.emulator.dynamics.sampling import Sampling
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
-def shaken(loops: Mapping[str, Sampling], inertia: Array, axis: str, frequency: Array) -> dict[str, Complex]:
-    """Torque (m,) that the drive of each other axis gives for a wave of an acceleration of 1 by which encoder or gear of an
-    `axis` errs, at a frequency (m,) [Hz]; `inertia` (m, k, k) of the axes with known `loops`. The others stand still.
+def shaken(
+    loops: Mapping[str, Sampling], axes: Sequence[str], inertia: Array, axis: str, wave: Wave, rows: NDArray[np.intp]
+) -> Complex:
+    """Torque (m, k) of all `axes` for a wave by which the encoder or the gear of one of them errs, of an acceleration of 1,
+    at some `rows` (m,); `inertia` (m, k, k) there. Those whose `loops` are unknown stand still.
 
-    Positions x of axes with inertia M and loops C answer an error e of one of them by (M s² + C) x = -C e, with a torque of
-    M s² x: M (M s² + C)^-1 C of the error's acceleration.
+    Joints x of axes with inertia M and loops C answer an error e, by which one of them is ahead of its reading or its motor, by
+    (M s² + C) x = (C + J s²) e; J is the inertia of a rotor in front of the error. Their torque is M s² x. By what loops answer
+    an axis of inertia I, T, they are C = I s² T / (1 - T). A late reading is as late in its loops.
     """
-    names = list(loops)
-    own, count = names.index(axis), len(names)
-    square = -((2.0 * np.pi * frequency) ** 2)
-    stiffness = np.stack([each.stiffness(frequency) for each in loops.values()], axis=1)
-    closed = inertia * square[:, None, None] + stiffness[:, :, None] * np.eye(count)
-    error = stiffness[:, own, None] * np.eye(count)[own]
-    torque = np.einsum("mij,mj->mi", inertia, np.linalg.solve(closed, error[:, :, None])[:, :, 0])
-    return {name: torque[:, k] * loops[name].turned(frequency) for k, name in enumerate(names) if k != own}
+    frequency = wave.frequency[rows]
+    moving = [list(axes).index(name) for name in loops]
+    own = list(loops).index(axis)
+    closed = np.empty((len(frequency), len(moving), len(moving)), dtype=np.complex128)
+    error = np.zeros((len(frequency), len(moving)), dtype=np.complex128)
+    for row, (name, each) in enumerate(loops.items()):
+        given = each.answer(frequency)
+        stiff = each.inertia * given
+        if name == axis:
+            stiff = stiff * np.exp(-2j * np.pi * frequency * wave.late)
+            error[:, own] = stiff + (1.0 - given) * wave.rotor
+        closed[:, row] = (1.0 - given)[:, None] * inertia[:, moving[row]][:, moving]  # C / s² is not finite where T is 1
+        closed[:, row, row] += stiff
+    joints = np.linalg.solve(closed, error[:, :, None])[:, :, 0]
+    return np.asarray(np.einsum("mij,mj->mi", inertia[:, :, moving], joints))

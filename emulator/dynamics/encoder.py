@@ -58,7 +58,7 @@ class Encoder:
         return replace(motion, position=position, velocity=velocity, acceleration=acceleration, rigid_torque=torque)
 
     def unknown(self, motion: Motion, truth: Motion, gear: float) -> NDArray[np.float64] | float:
-        """Of the acceleration of the `truth` of a motion, what no recorded motion shows: other drives hardly feel that."""
+        """Of the acceleration of the `truth` of a motion, what no recording shows: see `unseen`."""
         if self.eccentricity == 0.0 or motion.sampling is None:
             return 0.0
         angle = gear * truth.position + self.phase

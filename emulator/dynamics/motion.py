@@ -22,13 +22,20 @@ WAVES = 8
 
 @dataclass(frozen=True)
 class Wave:
-    """The imaginary part of what is `rotating` (n,) forward in time, at a `frequency` (n,) [Hz]."""
+    """An error of encoder or gear at a `frequency` (n,) [Hz], by the acceleration that the joint has beyond its reading, or
+    beyond its motor [rad/s² or m/s²]: the imaginary part of what is `rotating` (n,), forward in time.
+
+    `rotor` [kg·m² or kg]: inertia in front of the error, joint side; `late` [s]: by which the encoder is read late, and the
+    wave with it.
+    """
 
     rotating: NDArray[np.complex128]
     frequency: NDArray[np.float64]
+    rotor: float = 0.0
+    late: float = 0.0
 
-    def times(self, size: NDArray[np.complex128] | NDArray[np.float64] | float) -> Wave:
-        """The same, by a factor (n,) larger, and turned by its angle."""
+    def times(self, size: NDArray[np.float64] | float) -> Wave:
+        """The same, by a factor (n,) larger."""
         return replace(self, rotating=np.asarray(self.rotating * size))
 
 

@@ -43,21 +43,22 @@ def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
 
 
 def unseen_waves(motion: Motion, axis: AxisDynamics) -> list[Wave]:
-    """Errors of encoder and gear that pass faster than the motion was recorded, as acceleration of the joint [rad/s² or m/s²]:
-    what they cost other axes depends on the drives of all.
+    """Errors of encoder and gear that pass faster than the motion was recorded, of a rigid axis: what they cost other axes
+    depends on the drives of all. Behind a spring the joint hardly follows them.
     """
+    if axis.transmission.elastic:
+        return []
     truth = axis.encoder.truth(motion, axis.gear_ratio)
-    found = [axis.encoder.unseen(motion, truth, axis.gear_ratio), _unseen_of_gear(truth, axis)]
-    return [wave.times(np.exp(2j * pi * wave.frequency * axis.encoder.delay)) for wave in found if wave is not None]
+    found = axis.encoder.unseen(motion, truth, axis.gear_ratio), _unseen_of_gear(motion, truth, axis)
+    return [replace(wave, late=axis.encoder.delay) for wave in found if wave is not None]
 
 
-def _unseen_of_gear(motion: Motion, axis: AxisDynamics) -> Wave | None:
-    gear = axis.transmission
-    if gear.error_amplitude == 0.0 or gear.elastic:
+def _unseen_of_gear(motion: Motion, truth: Motion, axis: AxisDynamics) -> Wave | None:
+    gear, number = axis.transmission, axis.transmission.error_order * axis.gear_ratio
+    wave = motion.unseen_wave(number * truth.position + gear.error_phase, number) if gear.error_amplitude != 0.0 else None
+    if wave is None:
         return None
-    number = gear.error_order * axis.gear_ratio
-    wave = motion.unseen_wave(number * motion.position + gear.error_phase, number)
-    return None if wave is None else wave.times(-gear.error_amplitude * number**2 * motion.velocity**2)
+    return replace(wave.times(-gear.error_amplitude * number**2 * truth.velocity**2), rotor=motion.rotor_inertia)
 
 
 def _followed(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
@@ -70,9 +71,11 @@ def _followed(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     truth = axis.encoder.truth(motion, axis.gear_ratio)
     there = followed(truth, axis.mechanics)
     current, joint = axis.by_current(there.torque, truth), truth.position + there.ahead
-    acceleration = there.acceleration - axis.encoder.unknown(motion, truth, axis.gear_ratio)
+    acceleration = there.acceleration
+    if not axis.transmission.elastic:
+        acceleration = acceleration - axis.encoder.unknown(motion, truth, axis.gear_ratio)
     if axis.encoder.delay > 0.0:
-        steps = _steps(truth, axis)
+        steps = _steps(carried(truth, axis), axis)
         own = axis.encoder.later(motion, current - motion.from_others - steps) + axis.encoder.later_steps(motion, steps)
         acceleration, joint = (axis.encoder.later(motion, each) for each in (acceleration, joint))
         current = own + motion.from_others

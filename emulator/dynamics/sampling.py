@@ -28,7 +28,7 @@ class Sampling:
     period: float
     answer: Answer
     motion_hz: float
-    inertia: float = 1.0
+    inertia: float
     late: float = 0.0
 
     def seen(self, frequency: NDArray[np.float64], period: float) -> NDArray[np.complex128]:
@@ -56,11 +56,6 @@ class Sampling:
         known = self.known(frequency)
         there = (known < KNOWN) & (np.abs(self._alias(frequency)) <= 0.5 / period)
         return np.where(there, 1.0 - known, 0.0)
-
-    def stiffness(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """C (n,) [N·m/rad or N/m] of the loops at a frequency (n,) [Hz]: what they answer is C / (J s² + C)."""
-        given = self.answer(frequency)
-        return np.asarray(-self.inertia * (2.0 * np.pi * frequency) ** 2 * given / (1.0 - given))
 
     def turned(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
         """By what (n,) the alias of a wave of a frequency (n,) [Hz] is turned as the torque is read earlier between samples."""

@@ -247,9 +247,7 @@ def _as_it_swings(load, passes, begin, swing, count, found, moves) -> None:  # t
     along = np.sum(first * second) / length
     rest = second - first * (along / length)
     apart = sqrt(np.sum(rest**2))
-    if not _PARALLEL * sqrt(np.sum(second**2)) < apart < inf:
-        return
-    faster = np.sum(rest * here) / apart**2
+    faster = np.sum(rest * here) / apart**2 if _PARALLEL * sqrt(np.sum(second**2)) < apart < inf else 0.0
     begin[0] = hangs + (np.sum(first * here) / length - along * faster) / length
     begin[1] = grows + swing * faster
 

@@ -118,7 +118,7 @@ def moving(speed: float, period: float, sampling: Sampling) -> Motion:
 
 def answered(share: float) -> Sampling:
     """Of a hundred samples a second, where the loops give a share of every torque."""
-    return Sampling(0.01, lambda frequency: np.full(len(frequency), complex(share)), 20.0)
+    return Sampling(0.01, lambda frequency: np.full(len(frequency), complex(share)), 20.0, 1.0)
 
 
 def test_a_body_that_the_model_lacks_feels_as_much_of_the_wave_as_one_that_it_has() -> None:
@@ -141,7 +141,7 @@ def test_loops_that_give_nothing_do_not_bear_a_weight_through_an_uneven_gear_eit
 def test_a_wave_is_as_much_smaller_and_later_as_the_loops_say(way: float) -> None:
     """Later in time is behind in position where the axis goes up, and ahead where it goes down."""
     share = 0.5 * np.exp(-1j)
-    motion = moving(way, 0.01, Sampling(0.01, lambda frequency: np.full(len(frequency), share), 20.0))
+    motion = moving(way, 0.01, Sampling(0.01, lambda frequency: np.full(len(frequency), share), 20.0, 1.0))
     slow, fast = 2.0 * np.pi * 5.0, 2.0 * np.pi * 70.0
     angle = fast * motion.position + 0.3
     np.testing.assert_allclose(motion.wave(angle, slow), np.sin(angle), atol=1e-3)
@@ -151,7 +151,7 @@ def test_a_wave_is_as_much_smaller_and_later_as_the_loops_say(way: float) -> Non
 @pytest.mark.parametrize(("frequency", "there"), [(30.0, True), (70.0, False), (130.0, False), (180.0, True)])
 def test_what_a_filter_took_from_a_torque_before_it_is_thinned_is_not_there(frequency: float, there: bool) -> None:
     """Read 100 times a second of 200 samples: 130 Hz is 70 Hz there, and 180 Hz is 20 Hz."""
-    motion = moving(1.0, 0.01, Sampling(0.005, lambda frequency: np.ones(len(frequency), dtype=np.complex128), 80.0))
+    motion = moving(1.0, 0.01, Sampling(0.005, lambda frequency: np.ones(len(frequency), dtype=np.complex128), 80.0, 1.0))
     number = 2.0 * np.pi * frequency
     wave = motion.wave(number * motion.position + 0.3, number)
     assert bool(np.abs(wave).max() > 0.1) == there

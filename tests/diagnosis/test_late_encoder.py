@@ -7,15 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.settings import Settings
-from drivetwin.emulator.dynamics import AxisDynamics
+from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.dynamics.encoder import Encoder
 from drivetwin.emulator.dynamics.friction import FrictionLaw
+from drivetwin.emulator.dynamics.joint import Joint
 from drivetwin.emulator.dynamics.replay import motor_torque
 from drivetwin.emulator.effects.delay import Delay
 from drivetwin.recording.recording import Recording, RecordingInfo
+
+Array = NDArray[np.float64]
 
 LATE, INERTIA, VISCOUS, COULOMB = 0.0033, 0.2, 0.3, 0.4
 WAVES = ((0.5, 2.0 * np.pi * 0.5, 0.0), (0.05, 2.0 * np.pi * 4.0, 1.0), (0.0125, 2.0 * np.pi * 8.0, 2.0))
@@ -57,6 +61,23 @@ def test_what_is_read_late_does_not_ring_at_steps_of_friction(tmp_path: Path) ->
     (run,) = prepared(path, [recorded(1000.0)], [recorded(1000.0)], Settings()).runs
     motion = run.axes["turn"].motion
     late = AxisDynamics(friction=FrictionLaw(coulomb=COULOMB), encoder=Encoder(delay=0.0005))
-    friction = motor_torque(motion, late) - motor_torque(motion, replace(late, friction=FrictionLaw()))
+    friction = _friction(motion, late)
     assert np.max(friction) == pytest.approx(COULOMB)
     assert np.min(friction) == pytest.approx(-COULOMB)
+
+
+def test_nor_where_friction_grows_with_a_load_that_the_model_lacks(tmp_path: Path) -> None:
+    """Half a sample late is the mean of two samples that jump; the hose pulls as hard as the friction is measured by."""
+    path = tmp_path / "turn.xml"
+    path.write_text(MODEL, encoding="utf-8")
+    (run,) = prepared(path, [recorded(1000.0)], [recorded(1000.0)], Settings()).runs
+    motion = run.axes["turn"].motion
+    law = FrictionLaw(coulomb=0.1, load_coefficient=0.2)
+    on_time = AxisDynamics(friction=law, joint=Joint(pull=-10.0))
+    friction, steps = _friction(motion, replace(on_time, encoder=Encoder(delay=0.0005))), _friction(motion, on_time)
+    between = 0.5 * (steps[:-1] + steps[1:])
+    assert np.max(np.abs(friction[:-1] - between)) < 0.002 * np.ptp(steps)
+
+
+def _friction(motion: Motion, axis: AxisDynamics) -> Array:
+    return motor_torque(motion, axis) - motor_torque(motion, replace(axis, friction=FrictionLaw()))
