@@ -12,7 +12,7 @@ from drivetwin.diagnosis.progress import Progress
 from drivetwin.diagnosis.propose.placing import Name, name_of
 from drivetwin.diagnosis.propose.side_by_side import side_by_side
 from drivetwin.diagnosis.weigh.exchange import Exchange
-from drivetwin.diagnosis.weigh.pair import Pair, empty
+from drivetwin.diagnosis.weigh.pair import Pair, empty, that_moves
 from drivetwin.diagnosis.weigh.proposal import (
     CLEARLY,
     RIVAL,
@@ -119,7 +119,7 @@ class Search:
 
     def _with(self, pair: Pair, best: Sequence[Proposal], proposals: Sequence[Proposal]) -> Pair:
         """A set one step on, less what that makes needless."""
-        ahead = pair.settled((*pair.whole.effects, *(one.effect for one in best)))
+        ahead = _settled(pair, [one.effect for one in best])
         ahead = self.with_yielding_friction(pair, ahead, proposals, pair.whole.axes_of([one.effect for one in best]))
         newest = [one for one in ahead.effects if not any(same_kind(one, each) for each in pair.whole.effects)]
         return self.dropped(pair.as_noise_is(ahead, proposals), newest)
@@ -219,6 +219,19 @@ class Search:
             newest = [one for one in best.effects if one.axis == axis and type(one.effect) in others]
             pair = self.dropped(pair.as_noise_is(best, proposals), newest)
         return pair
+
+
+def _settled(pair: Pair, added: Sequence[PlacedEffect]) -> State:
+    """A set and some effects more, settled on the axes where these move something: all others settle before an exchange."""
+    effects = [*pair.whole.effects, *added]
+    axes = dict.fromkeys(that_moves(one) for one in added)
+    if None in axes:
+        return pair.settled(effects)
+    state = pair.whole
+    for axis in axes:
+        state = pair.settled(effects, axis=axis)
+        effects = list(state.effects)
+    return state
 
 
 def _acted_on(best: Sequence[Proposal]) -> set[str]:

@@ -10,17 +10,19 @@ from carts_bench import CUTOFF, GEAR, LOWER, MODEL, MOTOR, PERIOD, TIME, UPPER, 
 
 from drivetwin.diagnosis.prepare.prepared import prepared
 from drivetwin.diagnosis.prepare.run import AxisRun, Run
+from drivetwin.diagnosis.propose.placing import placed
 from drivetwin.diagnosis.report.result import Array
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
-from drivetwin.diagnosis.weigh.moves import Search
-from drivetwin.diagnosis.weigh.pair import empty
+from drivetwin.diagnosis.weigh.moves import Search, _settled
+from drivetwin.diagnosis.weigh.pair import Pair, empty
 from drivetwin.diagnosis.weigh.proposal import Proposal
 from drivetwin.diagnosis.weigh.proposer import Proposer
-from drivetwin.diagnosis.weigh.state import State
+from drivetwin.diagnosis.weigh.state import State, state_of
 from drivetwin.emulator.effects import AxisEffect, PlacedEffect
 from drivetwin.emulator.effects.elasticity import Elasticity
 from drivetwin.emulator.effects.torque_offset import TorqueOffset
+from drivetwin.emulator.effects.viscous import Viscous
 from drivetwin.recording.recording import Recording, RecordingInfo
 
 NOISE = 0.02
@@ -84,3 +86,14 @@ def test_the_best_of_all_comes_before_two_that_gain_more_together(tmp_path: Path
     assert true.score > imitation.score
     assert together > true.score
     assert search.best([true, imitation, force], state)[0] is true
+
+
+def test_what_is_added_on_an_axis_leaves_the_effects_of_others_where_they_are(tmp_path: Path) -> None:
+    """All settle before an exchange; to move them all at every step takes the time of as many axes."""
+    own = bench(tmp_path)
+    stands, added = (placed(own.rows, axis, effect) for axis, effect in (("upper", Viscous(1.0)), ("lower", Viscous(2.0))))
+    state = state_of(own, [stands], own.white, {})
+    found = _settled(Pair(state, state), [added])
+    effects = {one.axis: one for one in found.effects}
+    assert effects["upper"] is stands
+    assert effects["lower"] != added
