@@ -27,8 +27,8 @@ from drivetwin.recording.recording import Recording
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-Shares = Lately[tuple[float, float], dict[str, NDArray[np.complex128]]]
-"""What a wave costs each axis, (n,), by the inertia of a rotor in front of it and how late it is read."""
+Shares = Lately[tuple[bool, float, float], dict[str, NDArray[np.complex128]]]
+"""What a wave costs each axis, (n,), by how it acts on its own and how late it is read."""
 
 SAMPLED = (
     *("position", "velocity", "acceleration", "torque", "time", "rigid_torque", "inertia"),
@@ -204,21 +204,21 @@ class Run:
         return found
 
     def _shaken_by(self, axis: str, other: str, wave: Wave) -> Array:
-        """Torque (n,) that another axis gives for a wave by which the encoder or the gear of an axis errs."""
+        """Torque (n,) that another axis gives for a wave that passes an axis; 0 where its loops are unknown."""
         of_frequency: Shares = self._shaken.get((wave.frequency,), Lately, SHAKEN)
-        shares = of_frequency.get((wave.rotor, wave.late), lambda: self._shares(axis, wave), SHAKEN)
-        return np.asarray(np.imag(wave.rotating * shares[other]))
+        shares = of_frequency.get((wave.followed, wave.pushes, wave.late), lambda: self._shares(axis, wave), SHAKEN)
+        return np.imag(wave.rotating * shares[other]) if other in shares else np.zeros(len(wave.rotating))
 
     def _shares(self, axis: str, wave: Wave) -> dict[str, NDArray[np.complex128]]:
-        """Of such a wave of an acceleration of 1, by axis (n,), as their torques were read."""
+        """For such a wave of size 1, by axis (n,), as their torques were read."""
         loops = {name: own.motion.sampling for name, own in self.axes.items() if own.motion.sampling is not None}
         there = loops[axis].unseen(wave.frequency, self.period) > 0.0
         torque = np.zeros((len(there), len(self.axes)), dtype=np.complex128)
         for rows in np.array_split(np.flatnonzero(there), there.sum() // AT_ONCE + 1):
             torque[rows] = shaken(loops, list(self.axes), self._inertia(rows), axis, wave, rows)
         torque *= np.exp(2j * np.pi * wave.late * wave.frequency)[:, None]
-        as_read = {name: each.turned(wave.frequency) for name, each in loops.items()}
-        return {name: column * as_read.get(name, 1.0) for name, column in zip(self.axes, torque.T, strict=True)}
+        columns = dict(zip(self.axes, torque.T, strict=True))
+        return {name: columns[name] * each.turned(wave.frequency) for name, each in loops.items()}
 
     def _inertia(self, rows: NDArray[np.intp]) -> Array:
         """Between all axes, at some samples (m, k, k)."""

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.emulator.dynamics.motion import Motion
+from drivetwin.emulator.dynamics.motion import Motion, Wave
 from drivetwin.emulator.dynamics.place import Place
 from drivetwin.emulator.dynamics.records import records
 from drivetwin.foundation.cached import cached_property
@@ -114,6 +114,19 @@ class FrictionLaw:
             return height * same.wave(2.0 * pi * same.position / period + phase, 2.0 * pi / period)
 
         return motion.kept_lately(("wave", height, period, phase), made)
+
+    def unseen(self, motion: Motion, truth: Motion) -> Wave | None:
+        """The torque of the friction that goes with the position, on the true way, as far as no recording shows how it moves
+        the joint; None: nowhere.
+        """
+        if self.position_amplitude == 0.0:
+            return None
+        number = 2.0 * pi / self.position_period
+        wave = motion.unseen_wave(number * truth.position + self.position_phase, number)
+        if wave is None:
+            return None
+        height = -self.position_amplitude * self.warmth(truth) * np.sign(truth.velocity)
+        return replace(wave.times(height), followed=False, pushes=1.0)
 
     def _of_load(self, motion: Motion) -> NDArray[np.float64]:
         """load_coefficient |T|, (n,), of the motor torque that the axis asks for in sliding, (L + w F) / (1 - w c sgn(T v)).

@@ -22,16 +22,18 @@ WAVES = 8
 
 @dataclass(frozen=True)
 class Wave:
-    """An error of encoder or gear at a `frequency` (n,) [Hz], by the acceleration that the joint has beyond its reading, or
-    beyond its motor [rad/s² or m/s²]: the imaginary part of what is `rotating` (n,), forward in time.
+    """What passes an axis at a `frequency` (n,) [Hz]: the imaginary part of what is `rotating` (n,), forward in time.
 
-    `rotor` [kg·m² or kg]: inertia in front of the error, joint side; `late` [s]: by which the encoder is read late, and the
-    wave with it.
+    `followed`: an error of encoder or gear, which the loops follow, by the acceleration that the joint has beyond its reading
+    or its motor [rad/s² or m/s²]; else a torque on the joint [N·m or N]. `pushes`: torque on the joint a unit of it; of
+    an error of the gear the inertia of the rotor [kg·m² or kg]. `late` [s]: by which the encoder is read late, and the wave
+    with it.
     """
 
     rotating: NDArray[np.complex128]
     frequency: NDArray[np.float64]
-    rotor: float = 0.0
+    followed: bool = True
+    pushes: float = 0.0
     late: float = 0.0
 
     def times(self, size: NDArray[np.float64] | float) -> Wave:
@@ -87,6 +89,13 @@ class Motion:
     def changed_lately(self, key: Hashable, made: Callable[[Motion], Motion]) -> Motion:
         """The same of a motion that is made of this one: of the axis with another load, of what an encoder misread."""
         return self._changed.get(key, lambda: made(self), CHANGED)
+
+    def of_a_late_encoder(self, delay: float) -> Motion:
+        """The same, of a drive that reads its encoder `delay` [s] late."""
+        sampling = self.sampling
+        if sampling is None or delay == 0.0:
+            return self
+        return self.changed_lately(("late", delay), lambda same: replace(same, sampling=sampling.of_a_late_encoder(delay)))
 
     def wave(self, angle: NDArray[np.float64], number: float) -> NDArray[np.float64]:
         """sin(angle), (n,), as a torque that disturbs the axis shows it.

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import asinh, inf, isfinite, sin, sinh, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetwin.emulator.dynamics.motion import Motion
+from drivetwin.emulator.dynamics.motion import Motion, Wave
 from drivetwin.foundation.compiled import compiled, in_place
 
 
@@ -67,6 +67,13 @@ class Ripple:
         """Torque (n,) on the way of a joint, as it is recorded."""
         angle = self.order * (gear_ratio * motion.position) + self.phase
         return self.amplitude * motion.wave(angle, self.order * gear_ratio)
+
+
+    def unseen(self, motion: Motion, truth: Motion, gear_ratio: float) -> Wave | None:
+        """The torque on the true way of a joint, as far as no recording shows how it moves that; None: nowhere."""
+        number = self.order * gear_ratio
+        wave = motion.unseen_wave(number * truth.position + self.phase, number)
+        return None if wave is None else replace(wave.times(self.amplitude), followed=False, pushes=1.0)
 
 
 @in_place

@@ -43,13 +43,15 @@ def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
 
 
 def unseen_waves(motion: Motion, axis: AxisDynamics) -> list[Wave]:
-    """Errors of encoder and gear that pass faster than the motion was recorded, of a rigid axis: what they cost other axes
-    depends on the drives of all. Behind a spring the joint hardly follows them.
+    """What moves a rigid axis, or its reading, faster than the motion was recorded: what that costs other axes depends on the
+    drives of all. Behind a spring the joint hardly follows.
     """
     if axis.transmission.elastic:
         return []
     truth = axis.encoder.truth(motion, axis.gear_ratio)
-    found = axis.encoder.unseen(motion, truth, axis.gear_ratio), _unseen_of_gear(motion, truth, axis)
+    found = [axis.encoder.unseen(motion, truth, axis.gear_ratio), _unseen_of_gear(motion, truth, axis)]
+    found += [ripple.unseen(motion, truth, axis.gear_ratio) for ripple in axis.ripples]
+    found += [axis.friction.unseen(motion, truth)]
     return [replace(wave, late=axis.encoder.delay) for wave in found if wave is not None]
 
 
@@ -58,7 +60,7 @@ def _unseen_of_gear(motion: Motion, truth: Motion, axis: AxisDynamics) -> Wave |
     wave = motion.unseen_wave(number * truth.position + gear.error_phase, number) if gear.error_amplitude != 0.0 else None
     if wave is None:
         return None
-    return replace(wave.times(-gear.error_amplitude * number**2 * truth.velocity**2), rotor=motion.rotor_inertia)
+    return replace(wave.times(-gear.error_amplitude * number**2 * truth.velocity**2), pushes=motion.rotor_inertia)
 
 
 def _followed(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
@@ -68,6 +70,7 @@ def _followed(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """
     if axis == axis.mechanics:
         return _driven(carried(motion, axis), axis)
+    motion = motion.of_a_late_encoder(axis.encoder.delay)
     truth = axis.encoder.truth(motion, axis.gear_ratio)
     there = followed(truth, axis.mechanics)
     current, joint = axis.by_current(there.torque, truth), truth.position + there.ahead

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,12 @@ class Sampling:
         found[np.abs(alias) > 0.5 / period] = 0.0
         return found
 
+    def of_a_late_encoder(self, delay: float) -> Sampling:
+        """The same of a drive that reads its encoder `delay` [s] late, C e^(-s delay) in place of C, for a torque that is read
+        as much later between samples.
+        """
+        return replace(self, answer=lambda frequency: _later(self.answer(frequency), frequency, delay), late=self.late - delay)
+
     def unseen(self, frequency: NDArray[np.float64], period: float) -> NDArray[np.float64]:
         """Share (n,) of an acceleration of a frequency (n,) [Hz] that the recorded motion does not show; 0 of what has an alias
         that is not in the torque either. `period` as of `seen`.
@@ -82,3 +88,9 @@ class Sampling:
         """Whether loops of a drive may be so: none of them rings."""
         share = np.abs(self.answer(np.geomspace(0.01, 1.0, 200) / self.period))
         return bool(np.isfinite(share).all() and share.max() < MOST)
+
+
+def _later(given: NDArray[np.complex128], frequency: NDArray[np.float64], delay: float) -> NDArray[np.complex128]:
+    """T = C / (J s² + C) with C e^(-s delay) in place of C, by T."""
+    late = given * np.exp(-2j * np.pi * frequency * delay)
+    return np.asarray(late / (1.0 - given + late))

@@ -264,17 +264,21 @@ class PartEffect(AxisEffect):
         """The joint strays behind a transmission that yields or an encoder that errs, whichever part the effect is in."""
         changed = _with(self, axis)
         there, without = followed(motion, changed), followed(motion, axis)
-        torque = there.torque - without.torque
-        if not changed.strays:
+        torque, unseen = there.torque - without.torque, _unseen(motion, changed, axis)
+        if not changed.strays and not unseen:
             return torque, None
-        unseen = []
-        if (changed.encoder, changed.transmission) != (axis.encoder, axis.transmission):
-            unseen = [*unseen_waves(motion, changed), *(wave.times(-1.0) for wave in unseen_waves(motion, axis))]
         return torque, Strays(there.acceleration - without.acceleration, there.ahead - without.ahead, unseen)
 
     def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64] | None:
         changed = _with(self, axis)
         return followed(motion, changed).ahead - followed(motion, axis).ahead if changed.strays else None
+
+
+def _unseen(motion: Motion, changed: AxisDynamics, axis: AxisDynamics) -> list[Wave]:
+    """What passes a changed axis faster than the motion was recorded and not the axis as it was, which is taken off."""
+    if all(getattr(changed, part) == getattr(axis, part) for part in ("encoder", "transmission", "ripples", "friction")):
+        return []
+    return [*unseen_waves(motion, changed), *(wave.times(-1.0) for wave in unseen_waves(motion, axis))]
 
 
 @lru_cache(maxsize=256)
@@ -377,6 +381,12 @@ class FrictionEffect(StaticEffect):
 
     def predict(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
         return self.change(axis.friction).resistance(motion) - motion.kept_lately(axis.friction, axis.friction.resistance)
+
+    def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], Strays | None]:
+        """Other axes feel what passes faster than the motion was recorded."""
+        unseen = _unseen(motion, replace(axis, friction=self.change(axis.friction)), axis)
+        still = np.zeros_like(motion.position)
+        return self.predict(motion, axis), Strays(still, still, unseen) if unseen else None
 
     @staticmethod
     def small(axis: AxisDynamics) -> float:
