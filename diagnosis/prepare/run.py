@@ -19,6 +19,7 @@ from drivetwin.emulator.dynamics import AxisDynamics, Motion
 from drivetwin.emulator.dynamics.motion import Wave
 from drivetwin.emulator.effects import AxisEffect
 from drivetwin.emulator.effects.base import Look, Need, Strays
+from drivetwin.foundation.cached import cached_property
 from drivetwin.foundation.lately import Lately, OfSame
 from drivetwin.motion.earlier import earlier
 from drivetwin.motion.filtering import reach, zero_phase
@@ -27,7 +28,7 @@ from drivetwin.recording.recording import Recording
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-Shares = Lately[tuple[bool, float, float], dict[str, NDArray[np.complex128]]]
+Shares = Lately[tuple[bool, float, float, float], dict[str, NDArray[np.complex128]]]
 """What a wave costs each axis, (n,), by how it acts on its own and how late it is read."""
 
 SAMPLED = (
@@ -43,7 +44,7 @@ FOLLOWED_RATE = 4.0
 SHAKEN = 8
 """Waves of which it is kept what they cost other axes: a search asks for the same few again."""
 AT_ONCE = 20_000
-"""Samples of all axes whose loops are solved at once: more take memory and no less time."""
+"""Samples at which the loops of all axes are solved at once: more take memory and no less time."""
 WHOLE = 0.02
 """Of a period, that a number of them may differ from a whole one."""
 OF_POSITION = frozenset({Need.ABSOLUTE_POSITION, Need.MOTOR_ANGLE})
@@ -206,7 +207,8 @@ class Run:
     def _shaken_by(self, axis: str, other: str, wave: Wave) -> Array:
         """Torque (n,) that another axis gives for a wave that passes an axis; 0 where its loops are unknown."""
         of_frequency: Shares = self._shaken.get((wave.frequency,), Lately, SHAKEN)
-        shares = of_frequency.get((wave.followed, wave.pushes, wave.late), lambda: self._shares(axis, wave), SHAKEN)
+        acts = wave.followed, wave.pushes, wave.late, wave.heavier
+        shares = of_frequency.get(acts, lambda: self._shares(axis, wave), SHAKEN)
         return np.imag(wave.rotating * shares[other]) if other in shares else np.zeros(len(wave.rotating))
 
     def _shares(self, axis: str, wave: Wave) -> dict[str, NDArray[np.complex128]]:
@@ -215,19 +217,20 @@ class Run:
         there = loops[axis].unseen(wave.frequency, self.period) > 0.0
         torque = np.zeros((len(there), len(self.axes)), dtype=np.complex128)
         for rows in np.array_split(np.flatnonzero(there), there.sum() // AT_ONCE + 1):
-            torque[rows] = shaken(loops, list(self.axes), self._inertia(rows), axis, wave, rows)
+            torque[rows] = shaken(loops, list(self.axes), self._inertia[rows], axis, wave, rows)
         torque *= np.exp(2j * np.pi * wave.late * wave.frequency)[:, None]
         columns = dict(zip(self.axes, torque.T, strict=True))
         return {name: columns[name] * each.turned(wave.frequency) for name, each in loops.items()}
 
-    def _inertia(self, rows: NDArray[np.intp]) -> Array:
-        """Between all axes, at some samples (m, k, k)."""
-        found = np.zeros((len(rows), len(self.axes), len(self.axes)))
+    @cached_property
+    def _inertia(self) -> Array:
+        """Between all axes, (n, k, k)."""
+        found = np.zeros((len(self.recording.time), len(self.axes), len(self.axes)))
         for k, (of, own) in enumerate(self.axes.items()):
-            found[:, k, k] = own.motion.inertia[rows]
+            found[:, k, k] = own.motion.inertia
             for j, on in enumerate(self.axes):
                 if (of, on) in self.coupling:
-                    found[:, j, k] = self.coupling[of, on].inertia[rows]
+                    found[:, j, k] = self.coupling[of, on].inertia
         return found
 
     def deflected(self, axis: str, effect: AxisEffect, dynamics: AxisDynamics) -> Array | None:

@@ -38,5 +38,7 @@ def shaken(
             error[:, own] = wave.followed * stiff + (1.0 - given) * wave.pushes
         closed[:, row] = (1.0 - given)[:, None] * inertia[:, moving[row]][:, moving]  # C / s² is not finite where T is 1
         closed[:, row, row] += stiff
+        if name == axis:
+            closed[:, own, own] += (1.0 - given) * wave.heavier
     joints = np.linalg.solve(closed, error[:, :, None])[:, :, 0]
     return np.asarray(np.einsum("mij,mj->mi", inertia[:, :, moving], joints))

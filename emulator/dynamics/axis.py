@@ -54,6 +54,12 @@ class AxisDynamics:
         """Whether its joint may move otherwise than its encoder reads."""
         return self.transmission.acts or self.encoder.acts
 
+    @property
+    def has_waves(self) -> bool:
+        """Whether something passes on its way that may be faster than a recording."""
+        amplitudes = self.encoder.eccentricity, self.transmission.error_amplitude, self.friction.position_amplitude
+        return bool(self.ripples) or any(amplitudes)
+
     @cached_property
     def behind_the_spring(self) -> AxisDynamics:
         """The axis with that share of its friction that does not act on the motor."""

@@ -115,6 +115,13 @@ class FrictionLaw:
 
         return motion.kept_lately(("wave", height, period, phase), made)
 
+    @property
+    def of_position(self) -> tuple[float, ...]:
+        """What its wave over the position depends on; nothing where it has none."""
+        if self.position_amplitude == 0.0:
+            return ()
+        return self.position_amplitude, self.position_period, self.position_phase, self.cold, self.warming_time
+
     def unseen(self, motion: Motion, truth: Motion) -> Wave | None:
         """The torque of the friction that goes with the position, on the true way, as far as no recording shows how it moves
         the joint; None: nowhere.

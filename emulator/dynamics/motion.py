@@ -27,7 +27,7 @@ class Wave:
     `followed`: an error of encoder or gear, which the loops follow, by the acceleration that the joint has beyond its reading
     or its motor [rad/s² or m/s²]; else a torque on the joint [N·m or N]. `pushes`: torque on the joint a unit of it; of
     an error of the gear the inertia of the rotor [kg·m² or kg]. `late` [s]: by which the encoder is read late, and the wave
-    with it.
+    with it; `heavier` [kg·m² or kg]: by which its axis is heavier than modelled.
     """
 
     rotating: NDArray[np.complex128]
@@ -35,6 +35,7 @@ class Wave:
     followed: bool = True
     pushes: float = 0.0
     late: float = 0.0
+    heavier: float = 0.0
 
     def times(self, size: NDArray[np.float64] | float) -> Wave:
         """The same, by a factor (n,) larger."""
@@ -116,8 +117,8 @@ class Motion:
         return np.asarray(share * np.sin(angle))
 
     def unseen_wave(self, angle: NDArray[np.float64], number: float) -> Wave | None:
-        """sin(angle) of an acceleration that passes so fast, as far as no recording shows it; None where it shows all, or the
-        loops of the drive are unknown. `number` as of `wave`.
+        """sin(angle) of an acceleration or a torque that passes so fast, as far as no recording shows it; None where it shows
+        all, or the loops of the drive are unknown. `number` as of `wave`.
         """
         if self.sampling is None:
             return None

@@ -68,7 +68,6 @@ class Ripple:
         angle = self.order * (gear_ratio * motion.position) + self.phase
         return self.amplitude * motion.wave(angle, self.order * gear_ratio)
 
-
     def unseen(self, motion: Motion, truth: Motion, gear_ratio: float) -> Wave | None:
         """The torque on the true way of a joint, as far as no recording shows how it moves that; None: nowhere."""
         number = self.order * gear_ratio

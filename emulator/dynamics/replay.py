@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.axis import AxisDynamics
 from drivetwin.emulator.dynamics.carried import carried
-from drivetwin.emulator.dynamics.motion import Motion, Wave
+from drivetwin.emulator.dynamics.motion import Motion
 from drivetwin.emulator.dynamics.sprung import load_on_a_spring
 from drivetwin.emulator.dynamics.transmission import Transmission
 
@@ -42,27 +42,6 @@ def motor_torque(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     return followed(motion, axis).torque
 
 
-def unseen_waves(motion: Motion, axis: AxisDynamics) -> list[Wave]:
-    """What moves a rigid axis, or its reading, faster than the motion was recorded: what that costs other axes depends on the
-    drives of all. Behind a spring the joint hardly follows.
-    """
-    if axis.transmission.elastic:
-        return []
-    truth = axis.encoder.truth(motion, axis.gear_ratio)
-    found = [axis.encoder.unseen(motion, truth, axis.gear_ratio), _unseen_of_gear(motion, truth, axis)]
-    found += [ripple.unseen(motion, truth, axis.gear_ratio) for ripple in axis.ripples]
-    found += [axis.friction.unseen(motion, truth)]
-    return [replace(wave, late=axis.encoder.delay) for wave in found if wave is not None]
-
-
-def _unseen_of_gear(motion: Motion, truth: Motion, axis: AxisDynamics) -> Wave | None:
-    gear, number = axis.transmission, axis.transmission.error_order * axis.gear_ratio
-    wave = motion.unseen_wave(number * truth.position + gear.error_phase, number) if gear.error_amplitude != 0.0 else None
-    if wave is None:
-        return None
-    return replace(wave.times(-gear.error_amplitude * number**2 * truth.velocity**2), pushes=motion.rotor_inertia)
-
-
 def _followed(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """The rows of `Followed`, (3, n).
 
@@ -70,7 +49,7 @@ def _followed(motion: Motion, axis: AxisDynamics) -> NDArray[np.float64]:
     """
     if axis == axis.mechanics:
         return _driven(carried(motion, axis), axis)
-    motion = motion.of_a_late_encoder(axis.encoder.delay)
+    motion = motion.of_a_late_encoder(axis.encoder.delay) if axis.has_waves else motion
     truth = axis.encoder.truth(motion, axis.gear_ratio)
     there = followed(truth, axis.mechanics)
     current, joint = axis.by_current(there.torque, truth), truth.position + there.ahead

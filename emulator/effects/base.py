@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics import AxisDynamics, FrictionLaw, Motion
 from drivetwin.emulator.dynamics.motion import Wave
-from drivetwin.emulator.dynamics.replay import followed, unseen_waves
+from drivetwin.emulator.dynamics.replay import followed
+from drivetwin.emulator.dynamics.unseen import unseen_change
 from drivetwin.emulator.effects.ground import Ground, Site
 
 FAMILIES = ("friction", "rigid body", "motor and drive", "transmission", "sensing and timing")
@@ -190,7 +191,7 @@ class Start:
 @dataclass(frozen=True)
 class Strays:
     """By how much a joint strays with an effect from where it is without it: acceleration and position (n,), SI; `unseen`:
-    waves of acceleration beyond that, which pass faster than the motion was recorded.
+    waves that pass faster than the motion was recorded.
     """
 
     acceleration: NDArray[np.float64]
@@ -264,7 +265,7 @@ class PartEffect(AxisEffect):
         """The joint strays behind a transmission that yields or an encoder that errs, whichever part the effect is in."""
         changed = _with(self, axis)
         there, without = followed(motion, changed), followed(motion, axis)
-        torque, unseen = there.torque - without.torque, _unseen(motion, changed, axis)
+        torque, unseen = there.torque - without.torque, unseen_change(motion, changed, axis)
         if not changed.strays and not unseen:
             return torque, None
         return torque, Strays(there.acceleration - without.acceleration, there.ahead - without.ahead, unseen)
@@ -272,13 +273,6 @@ class PartEffect(AxisEffect):
     def deflect(self, motion: Motion, axis: AxisDynamics) -> NDArray[np.float64] | None:
         changed = _with(self, axis)
         return followed(motion, changed).ahead - followed(motion, axis).ahead if changed.strays else None
-
-
-def _unseen(motion: Motion, changed: AxisDynamics, axis: AxisDynamics) -> list[Wave]:
-    """What passes a changed axis faster than the motion was recorded and not the axis as it was, which is taken off."""
-    if all(getattr(changed, part) == getattr(axis, part) for part in ("encoder", "transmission", "ripples", "friction")):
-        return []
-    return [*unseen_waves(motion, changed), *(wave.times(-1.0) for wave in unseen_waves(motion, axis))]
 
 
 @lru_cache(maxsize=256)
@@ -384,7 +378,10 @@ class FrictionEffect(StaticEffect):
 
     def predict_with_joint(self, motion: Motion, axis: AxisDynamics) -> tuple[NDArray[np.float64], Strays | None]:
         """Other axes feel what passes faster than the motion was recorded."""
-        unseen = _unseen(motion, replace(axis, friction=self.change(axis.friction)), axis)
+        law = self.change(axis.friction)
+        if law.of_position == axis.friction.of_position:
+            return self.predict(motion, axis), None
+        unseen = unseen_change(motion, replace(axis, friction=law), axis)
         still = np.zeros_like(motion.position)
         return self.predict(motion, axis), Strays(still, still, unseen) if unseen else None
 
