@@ -33,12 +33,11 @@ def shaken(
     for row, (name, each) in enumerate(loops.items()):
         given = each.answer(frequency)
         stiff = each.inertia * given
+        closed[:, row] = (1.0 - given)[:, None] * inertia[:, moving[row]][:, moving]  # C / s² is not finite where T is 1
         if name == axis:
             stiff = stiff * np.exp(-2j * np.pi * frequency * wave.late)
             error[:, own] = wave.followed * stiff + (1.0 - given) * wave.pushes
-        closed[:, row] = (1.0 - given)[:, None] * inertia[:, moving[row]][:, moving]  # C / s² is not finite where T is 1
-        closed[:, row, row] += stiff
-        if name == axis:
             closed[:, own, own] += (1.0 - given) * wave.heavier
+        closed[:, row, row] += stiff
     joints = np.linalg.solve(closed, error[:, :, None])[:, :, 0]
     return np.asarray(np.einsum("mij,mj->mi", inertia[:, :, moving], joints))

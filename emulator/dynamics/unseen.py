@@ -23,11 +23,9 @@ def unseen_change(motion: Motion, changed: AxisDynamics, axis: AxisDynamics) -> 
     if motion.sampling is None:
         return []
     after, before = _passing(changed), _passing(axis)
-    found = [_on(motion, changed, of) for key, of in after.items() if key not in before]
-    found += [
-        None if (wave := _on(motion, axis, of)) is None else wave.times(-1.0) for key, of in before.items() if key not in after
-    ]
-    return [wave for wave in found if wave is not None]
+    come = [(_on(motion, changed, of), 1.0) for key, of in after.items() if key not in before]
+    gone = [(_on(motion, axis, of), -1.0) for key, of in before.items() if key not in after]
+    return [wave.times(sign) for wave, sign in (*come, *gone) if wave is not None]
 
 
 def _passing(axis: AxisDynamics) -> dict[Hashable, Passing]:
@@ -46,6 +44,7 @@ def _passing(axis: AxisDynamics) -> dict[Hashable, Passing]:
 
 
 def _on(motion: Motion, axis: AxisDynamics, of: Passing) -> Wave | None:
+    """A wave as it passes the joint of an axis; None where no wave is unseen."""
     wave = of(motion, axis.encoder.truth(motion, axis.gear_ratio))
     if wave is None:
         return None
