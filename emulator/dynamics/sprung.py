@@ -226,7 +226,7 @@ def _replay(load, passes, begins, swing, found, moves) -> None:  # type: ignore[
 @compiled
 def _as_it_swings(load, passes, begin, swing, count, found, moves) -> None:  # type: ignore[no-untyped-def]
     """A way to `begin` (3,) in motion, corrected in place by what its first swings, `count` samples, miss of the measured
-    torque: a Gauss-Newton step.
+    torque: a Gauss-Newton step; as it is where they do not determine both of its values.
 
     A link that hardly damps keeps for long what noise or a coarse torque made of its first samples: of an output error, initial
     conditions are estimated as well (Ljung, System Identification, 1999, sec. 3.2).
@@ -247,7 +247,9 @@ def _as_it_swings(load, passes, begin, swing, count, found, moves) -> None:  # t
     along = np.sum(first * second) / length
     rest = second - first * (along / length)
     apart = sqrt(np.sum(rest**2))
-    faster = np.sum(rest * here) / apart**2 if _PARALLEL * sqrt(np.sum(second**2)) < apart < inf else 0.0
+    if not _PARALLEL * sqrt(np.sum(second**2)) < apart < inf:
+        return
+    faster = np.sum(rest * here) / apart**2
     begin[0] = hangs + (np.sum(first * here) / length - along * faster) / length
     begin[1] = grows + swing * faster
 
