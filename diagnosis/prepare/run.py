@@ -195,6 +195,8 @@ class Run:
         motion = self.axes[axis].motion
         if self._hides(axis, effect, dynamics):
             return {axis: np.zeros(len(motion.position))}
+        if not any(of == axis for of, _ in self.coupling):
+            return {axis: self.felt(self.axes[axis], effect.predict(motion, dynamics))}
         torque, strays = effect.predict_with_joint(motion, dynamics)
         found = {axis: self.felt(self.axes[axis], torque)}
         if strays is not None:

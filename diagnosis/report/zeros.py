@@ -143,10 +143,11 @@ def _range(simulation: Simulation, run: Run, axis: str) -> tuple[float, float]:
 def _zero(simulation: Simulation, run: Run, patch: Patch, axis: str, within: tuple[float, float]) -> float:
     """Zero [rad or m] `within` some, with which least of the axis's gap is left; 0 where no other is better."""
     own = replace(patch, effects=tuple(one for one in patch.effects if one.axis == axis), heavier=None)
+    unfelt = replace(run, coupling={})  # what other axes feel of it takes the time, and is not asked for
     low, high = within
 
     def left(zero: float) -> float:
-        there = run.placed({axis: zero}).with_weight_moved(axis, zero)
+        there = unfelt.placed({axis: zero}).with_weight_moved(axis, zero)
         return gap_rms([predict(simulation, there, own)], axis, "after")
 
     tried = np.append(np.linspace(low, high, TRIED), 0.0)

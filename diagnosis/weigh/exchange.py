@@ -219,7 +219,8 @@ class Exchange:
             return one.settled is not None and not one.settled.leaves_more_than(stands)
 
         begun = zip(side_by_side(lambda one: settled(one, BRIEF), others), others, strict=True)
-        best = max((each for each in begun if able(each[0])), key=lambda each: self._rated(each[0]), default=None)
+        rated = sorted(begun, key=lambda each: -self._rated(each[0]))
+        best = next((each for each in rated if able(each[0])), None)
         found = settled(best[1], STEPS) if best is not None else None
         return found if found is not None and able(found) else None
 

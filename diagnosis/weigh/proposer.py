@@ -289,7 +289,8 @@ def _like(state: State, one: PlacedEffect, kind: type[Effect]) -> Effect | None:
 
     Friction under what yields acts by its level, so that what a small one gains tells nothing of a large one.
     """
-    able = issubclass(kind, AxisEffect) and kind.scales and isinstance(one.effect, AxisEffect) and one.effect.scales
+    able = issubclass(kind, FrictionEffect) and kind.scales and not kind.several
+    able = able and isinstance(one.effect, AxisEffect) and one.effect.scales
     if not able or not any(each.axis == one.axis and yields(type(each.effect)) for each in state.effects):
         return None
     assert issubclass(kind, AxisEffect)

@@ -359,6 +359,11 @@ class State:
         return self.energy(self.patched)
 
     @cached_property
+    def left_standing(self) -> dict[str, float]:
+        """The same with the effects where they are: no less."""
+        return self.energy_still(self.patched)
+
+    @cached_property
     def within_error(self) -> frozenset[str]:
         """Axes of which it leaves no more, with the model's parameters where least is left, than a calibrated model's misfit.
 
@@ -371,11 +376,13 @@ class State:
     def leaves_more_than(self, other: State, rows: Collection[str] | None = None) -> bool:
         """Whether it leaves more of an axis's gap than another: noise with long tails has learned what that one explains.
 
-        `rows`: those that are compared; all, if not told.
+        `rows`: those that are compared; all, if not told. Its slopes are asked for only where it leaves more as it stands.
         """
-        bench = self.bench
-        asked = [name for name in self.left if rows is None or name in rows]
-        return any(self.left[name] > bench.tolerated(name, other.left[name]) for name in asked)
+        asked = [name for name in other.left if rows is None or name in rows]
+        most = {name: self.bench.tolerated(name, other.left[name]) for name in asked}
+        return any(self.left_standing[name] > most[name] for name in asked) and any(
+            self.left[name] > most[name] for name in asked
+        )
 
 
 def state_of(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.emulator.dynamics.sampling import Sampling
+from drivetwin.foundation.cached import cached_property
 from drivetwin.foundation.lately import Lately
 
 LATELY = 16
@@ -103,16 +104,17 @@ class Motion:
 
         `number`: by how much the angle grows on the way [rad/rad or rad/m].
         """
-        if self.sampling is None:
+        if self._shows_all(number):
             return np.sin(angle)
         gain, turned = self._waves.get(("seen", number), lambda: self._seen(number), WAVES)
         return np.asarray(gain * np.sin(angle + turned))
 
     def known_wave(self, angle: NDArray[np.float64], number: float) -> NDArray[np.float64]:
         """sin(angle), (n,), as far as a recorded motion shows an acceleration that passes so fast; `number` as of `wave`."""
-        if self.sampling is None:
+        if self._shows_all(number):
             return np.sin(angle)
         sampling = self.sampling
+        assert sampling is not None
         share = self._waves.get(("known", number), lambda: sampling.known(self._frequency(number)), WAVES)
         return np.asarray(share * np.sin(angle))
 
@@ -120,13 +122,24 @@ class Motion:
         """sin(angle) of an acceleration or a torque that passes so fast, as far as no recording shows it; None where it shows
         all, or the loops of the drive are unknown. `number` as of `wave`.
         """
-        if self.sampling is None:
+        if self._shows_all(number):
             return None
         frequency, share = self._unseen.get(number, lambda: self._share_unseen(number), WAVES)
         if not share.any():
             return None
         ways = np.sign(number * self.velocity)
         return Wave(np.asarray(ways * share * np.exp(1j * ways * angle), dtype=np.complex128), frequency)
+
+    def _shows_all(self, number: float) -> bool:
+        """Whether such a wave passes so slowly that the recorded motion shows all of it; with unknown loops it is taken so."""
+        if self.sampling is None:
+            return True
+        known_to = min(self.sampling.known_to, 0.5 / self.period)
+        return abs(number) * self._top_speed <= 2.0 * pi * known_to
+
+    @cached_property
+    def _top_speed(self) -> float:
+        return float(np.abs(self.velocity).max(initial=0.0))
 
     def _share_unseen(self, number: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         assert self.sampling is not None

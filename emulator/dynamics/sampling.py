@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from drivetwin.foundation.cached import cached_property
+
 Answer = Callable[[NDArray[np.float64]], NDArray[np.complex128]]
 """Share of a torque that disturbs an axis, by its frequency (n,) [Hz], that the drive's loops give against it."""
 MOST = 3.0
@@ -15,6 +17,8 @@ MOST = 3.0
 
 KNOWN = 0.999
 """Share of an acceleration from which it is known."""
+STEPS = 1000
+"""Frequencies up to half the sample rate at which it is looked up until where: at the last one it is not."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,12 @@ class Sampling:
         share = np.divide(slope, 2.0 * angle, out=np.ones_like(angle), where=angle > 0.0)
         slower = np.divide(alias, frequency, out=np.ones_like(alias), where=frequency > 0.0)
         return np.asarray(passes * (share * slower) ** 2)
+
+    @cached_property
+    def known_to(self) -> float:
+        """Frequency [Hz] up to which the motion shows all of an acceleration."""
+        frequency = np.linspace(0.0, 0.5 / self.period, STEPS)
+        return float(frequency[np.argmax(self.known(frequency) < KNOWN) - 1])
 
     def _alias(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
         rate = 1.0 / self.period
