@@ -139,6 +139,17 @@ def test_a_set_does_not_settle_where_more_of_a_gap_is_left(bench: Bench, monkeyp
     assert settled_on(begun).effects == begun.effects
 
 
+def test_a_set_that_leaves_no_more_as_it_stands_is_not_asked_for_its_slopes(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    none, some = state(bench), state(bench, TRUE)
+    assert some.left_standing["turn"] < none.left["turn"]
+    assert not some.leaves_more_than(none)
+    assert "columns" not in some.__dict__
+    assert none.leaves_more_than(some)
+    assert some.left["turn"] <= some.left_standing["turn"]
+
+
 def test_where_the_others_make_no_mechanism_without_what_was_added_that_stays(bench: Bench) -> None:
     """A friction that falls with the speed needs the viscous one: alone it would push."""
     before = state(bench, ViscousNonlinear(-0.05, 0.01))
@@ -157,5 +168,6 @@ def test_an_axis_without_a_gap_may_be_left_with_what_a_model_misses(tmp_path: Pa
     assert bench.tolerated("lift", 0.5) == pytest.approx(1.0 + may, rel=1e-6)
     before, after = state_of(bench, (), bench.white, {}), state_of(bench, (), bench.white, {})
     for more, worse in ((0.9 * may, False), (1.1 * may, True)):
-        monkeypatch.setitem(after.__dict__, "left", {**before.left, "lift": 1.0 + more})
+        for left in ("left", "left_standing"):
+            monkeypatch.setitem(after.__dict__, left, {**before.left, "lift": 1.0 + more})
         assert after.leaves_more_than(before) is worse
