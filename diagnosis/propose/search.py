@@ -124,13 +124,19 @@ def moved(
         column = system.whiten(predict(at(effect, movable, values)))
         return {axis: column[axis] if axis in column else np.zeros_like(system.axes[axis].target) for axis in axes}
 
+    lengths: list[int] = []
+
     def left(values: Array) -> Array:
         column = torque(values)
         rows = project.left({axis: system.axes[axis].target - column[axis] for axis in axes})
+        lengths.append(len(rows))
         return rows if np.isfinite(rows).all() else np.full(len(rows), FAR)
 
     def slopes(values: Array) -> Array:
-        """Differences to one side, away from a bound; a relative step would be none for a parameter at 0."""
+        """Differences to one side, away from a bound; a relative step would be none for a parameter at 0. None after the last
+        evaluation, where no step follows."""
+        if len(lengths) >= evaluations:
+            return np.zeros((lengths[-1], len(values)))
         ways = np.where(values + steps <= high, steps, -steps)
         here, *there = side_by_side(torque, [values, *(values + np.diag(ways))])
         differences = {

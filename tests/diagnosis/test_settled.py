@@ -11,7 +11,9 @@ from plain_bench import COGGING, COULOMB, ORDER, PHASE, SLIDES, STICKS, Machine
 from rig_bench import COULOMB as RIG_COULOMB
 from rig_bench import compared, strokes
 
+from drivetwin.diagnosis.prepare.rows import Column
 from drivetwin.diagnosis.propose.placing import placed
+from drivetwin.diagnosis.propose.search import moved
 from drivetwin.diagnosis.settings import Settings
 from drivetwin.diagnosis.weigh.bench import Bench, bench_of
 from drivetwin.diagnosis.weigh.moves import Search
@@ -139,9 +141,22 @@ def test_a_set_does_not_settle_where_more_of_a_gap_is_left(bench: Bench, monkeyp
     assert settled_on(begun).effects == begun.effects
 
 
-def test_a_set_that_leaves_no_more_as_it_stands_is_not_asked_for_its_slopes(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize("evaluations", [1, 2, 4])
+def test_a_local_search_asks_for_no_slopes_after_its_last_evaluation(bench: Bench, evaluations: int) -> None:
+    """Slopes are differences: each takes a prediction here and one a parameter, and a step has one."""
+    none, far = state(bench), Stribeck(COULOMB + 3.0 * STICKS, 4.0 * SLIDES, 1.0)
+    fields, asked = none.fields("turn", far), []
+
+    def predict(effect: Effect) -> Column:
+        asked.append(effect)
+        return none.predictor("turn")(effect)
+
+    found = moved(none.frugal, none.frugal_fit, far, fields, predict, frozenset(), evaluations)
+    assert len(asked) <= 1 + evaluations + (evaluations - 1) * (1 + len(fields))
+    assert (found == far) is (evaluations == 1)
+
+
+def test_a_set_that_leaves_no_more_as_it_stands_is_not_asked_for_its_slopes(bench: Bench) -> None:
     none, some = state(bench), state(bench, TRUE)
     assert some.left_standing["turn"] < none.left["turn"]
     assert not some.leaves_more_than(none)

@@ -18,7 +18,7 @@ def sampling(period: float, motion_hz: float) -> Sampling:
 
 
 def moving(own: Sampling, speed: float) -> Motion:
-    time = np.arange(400) * own.period
+    time = np.asarray(np.arange(400) * own.period, dtype=np.float64)
     none = np.zeros(400)
     return Motion(speed * time, none + speed, none, none, time, none, none + 1.0, 0.0, sampling=own)
 
