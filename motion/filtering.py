@@ -7,6 +7,7 @@ filtering" of the inverse dynamic identification model).
 from __future__ import annotations
 
 from functools import lru_cache
+from math import factorial
 
 import numpy as np
 from scipy import signal
@@ -16,6 +17,10 @@ from drivetwin.foundation.errors import UserError
 from drivetwin.recording.recording import Samples
 
 _ORDER = 4
+_HALF = 10
+"""Samples on each side of one, from which its derivative is made."""
+_NEAR_ENDS = 3
+"""The same near the two ends."""
 _HIGHEST_SHARE_OF_RATE = 0.4
 _LONGEST = 10_000_000
 """Samples: beyond it no recording is long enough, and the order of magnitude says so."""
@@ -101,12 +106,30 @@ def derivative(samples: Samples, period: float) -> Samples:
 
 
 def fine_derivative(samples: Samples, period: float) -> Samples:
-    """Central difference over seven samples, (n,): it errs by (w T)^6 / 140, 0.03 % at 48 Hz and 2 ms; `derivative` by 6 %."""
+    """Central difference over 21 samples, (n,), fewer at the two ends: `fine_slope` says what it passes.
+
+    Of all such differences it is exact for polynomials of the highest degree (Fornberg, Math. Comp. 51(184), 1988).
+    """
     slope = derivative(samples, period)
-    if len(samples) < 7:
-        return slope
-    one = samples[4:-2] - samples[2:-4]
-    two = samples[5:-1] - samples[1:-5]
-    three = samples[6:] - samples[:-6]
-    slope[3:-3] = (45.0 * one - 9.0 * two + three) / (60.0 * period)
+    for half in (_NEAR_ENDS, _HALF):
+        if len(samples) > 2 * half:
+            slope[half:-half] = np.convolve(samples, _weights(half)[::-1], mode="valid") / period
     return slope
+
+
+def fine_slope(angle: Samples) -> Samples:
+    """Share (n,) of the derivative of a sine that `fine_derivative` gives, by the angle [rad] that it turns in a sample.
+
+    99.9 % at 0.27 of the sample rate, 81 % at 0.4.
+    """
+    steps = np.arange(1, _HALF + 1)
+    passed = 2.0 * np.sin(np.multiply.outer(angle, steps)) @ _weights(_HALF)[_HALF + 1 :]
+    return np.divide(passed, angle, out=np.ones_like(angle), where=angle > 0.0)
+
+
+@lru_cache(maxsize=2)
+def _weights(half: int) -> Samples:
+    """Of the samples from `half` before to `half` behind, (2 half + 1,)."""
+    steps = range(1, half + 1)
+    after = [(-1) ** (k + 1) * factorial(half) ** 2 / (k * factorial(half - k) * factorial(half + k)) for k in steps]
+    return np.array([*(-weight for weight in after[::-1]), 0.0, *after])

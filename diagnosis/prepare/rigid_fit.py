@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.channel import torque_of
 from drivetwin.diagnosis.prepare.kinematics import Kinematics
@@ -23,9 +24,13 @@ def tells(recording: Recording, cutoff_hz: float) -> bool:
 
 
 def left_by_rigid_body(simulation: Simulation, recording: Recording, axis: str, cutoff_hz: float) -> float:
-    """Energy that inertia, weight, Coulomb and viscous friction leave of an axis's torque [(N·m)² or N²], each by a factor of
-    its own; torque and motion may differ a little in time.
-    """
+    """Energy that inertia, weight, Coulomb and viscous friction leave of an axis's torque [(N·m)² or N²]."""
+    left = rest_of_rigid_body(simulation, recording, axis, cutoff_hz)
+    return float(left @ left)
+
+
+def rest_of_rigid_body(simulation: Simulation, recording: Recording, axis: str, cutoff_hz: float) -> NDArray[np.float64]:
+    """Torque (n,) that they leave [N·m or N], each by a factor of its own; torque and motion may differ a little in time."""
     period = recording.info.sample_period
     cutoff = effective_cutoff(period, cutoff_hz)
     spare = max(len(recording.time) - SAMPLES, 0) // 2
@@ -40,5 +45,4 @@ def left_by_rigid_body(simulation: Simulation, recording: Recording, axis: str, 
     columns = np.column_stack((moves, weight, *later, np.sign(speed), speed, np.ones_like(speed)))[edge:-edge]
     torque = zero_phase(torque_of(recording, axis)[part], period, cutoff)[edge:-edge]
     scaled = columns / np.maximum(np.abs(columns).max(axis=0), np.finfo(float).tiny)
-    left = torque - scaled @ np.linalg.lstsq(scaled, torque, rcond=None)[0]
-    return float(left @ left)
+    return np.asarray(torque - scaled @ np.linalg.lstsq(scaled, torque, rcond=None)[0])

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.diagnosis.prepare.cutoff import Sensor
-from drivetwin.diagnosis.prepare.rigid_fit import left_by_rigid_body, tells
+from drivetwin.diagnosis.prepare.rigid_fit import rest_of_rigid_body, tells
 from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.motion.axis_motion import SMOOTHED
 from drivetwin.recording.recording import Recording
@@ -26,6 +26,8 @@ KEPT_HZ = 1.0
 """Below it a position is as it was counted: no noise of an encoder moves an axis so slowly."""
 HALF = 0.5
 """Of the power: where less is motion, a reader is told."""
+SURE = 2.0
+"""Standard errors by which less torque has to be left: one case in forty by chance."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,8 @@ def smoothed(
     by_velocity: Collection[str],
 ) -> Smoothed:
     """Gives an axis a smoothed position where differences of it are more noise than motion in the compared band, and where the
-    motion read from it leaves less torque unexplained in `training` together: where the axis stands, nothing is told.
+    motion read from it leaves less torque unexplained in `training` together, and not by chance: where the axis stands, nothing
+    is told.
 
     Not where it is read from its velocity. The columns as recorded stay: they are what the drive's loops saw.
     """
@@ -57,13 +60,31 @@ def smoothed(
         at = float(np.median([_lowest(one, axis) for one in fitted])) if fitted else cutoff_hz
         if at >= cutoff_hz:
             continue
-        left = sum(left_by_rigid_body(simulation, _less_noise(one, axis), axis, cutoff_hz) for one in fitted)
-        if left < sum(left_by_rigid_body(simulation, one, axis, cutoff_hz) for one in fitted):
+        if _leaves_less(simulation, fitted, axis, cutoff_hz):
             recordings = [_less_noise(one, axis) for one in recordings]
             notes.append(
                 f"{axis}: its position is smoothed, because from {at:.2g} Hz on differences of it are more noise than motion."
             )
     return Smoothed(tuple(recordings[:count]), tuple(recordings[count:]), tuple(notes))
+
+
+def _leaves_less(simulation: Simulation, recordings: Sequence[Recording], axis: str, cutoff_hz: float) -> bool:
+    """Whether a motion less its noise leaves less torque unexplained than the one as counted, by more than chance: the paired
+    differences of energy, second by second, by Student's t (Biometrika 6(1), 1908).
+    """
+    differences = [
+        _by_second(rest_of_rigid_body(simulation, one, axis, cutoff_hz), one)
+        - _by_second(rest_of_rigid_body(simulation, _less_noise(one, axis), axis, cutoff_hz), one)
+        for one in recordings
+    ]
+    less = np.concatenate(differences)
+    return len(less) > 1 and float(np.mean(less)) > SURE * float(np.std(less, ddof=1)) / np.sqrt(len(less))
+
+
+def _by_second(left: Array, recording: Recording) -> Array:
+    """Energy (m,) of a torque (n,) in each second; in all of it where it lasts less than two."""
+    seconds = max(1, int(len(left) * recording.info.sample_period))
+    return np.array([float(part @ part) for part in np.array_split(left, seconds)])
 
 
 def _is_counted(recording: Recording, axis: str) -> bool:

@@ -1,0 +1,36 @@
+"""The derivative of a motion up to near half its sample rate: of polynomials, whose slope is known, and of sines."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.polynomial import Chebyshev
+
+from drivetwin.motion.filtering import fine_derivative, fine_slope
+
+PERIOD = 0.02
+
+
+@pytest.mark.parametrize("degree", [1, 2, 5, 12, 20])
+def test_the_slope_of_a_polynomial_of_degree_twenty_is_exact(degree: int) -> None:
+    curve = Chebyshev.basis(degree, domain=[0.0, 60 * PERIOD])
+    time = np.arange(61) * PERIOD
+    exact = curve.deriv()(time)
+    slope = fine_derivative(curve(time), PERIOD)
+    assert slope[10:-10] == pytest.approx(exact[10:-10], rel=1e-9, abs=1e-9 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize(("share_of_rate", "passed"), [(0.05, 1.0), (0.2, 1.0), (0.27, 0.9989), (0.3, 0.9947), (0.4, 0.8108)])
+def test_of_a_sine_it_gives_the_stated_share(share_of_rate: float, passed: float) -> None:
+    angle = 2.0 * np.pi * share_of_rate
+    number = np.arange(500)
+    slope = fine_derivative(np.sin(angle * number + 0.4), PERIOD)[20:-20]
+    exact = angle / PERIOD * np.cos(angle * number + 0.4)[20:-20]
+    assert slope == pytest.approx(passed * exact, abs=1e-4 * angle / PERIOD)
+    assert fine_slope(np.array([0.0, angle])) == pytest.approx([1.0, passed], abs=1e-4)
+
+
+@pytest.mark.parametrize("count", [2, 3, 6, 7, 20, 21, 22])
+def test_however_few_samples_there_are_a_line_has_its_slope(count: int) -> None:
+    line = np.arange(count, dtype=np.float64) * (3.0 * PERIOD)
+    assert fine_derivative(line, PERIOD) == pytest.approx(np.full(count, 3.0))
