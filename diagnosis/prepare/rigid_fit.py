@@ -30,7 +30,9 @@ def left_by_rigid_body(simulation: Simulation, recording: Recording, axis: str, 
 
 
 def rest_of_rigid_body(simulation: Simulation, recording: Recording, axis: str, cutoff_hz: float) -> NDArray[np.float64]:
-    """Torque (n,) that they leave [N·m or N], each by a factor of its own; torque and motion may differ a little in time."""
+    """Torque (m,) that inertia, weight, Coulomb and viscous friction leave [N·m or N] of the middle of a recording, each by a
+    factor of its own; torque and motion may differ a little in time.
+    """
     period = recording.info.sample_period
     cutoff = effective_cutoff(period, cutoff_hz)
     spare = max(len(recording.time) - SAMPLES, 0) // 2

@@ -13,11 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from drivetwin.diagnosis.prepare.cutoff import Sensor
 from drivetwin.diagnosis.prepare.rigid_fit import rest_of_rigid_body, tells
 from drivetwin.diagnosis.prepare.simulation import Simulation
 from drivetwin.motion.axis_motion import SMOOTHED
+from drivetwin.motion.filtering import effective_cutoff, reach
 from drivetwin.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -26,8 +28,10 @@ KEPT_HZ = 1.0
 """Below it a position is as it was counted: no noise of an encoder moves an axis so slowly."""
 HALF = 0.5
 """Of the power: where less is motion, a reader is told."""
-SURE = 2.0
-"""Standard errors by which less torque has to be left: one case in forty by chance."""
+SURE = 0.975
+"""Probability with which less torque has to be left: more than that is one case in forty by chance."""
+BLOCKS = 20
+"""Of a recording, by which that is judged: no shorter than the filter reaches."""
 
 
 @dataclass(frozen=True)
@@ -70,21 +74,20 @@ def smoothed(
 
 def _leaves_less(simulation: Simulation, recordings: Sequence[Recording], axis: str, cutoff_hz: float) -> bool:
     """Whether a motion less its noise leaves less torque unexplained than the one as counted, by more than chance: the paired
-    differences of energy, second by second, by Student's t (Biometrika 6(1), 1908).
+    differences of energy, block by block, by Student's t (Biometrika 6(1), 1908).
     """
-    differences = [
-        _by_second(rest_of_rigid_body(simulation, one, axis, cutoff_hz), one)
-        - _by_second(rest_of_rigid_body(simulation, _less_noise(one, axis), axis, cutoff_hz), one)
-        for one in recordings
-    ]
-    less = np.concatenate(differences)
-    return len(less) > 1 and float(np.mean(less)) > SURE * float(np.std(less, ddof=1)) / np.sqrt(len(less))
 
+    def left(recording: Recording) -> Array:
+        torque = rest_of_rigid_body(simulation, recording, axis, cutoff_hz)
+        period = recording.info.sample_period
+        blocks = max(1, min(BLOCKS, len(torque) // reach(period, effective_cutoff(period, cutoff_hz))))
+        return np.array([float(part @ part) for part in np.array_split(torque, blocks)])
 
-def _by_second(left: Array, recording: Recording) -> Array:
-    """Energy (m,) of a torque (n,) in each second; in all of it where it lasts less than two."""
-    seconds = max(1, int(len(left) * recording.info.sample_period))
-    return np.array([float(part @ part) for part in np.array_split(left, seconds)])
+    less = np.concatenate([left(one) - left(_less_noise(one, axis)) for one in recordings])
+    if len(less) < 2:
+        return False
+    error = float(np.std(less, ddof=1)) / np.sqrt(len(less))
+    return bool(np.mean(less) > stats.t.ppf(SURE, len(less) - 1) * error)
 
 
 def _is_counted(recording: Recording, axis: str) -> bool:

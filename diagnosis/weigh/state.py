@@ -360,7 +360,7 @@ class State:
 
     @cached_property
     def left_standing(self) -> dict[str, float]:
-        """The same with the effects where they are: no less."""
+        """The same with the effects where they are: no less of all axes together, though it may be less of one."""
         return self.energy_still(self.patched)
 
     @cached_property

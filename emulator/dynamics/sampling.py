@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,9 @@ MOST = 3.0
 
 KNOWN = 0.999
 """Share of an acceleration from which it is known."""
-STEPS = 4000
-"""Frequencies up to half the sample rate between which that share is interpolated: it errs by less than 1e-6."""
+STEPS, FARTHEST = 4000, 10.0
+"""Frequencies between which that share is interpolated, which then errs by less than 1e-5; up to so many times the motion's
+cut-off: above it hardly anything passes."""
 
 
 @dataclass(frozen=True)
@@ -73,24 +75,18 @@ class Sampling:
         return np.asarray(np.exp(-2j * np.pi * (frequency - self._alias(frequency)) * self.late))
 
     def known(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Share of an acceleration of a frequency (n,) [Hz] that the recorded motion shows: what of its alias passes filter and
-        two slopes (`motion/filtering.py`).
+        """Share (n,) of an acceleration of a frequency (n,) [Hz] that the recorded motion shows: what of its alias passes the
+        filter and two slopes (`motion/filtering.py`); all from `KNOWN` on.
         """
         alias = self._alias(frequency)
         slower = np.divide(alias, frequency, out=np.ones_like(alias), where=frequency > 0.0)
-        return np.asarray(np.interp(np.abs(alias), *self._shown) * slower**2)
-
-    @cached_property
-    def _shown(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Frequencies up to half the sample rate [Hz], and the share of an acceleration there that filter and slopes pass."""
-        angle = np.linspace(0.0, 0.5 * np.pi, STEPS)
-        passes = 1.0 / (1.0 + (np.tan(angle) / np.tan(np.pi * min(self.motion_hz * self.period, 0.499))) ** 8)
-        return angle / (np.pi * self.period), passes * fine_slope(2.0 * angle) ** 2
+        share = np.interp(np.abs(alias), *_shown(self.period, self.motion_hz)) * slower**2
+        return np.where(share < KNOWN, share, 1.0)
 
     @cached_property
     def known_to(self) -> float:
         """Frequency [Hz] up to which the motion shows all of an acceleration."""
-        frequency, shown = self._shown
+        frequency, shown = _shown(self.period, self.motion_hz)
         return float(frequency[np.argmax(shown < KNOWN) - 1])
 
     def _alias(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -102,6 +98,15 @@ class Sampling:
         """Whether loops of a drive may be so: none of them rings."""
         share = np.abs(self.answer(np.geomspace(0.01, 1.0, 200) / self.period))
         return bool(np.isfinite(share).all() and share.max() < MOST)
+
+
+@lru_cache(maxsize=64)
+def _shown(period: float, motion_hz: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Frequencies [Hz], and the share of an acceleration there that filter and slopes pass; (k,) each."""
+    corner = min(motion_hz * period, 0.499)
+    angle = np.linspace(0.0, np.pi * min(0.5, FARTHEST * corner), STEPS)
+    passes = 1.0 / (1.0 + (np.tan(angle) / np.tan(np.pi * corner)) ** 8)
+    return angle / (np.pi * period), passes * fine_slope(2.0 * angle) ** 2
 
 
 def _later(given: NDArray[np.complex128], frequency: NDArray[np.float64], delay: float) -> NDArray[np.complex128]:

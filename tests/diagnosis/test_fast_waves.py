@@ -91,7 +91,7 @@ def test_so_it_does_of_an_error_of_encoder_or_gear(tmp_path: Path, wave: AxisEff
 
 
 def test_an_acceleration_that_the_filter_passes_in_part_is_known_in_part(tmp_path: Path) -> None:
-    """Waves of up to 16 Hz, of a log of 50 Hz: half a period lasts little more than one and a half samples."""
+    """Waves of up to 17 Hz, of a log of 50 Hz: half a period lasts little more than one and a half samples."""
     wave = EncoderEccentricity(1e-3, 0.7)
     log = made(tmp_path, wave=wave, travel=1.3)
     assert left(log, answered=True, wave=wave) < 0.012

@@ -11,16 +11,16 @@ from drivetwin.motion.filtering import fine_derivative, fine_slope
 PERIOD = 0.02
 
 
-@pytest.mark.parametrize("degree", [1, 2, 5, 12, 20])
-def test_the_slope_of_a_polynomial_of_degree_twenty_is_exact(degree: int) -> None:
+@pytest.mark.parametrize("degree", [1, 2, 5, 12, 16])
+def test_the_slope_of_a_polynomial_of_degree_sixteen_is_exact(degree: int) -> None:
     curve = Chebyshev.basis(degree, domain=[0.0, 60 * PERIOD])
     time = np.arange(61) * PERIOD
     exact = curve.deriv()(time)
     slope = fine_derivative(curve(time), PERIOD)
-    assert slope[10:-10] == pytest.approx(exact[10:-10], rel=1e-9, abs=1e-9 * np.abs(exact).max())
+    assert slope[8:-8] == pytest.approx(exact[8:-8], rel=1e-9, abs=1e-9 * np.abs(exact).max())
 
 
-@pytest.mark.parametrize(("share_of_rate", "passed"), [(0.05, 1.0), (0.2, 1.0), (0.27, 0.9989), (0.3, 0.9947), (0.4, 0.8108)])
+@pytest.mark.parametrize(("share_of_rate", "passed"), [(0.05, 1.0), (0.2, 1.0), (0.25, 0.9986), (0.3, 0.9864), (0.4, 0.7525)])
 def test_of_a_sine_it_gives_the_stated_share(share_of_rate: float, passed: float) -> None:
     angle = 2.0 * np.pi * share_of_rate
     number = np.arange(500)
@@ -30,7 +30,16 @@ def test_of_a_sine_it_gives_the_stated_share(share_of_rate: float, passed: float
     assert fine_slope(np.array([0.0, angle])) == pytest.approx([1.0, passed], abs=1e-4)
 
 
-@pytest.mark.parametrize("count", [2, 3, 6, 7, 20, 21, 22])
+@pytest.mark.parametrize("count", [2, 3, 6, 7, 16, 17, 18])
 def test_however_few_samples_there_are_a_line_has_its_slope(count: int) -> None:
     line = np.arange(count, dtype=np.float64) * (3.0 * PERIOD)
     assert fine_derivative(line, PERIOD) == pytest.approx(np.full(count, 3.0))
+
+
+def test_near_its_ends_a_motion_that_does_not_begin_at_rest_keeps_its_slope() -> None:
+    """From as many samples as there are on both sides: a sine at a fifth of the sample rate, four samples from the end."""
+    angle = 2.0 * np.pi * 0.2
+    number = np.arange(100)
+    slope = fine_derivative(np.sin(angle * number + 0.4), PERIOD)
+    exact = angle / PERIOD * np.cos(angle * number + 0.4)
+    assert np.abs(slope - exact)[4:-4].max() < 0.01 * angle / PERIOD
