@@ -31,8 +31,8 @@ class Kinematics:
         period = recording.info.sample_period
         raw = [measured_position(recording.columns[axis], period)[part] for axis in axes]
         position = np.column_stack([zero_phase(samples, period, cutoff_hz) for samples in raw])
-        velocity = np.column_stack([fine_derivative(samples, period) for samples in position.T])
-        acceleration = np.column_stack([fine_derivative(samples, period) for samples in velocity.T])
+        velocity = np.column_stack([fine_derivative(samples, period, cutoff_hz) for samples in position.T])
+        acceleration = np.column_stack([fine_derivative(samples, period, cutoff_hz) for samples in velocity.T])
         return cls(position, velocity, acceleration)
 
     @classmethod

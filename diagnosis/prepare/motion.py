@@ -176,7 +176,7 @@ def _narrow(simulation: Simulation, recording: Recording, cutoff_hz: float) -> d
     for axis in simulation.axes:
         raw = measured_position(recording.columns[axis], period)
         position = zero_phase(raw, period, cutoff)
-        velocity = fine_derivative(position, period)
+        velocity = fine_derivative(position, period, cutoff)
         found[axis] = AxisMotion(
             recording=recording.name,
             axis=axis,

@@ -42,7 +42,7 @@ def rest_of_rigid_body(simulation: Simulation, recording: Recording, axis: str, 
     weight = simulation.torques(Kinematics(kinematics.position, rest, rest))[:, number]
     moves = simulation.torques(kinematics)[:, number] - weight
     speed = kinematics.velocity[:, number]
-    later = [fine_derivative(each, period) for each in (moves, weight)]
+    later = [fine_derivative(each, period, cutoff) for each in (moves, weight)]
     edge = reach(period, cutoff)
     columns = np.column_stack((moves, weight, *later, np.sign(speed), speed, np.ones_like(speed)))[edge:-edge]
     torque = zero_phase(torque_of(recording, axis)[part], period, cutoff)[edge:-edge]

@@ -100,9 +100,9 @@ def _velocities(recordings: Sequence[Recording], axis: str, cutoff_hz: float) ->
     for period in {one.info.sample_period for one in recordings if tells(one, cutoff_hz)}:
         own = [one for one in recordings if one.info.sample_period == period and tells(one, cutoff_hz)]
         slow = effective_cutoff(period, SLOW_HZ)
-        slopes = [fine_derivative(zero_phase(one.columns[axis]["position"], period, slow), period) for one in own]
+        slopes = [fine_derivative(zero_phase(one.columns[axis]["position"], period, slow), period, slow) for one in own]
         measured = [zero_phase(one.columns[axis]["velocity"], period, slow) for one in own]
-        columns = np.concatenate([np.column_stack((slope, -fine_derivative(slope, period))) for slope in slopes])
+        columns = np.concatenate([np.column_stack((slope, -fine_derivative(slope, period, slow))) for slope in slopes])
         scale, late = np.linalg.lstsq(columns, np.concatenate(measured), rcond=None)[0]
         if abs(scale - 1.0) > SAME_SCALE:
             return None
@@ -144,9 +144,9 @@ def _acceleration(recording: Recording, axis: str, cutoff_hz: float) -> Array:
     """Of an axis (n,), in the compared band, without the filter's edges."""
     period = recording.info.sample_period
     cutoff = effective_cutoff(period, cutoff_hz)
-    slope = fine_derivative(zero_phase(measured_position(recording.columns[axis], period), period, cutoff), period)
+    slope = fine_derivative(zero_phase(measured_position(recording.columns[axis], period), period, cutoff), period, cutoff)
     edge = reach(period, cutoff)
-    return fine_derivative(slope, period)[edge:-edge]
+    return fine_derivative(slope, period, cutoff)[edge:-edge]
 
 
 def _varies(recording: Recording, axis: str, cutoff_hz: float) -> float:

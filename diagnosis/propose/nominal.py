@@ -219,7 +219,7 @@ def timing_error(runs: Sequence[Run], settings: Settings) -> float:
 def _slope(dynamics: AxisDynamics, run: Run, own: AxisRun) -> Array:
     friction = dynamics.friction.resistance(own.motion)
     simulated = own.motion.rigid_torque - own.motion.from_others + friction
-    return fine_derivative(run.felt(own, simulated), run.period)
+    return fine_derivative(run.felt(own, simulated), run.period, run.cutoff_hz)
 
 
 def _rms(values: Array) -> float:

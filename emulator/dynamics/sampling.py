@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetwin.foundation.cached import cached_property
-from drivetwin.motion.filtering import fine_slope
+from drivetwin.motion.filtering import fine_slope, half_width
 
 Answer = Callable[[NDArray[np.float64]], NDArray[np.complex128]]
 """Share of a torque that disturbs an axis, by its frequency (n,) [Hz], that the drive's loops give against it."""
@@ -106,7 +106,7 @@ def _shown(period: float, motion_hz: float) -> tuple[NDArray[np.float64], NDArra
     corner = min(motion_hz * period, 0.499)
     angle = np.linspace(0.0, np.pi * min(0.5, FARTHEST * corner), STEPS)
     passes = 1.0 / (1.0 + (np.tan(angle) / np.tan(np.pi * corner)) ** 8)
-    return angle / (np.pi * period), passes * fine_slope(2.0 * angle) ** 2
+    return angle / (np.pi * period), passes * fine_slope(2.0 * angle, half_width(period, motion_hz)) ** 2
 
 
 def _later(given: NDArray[np.complex128], frequency: NDArray[np.float64], delay: float) -> NDArray[np.complex128]:

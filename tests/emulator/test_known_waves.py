@@ -30,8 +30,9 @@ def test_an_acceleration_is_known_up_to_where_filter_and_slopes_pass_it(period: 
     frequency = own.known_to
     time = np.arange(round(400.0 / (frequency * period))) * period
     phase = 2.0 * np.pi * frequency * time
-    passed = zero_phase(np.sin(phase), period, min(motion_hz, 0.499 / period))
-    slope = fine_derivative(fine_derivative(passed, period), period)
+    cutoff = min(motion_hz, 0.499 / period)
+    passed = zero_phase(np.sin(phase), period, cutoff)
+    slope = fine_derivative(fine_derivative(passed, period, cutoff), period, cutoff)
     middle = slice(len(time) // 4, 3 * len(time) // 4)
     sine = np.sin(phase)[middle]
     share = -(slope[middle] @ sine) / (sine @ sine) / (2.0 * np.pi * frequency) ** 2
